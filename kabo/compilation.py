@@ -1,0 +1,73 @@
+"""How and where array kernels are compiled: `kernel`, the only door to numba.
+
+numba notices changes in a kernel's own file only: a caller keeps running its callee's old code. So the compiled
+code lies in a folder named after the hash of *all* kernel sources. fastmath stays off, because reordering could
+undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where a kernel asks for them.
+"""
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def cache_folder() -> Path:
+    """The folder for everything that may be computed again: $KABO_CACHE, $XDG_CACHE_HOME/kabo, ~/.cache/kabo.
+
+    Falls back to a folder in the system's temporary directory when none of these can be written.
+    """
+    chosen = os.environ.get("KABO_CACHE")
+    home = os.environ.get("XDG_CACHE_HOME")
+    candidates = [Path(chosen)] if chosen else [Path(home) / "kabo"] if home else [Path.home() / ".cache" / "kabo"]
+    for candidate in candidates:
+        try:
+            candidate.mkdir(parents=True, exist_ok=True)
+            with tempfile.NamedTemporaryFile(dir=candidate):
+                return candidate
+        except OSError:
+            continue
+    fallback = Path(tempfile.gettempdir()) / f"kabo-cache-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+    fallback.mkdir(parents=True, exist_ok=True)
+    return fallback
+
+
+@cache
+def _sources_digest() -> str:
+    digest = hashlib.sha256()
+    for source in sorted(Path(__file__).parent.glob("*/kernels/*.py")):
+        digest.update(source.name.encode() + b"\0" + source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def _numba() -> Any:
+    folder = cache_folder() / "compiled" / _sources_digest()
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))  # read once, when numba is imported
+    os.environ.setdefault("NUMBA_CPU_NAME", os.environ.get("KABO_CPU", "host"))
+    if os.environ["NUMBA_CPU_NAME"] == "host":
+        del os.environ["NUMBA_CPU_NAME"]
+    import numba
+
+    numba.config.CACHE_DIR = str(folder)
+    return numba
+
+
+def kernel(function: _Function) -> _Function:
+    """Compiles `function` for plain arrays and numbers; `.py_func` is the Python original."""
+    return _numba().njit(cache=True, nogil=True, error_model="numpy")(function)
+
+
+def leaf_kernel(function: _Function) -> _Function:
+    """As `kernel`, for small functions that every caller inlines."""
+    return _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)
+
+
+def reduction_kernel(function: _Function) -> _Function:
+    """As `leaf_kernel`, but sums may be reordered and contracted; only where the rounding bound allows any order."""
+    options = {"contract", "reassoc", "nsz"}
+    return _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always", fastmath=options)(function)

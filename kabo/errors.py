@@ -1,0 +1,72 @@
+"""Every error class of kabo, and the diagnostic that people read: place, what is wrong, the remedy.
+
+"No plan", "budget exhausted" and "not verified" are results. Errors are what keeps kabo from answering.
+"""
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, order=True)
+class Diagnostic:
+    """One finding in what a person wrote. Lines and columns count from 1; `length` is the width of the caret."""
+
+    file: str
+    line: int
+    column: int
+    message: str
+    hint: str | None = None
+    length: int = 1
+    severity: Literal["error", "warning"] = "error"
+    source: str | None = None  # the line of the file, if it is text
+
+    def __str__(self) -> str:
+        """The finding as compilers write it: `file:line:column: message`, the line, a caret, the remedy."""
+        text = f"{self.file}:{self.line}:{self.column}: "
+        text += ("warning: " if self.severity == "warning" else "") + self.message
+        if self.source is not None:
+            caret = " " * (self.column - 1) + "^" * max(1, min(self.length, len(self.source) - self.column + 1))
+            text += f"\n{self.line:>5} | {self.source}\n      | {caret}"
+        if self.hint is not None:
+            text += f"\n      = {self.hint}"
+        return text
+
+
+class KaboError(Exception):
+    """A defect of kabo itself, when none of the classes below fits (exit code 1)."""
+
+    exit_code = 1
+
+
+class InputError(KaboError):
+    """What a person wrote cannot be used: carries every diagnostic found, sorted by place (exit code 2)."""
+
+    exit_code = 2
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(sorted(diagnostics, key=lambda d: (d.file, d.line, d.column, d.message)))
+        super().__init__("\n".join(map(str, self.diagnostics)))
+
+
+class MeshError(InputError):
+    """A mesh that cannot be used: counts and the remedy (exit code 2)."""
+
+
+class ServiceError(KaboError):
+    """No server in time, a busy one, cancelled, a worker lost: carries the request's id (exit code 6)."""
+
+    exit_code = 6
+
+    def __init__(
+        self, code: str, message: str, *, request: str | None = None, retry_after_s: float | None = None
+    ) -> None:
+        self.code, self.request, self.retry_after_s = code, request, retry_after_s
+        super().__init__(message)
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str | None:
+    """The remedy `did you mean "…"?` with the known word nearest to `word`, or None if none is near."""
+    near = difflib.get_close_matches(word, sorted(known), n=1)
+    return f'did you mean "{near[0]}"?' if near else None

@@ -1,0 +1,183 @@
+"""A scene as its file says it: no mesh is opened, no URDF is read, nothing is computed but defaults.
+
+Lengths in metres, angles in radians, quaternions (x, y, z, w). Models are already copied into what uses them, and
+a problem's own bodies and regions are already merged in.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from kabo.language.formulas import Place
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class PoseDescription:
+    """A pose in a frame: `world`, an object, or `robot.link`."""
+
+    frame: str = "world"
+    position: Vector = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A point, a directed line or a plane in the frame of its owner; `direction` (unit) is along or normal."""
+
+    kind: Literal["point", "line", "plane"]
+    origin: Vector
+    direction: Vector | None = None
+
+
+@dataclass(frozen=True)
+class FeatureName:
+    """A feature as a constraint names it: `tool.tcp`, `this.axis`, `world.up`; whole bodies have `feature` None."""
+
+    owner: str
+    feature: str | None = None
+
+    def __str__(self) -> str:
+        return self.owner if self.feature is None else f"{self.owner}.{self.feature}"
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A constraint between two features; `lower` and `upper` bound distance, height and angle (None: unbounded)."""
+
+    kind: str  # coincident parallel aligned opposed perpendicular distance height angle inside
+    first: FeatureName
+    second: FeatureName
+    lower: float | None = None
+    upper: float | None = None
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A straight motion along (`sign` 1) or against (-1) a directed line feature, by a length within bounds [m]."""
+
+    along: FeatureName
+    sign: int
+    minimum: float
+    maximum: float
+
+
+@dataclass(frozen=True)
+class GraspFamily:
+    """How a body may be grasped; roles `tool`, `this`, `world`. `robots` None: all that have the features used."""
+
+    name: str
+    constraints: tuple[Constraint, ...]
+    robots: tuple[str, ...] | None = None
+    approach: Stroke | None = None
+    lift: Stroke | None = None
+    fingers: Mapping[str, float] | None = None  # None: the gripper's `closed`
+
+
+@dataclass(frozen=True)
+class PlacementFamily:
+    """How a body may be put down; roles `this`, `support`, `region`, `world`."""
+
+    name: str
+    constraints: tuple[Constraint, ...]
+    retreat: Stroke | None = None
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a body is made of: a mesh file with a scale, or a primitive with whole side lengths [m]."""
+
+    kind: Literal["mesh", "box", "cylinder", "sphere"]
+    path: Path | None = None
+    scale: float = 1.0
+    size: Vector | None = None  # box: x, y, z; cylinder: radius, radius, height; sphere: radius three times
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class BodyDescription:
+    """An object of the scene or a body that a problem adds. `features` include those given for nothing."""
+
+    name: str
+    shape: Shape
+    pose: PoseDescription
+    movable: bool
+    model: str | None = None
+    mass: float | None = None
+    features: Mapping[str, Feature] = field(default_factory=dict)
+    grasps: Mapping[str, GraspFamily] = field(default_factory=dict)
+    placements: Mapping[str, PlacementFamily] = field(default_factory=dict)
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class RegionDescription:
+    """A closed convex volume, and the body that carries what is put there."""
+
+    name: str
+    shape: Shape
+    pose: PoseDescription
+    support: str | None = None
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class GripperDescription:
+    """A gripper: a URDF of its own on a mount link, or joints of the robot's URDF."""
+
+    urdf: Path | None = None
+    mount: str | None = None
+    joints: tuple[str, ...] | None = None
+    open: Mapping[str, float] = field(default_factory=dict)
+    closed: Mapping[str, float] = field(default_factory=dict)
+    touch_links: tuple[str, ...] = ()
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """A robot; `joints` None: all movable ones that are not mimic and not the gripper's."""
+
+    name: str
+    urdf: Path
+    base: PoseDescription
+    joints: tuple[str, ...] | None = None
+    inverse_kinematics: Literal["analytic", "projection"] = "projection"
+    gripper: GripperDescription | None = None
+    tool_frame: str | None = None
+    tool_features: Mapping[str, Feature] = field(default_factory=dict)
+    configurations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    model: str | None = None
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Mate:
+    """How one part goes onto another; roles `moving`, `fixed`."""
+
+    name: str
+    moving: str
+    fixed: str
+    constraints: tuple[Constraint, ...]
+    insertion: Stroke | None = None
+
+
+@dataclass(frozen=True)
+class SceneDescription:
+    """A scene: everything a scene file (and the problem's additions) says."""
+
+    name: str
+    epsilon: float
+    robots: Mapping[str, RobotDescription]
+    bodies: Mapping[str, BodyDescription]
+    regions: Mapping[str, RegionDescription]
+    mates: Mapping[str, Mate]
+    motion_constraints: Mapping[str, tuple[Constraint, ...]]
+    allowed_contacts: tuple[tuple[str, str], ...]
+    packages: Mapping[str, Path]
+    path: Path

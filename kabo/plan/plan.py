@@ -1,0 +1,90 @@
+"""The plan as data: a branched DAG of action, sense, branch and goal nodes, each with its motion (LANGUAGE section 6).
+
+Poses are in the frame of the parent, metres and radians, quaternions (x, y, z, w).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+Arguments = Mapping[str, "str | float | ValueOf"]
+
+
+@dataclass(frozen=True)
+class ValueOf:
+    """A run-time argument: the value of this ground term, as the executor will know it."""
+
+    term: str
+
+
+@dataclass(frozen=True)
+class ObjectPose:
+    """Where an object is: `parent` is `world`, `robot.link` or an object."""
+
+    parent: str
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class StateChange:
+    """A geometric state (`start`), or only what a node changes (`after`)."""
+
+    robots: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # robot -> joint -> value
+    objects: Mapping[str, ObjectPose] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One stretch of motion: straight between way points and proportional to time between them.
+
+    `waypoints` [m x n] follow `joints` (names in the robot's URDF), `times` [m] s from the start of the node's
+    motion; `attach` (object, link to attach to) and `detach` happen at its end.
+    """
+
+    robot: str
+    joints: tuple[str, ...]
+    waypoints: tuple[tuple[float, ...], ...]
+    times: tuple[float, ...]
+    procedure: str
+    stage: str | None = None
+    attach: tuple[tuple[str, str], ...] = ()
+    detach: tuple[str, ...] = ()
+    allowed_contacts: tuple[tuple[str, str], ...] = ()
+    constraint: str | None = None
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node. `kind` decides which fields are set:
+
+    action: action, arguments, next; sense: action, arguments and `on` with `branches`, or `delivers` with `next`;
+    branch: `on`, `branches`; goal: none. `branches` maps outcomes, in their declared order, to node ids.
+    """
+
+    kind: Literal["action", "sense", "branch", "goal"]
+    action: str | None = None
+    arguments: Arguments = field(default_factory=dict)
+    next: str | None = None
+    on: str | None = None
+    branches: Mapping[str, str] = field(default_factory=dict)
+    delivers: tuple[str, ...] = ()
+    motion: tuple[Segment, ...] = ()
+    after: StateChange | None = None
+
+    @property
+    def successors(self) -> tuple[str, ...]:
+        """The ids of the nodes that may follow, in order."""
+        return tuple(self.branches.values()) if self.branches else (() if self.next is None else (self.next,))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A plan; `files` are all files read with their hashes, `options` the resolved values that made it."""
+
+    problem: str
+    files: Mapping[str, str]
+    options: Mapping[str, str | float | int | None]
+    root: str
+    nodes: Mapping[str, Node]
+    start: StateChange | None = None

@@ -1,0 +1,1 @@
+"""Array kernels of the scene: poses along a kinematic tree."""
