@@ -1,0 +1,161 @@
+"""What planning answers: a plan, a proof that there is none, or the budget that ended the search.
+
+All three are results, not errors. `result_to_json` is the one object that `kabo solve --json`, the service and
+the schema `kabo-result-1` speak of (LANGUAGE section 7), whichever door the request came through.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from kabo.errors import Diagnostic, InputError
+from kabo.plan import Plan, plan_hash
+
+Status = Literal["solved", "no_plan", "exhausted"]
+
+# Every figure of `statistics` but those of the plan itself; a figure that nobody counted is zero.
+COUNTS = (
+    "collision_checks",
+    "expanded",
+    "generated",
+    "geometric_states",
+    "inverse_kinematics_calls",
+    "pair_checks",
+    "positive_collision_checks",
+)
+SECONDS = ("collision_s", "geometric_s", "load_s", "symbolic_s", "total_s")
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why there is no plan.
+
+    `proved`: `knowledge` (unreachable whatever geometry says), `refusals` (every refusal was a proof), or None;
+    `budget`: what ran out when nothing is proved. `message` is one sentence, `details` are its parts.
+    """
+
+    proved: Literal["knowledge", "refusals"] | None
+    budget: Literal["expansions", "samples", "time"] | None
+    message: str
+    details: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far planning has come; sent now and then, never part of a result.
+
+    `fraction` (0 to 1) is known only where the amount of work is; `doing` is two or three words for people.
+    """
+
+    doing: str
+    expanded: int = 0
+    generated: int = 0
+    procedure_calls: int = 0
+    fraction: float | None = None
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of planning: `plan` is set if the status is "solved", `reason` otherwise."""
+
+    status: Status
+    plan: Plan | None
+    statistics: Mapping[str, Any] = field(default_factory=dict)
+    reason: Reason | None = None
+
+
+def result_to_json(
+    result: Result, plan_path: str | None = None, diagnostics: Iterable[Diagnostic] = ()
+) -> dict[str, Any]:
+    """The result as the schema `kabo-result-1` wants it.
+
+    Args:
+        result: what planning answered.
+        plan_path: where the plan file was written; None if it was not.
+        diagnostics: warnings about a problem that is nevertheless valid.
+    """
+    return {
+        "status": result.status,
+        "plan": plan_path if result.plan is not None else None,
+        "plan_hash": None if result.plan is None else plan_hash(result.plan),
+        "statistics": _statistics(result),
+        "reason": None if result.reason is None else _reason(result.reason),
+        "diagnostics": [diagnostic_to_json(diagnostic) for diagnostic in diagnostics],
+    }
+
+
+def invalid_to_json(error: InputError) -> dict[str, Any]:
+    """The object of a problem that cannot be read: status "invalid" and every diagnostic."""
+    found = error.diagnostics
+    files = len({diagnostic.file for diagnostic in found})
+    message = f"{_count(len(found), 'problem')} in {_count(files, 'file')}"
+    return {
+        "status": "invalid",
+        "plan": None,
+        "plan_hash": None,
+        "statistics": None,
+        "reason": {"proved": None, "message": message, "details": []},
+        "diagnostics": [diagnostic_to_json(diagnostic) for diagnostic in found],
+    }
+
+
+def diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, Any]:
+    """One finding, its fields as the result schema names them."""
+    names = ("severity", "file", "line", "column", "length", "message", "hint")
+    return {name: getattr(diagnostic, name) for name in names}
+
+
+def plan_figures(plan: Plan | None) -> dict[str, int | None]:
+    """Size of a plan: actions on the longest branch, nodes, leaves (ways from root to goal), way points.
+
+    Nodes that several ways share are counted once in `plan_nodes` and `waypoints`, and each way in `plan_leaves`.
+    """
+    if plan is None:
+        return dict.fromkeys(("plan_actions", "plan_nodes", "plan_leaves", "waypoints"))
+    longest: dict[str, int] = {}
+    leaves: dict[str, int] = {}
+    for name in _leaves_first(plan):
+        node = plan.nodes[name]
+        acts = node.kind in ("action", "sense")
+        longest[name] = acts + max((longest[after] for after in node.successors), default=0)
+        leaves[name] = sum(leaves[after] for after in node.successors) or 1
+    waypoints = sum(len(segment.waypoints) for node in plan.nodes.values() for segment in node.motion)
+    return {
+        "plan_actions": longest[plan.root],
+        "plan_nodes": len(plan.nodes),
+        "plan_leaves": leaves[plan.root],
+        "waypoints": waypoints,
+    }
+
+
+def _leaves_first(plan: Plan) -> list[str]:
+    """Every node that the root reaches, each after all that may follow it (no recursion: plans may be long)."""
+    order: dict[str, None] = {}
+    open_nodes = [plan.root]
+    while open_nodes:
+        waiting = [after for after in plan.nodes[open_nodes[-1]].successors if after not in order]
+        if waiting:
+            open_nodes.extend(waiting)
+        else:
+            order.setdefault(open_nodes.pop())
+    return list(order)
+
+
+def _statistics(result: Result) -> dict[str, Any]:
+    known = result.statistics
+    figures: dict[str, Any] = {name: int(known.get(name, 0)) for name in COUNTS}
+    figures |= {name: round(float(known.get(name, 0.0)), 6) for name in SECONDS}
+    figures["procedures"] = {
+        name: {"calls": int(row["calls"]), "failures": dict(row["failures"])}
+        for name, row in known.get("procedures", {}).items()
+    }
+    return figures | plan_figures(result.plan)
+
+
+def _reason(reason: Reason) -> dict[str, Any]:
+    written: dict[str, Any] = {"proved": reason.proved, "message": reason.message, "details": list(reason.details)}
+    return written if reason.budget is None else written | {"budget": reason.budget}
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
