@@ -1,0 +1,76 @@
+"""kabo: combined task and motion planning on the knowledge level, with bounded geometric predicates.
+
+The façade: `load_problem`, `solve`, `verify`, `load_scene`, `GeometryServer` and the data they speak of. It imports
+nothing itself; each name loads its room when it is first used, so that `import kabo` takes milliseconds.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kabo.errors import Diagnostic, InputError, KaboError, ServiceError
+    from kabo.geometry_server import GeometryServer
+    from kabo.language import load_problem
+    from kabo.language.problem import Problem
+    from kabo.plan import Plan, plan_from_json, plan_to_json
+    from kabo.planner import solve
+    from kabo.planner.result import Progress, Reason, Result
+    from kabo.scene import Scene, load_scene
+    from kabo.verify import verify_plan
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Diagnostic": "kabo.errors",
+    "GeometryServer": "kabo.geometry_server",
+    "InputError": "kabo.errors",
+    "KaboError": "kabo.errors",
+    "Plan": "kabo.plan",
+    "Problem": "kabo.language.problem",
+    "Progress": "kabo.planner.result",
+    "Reason": "kabo.planner.result",
+    "Result": "kabo.planner.result",
+    "Scene": "kabo.scene",
+    "ServiceError": "kabo.errors",
+    "load_problem": "kabo.language",
+    "load_scene": "kabo.scene",
+    "plan_from_json": "kabo.plan",
+    "plan_to_json": "kabo.plan",
+    "solve": "kabo.planner",
+    "verify_plan": "kabo.verify",
+}
+
+__all__ = [
+    "Diagnostic",
+    "GeometryServer",
+    "InputError",
+    "KaboError",
+    "Plan",
+    "Problem",
+    "Progress",
+    "Reason",
+    "Result",
+    "Scene",
+    "ServiceError",
+    "load_problem",
+    "load_scene",
+    "plan_from_json",
+    "plan_to_json",
+    "solve",
+    "verify_plan",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Loads the room that offers `name` [PEP 562]; `kabo.verify` is the room, which can be called."""
+    if name == "verify":
+        return import_module("kabo.verify")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'kabo' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "verify"})
