@@ -1,0 +1,34 @@
+"""The scene room: robots, bodies, features, regions, and the immutable geometric state.
+
+It knows the language's scene description and how files become arrays; it knows nothing of how anything is checked
+for collision, sampled or moved.
+"""
+
+from kabo.scene.meshes import Mesh, load_mesh
+from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
+from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
+from kabo.scene.state import Attachment, Component, Configuration, GeometricState
+from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
+
+__all__ = [
+    "PRISMATIC",
+    "REVOLUTE",
+    "Attachment",
+    "Body",
+    "Component",
+    "Configuration",
+    "GeometricState",
+    "Gripper",
+    "KinematicTree",
+    "Link",
+    "Mesh",
+    "Region",
+    "Robot",
+    "Scene",
+    "Tool",
+    "attachment",
+    "link_poses",
+    "load_mesh",
+    "load_scene",
+    "world_T",
+]

@@ -1,0 +1,139 @@
+"""Robots: a URDF (and the gripper's) through pinocchio, the kinematic tree as arrays, links with their meshes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.language.scene_description import Feature, RobotDescription
+from kabo.scene.meshes import Mesh
+from kabo.scene.state import Configuration
+from kabo.scene.tree import KinematicTree
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link: the joint of the robot's tree that carries it, its pose there, its mesh in the link's frame."""
+
+    name: str
+    joint: int
+    joint_T_link: Array  # (4, 4)
+    mesh: Mesh | None
+
+
+@dataclass(frozen=True)
+class Tool:
+    """The tool: the link whose frame is the tool frame, and the features in it."""
+
+    frame: str
+    features: Mapping[str, Feature]
+
+
+@dataclass(frozen=True)
+class Gripper:
+    """A gripper: values of its joints when open and closed, and the links (`robot.link`) that touch what it holds."""
+
+    joints: tuple[str, ...]
+    open: Mapping[str, float]
+    closed: Mapping[str, float]
+    touch_links: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Actuation:
+    """How a configuration drives pinocchio's joints: joint j takes ratio[j] * q[source[j]] + shift[j]."""
+
+    source: tuple[int, ...]
+    ratio: tuple[float, ...]
+    shift: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot in the world.
+
+    `model` is pinocchio's, with gripper and base placement. `joint_names` lists all actuated joints, the first
+    `planned` of them are the arm's, the others the gripper's; a Configuration has their values in this order.
+    """
+
+    name: str
+    model: Any
+    links: Mapping[str, Link]
+    joint_names: tuple[str, ...]
+    planned: int
+    tree: KinematicTree
+    actuation: Actuation
+    tool: Tool | None
+    gripper: Gripper | None
+    configurations: Mapping[str, tuple[float, ...]]
+    inverse_kinematics: str = "projection"
+
+    @property
+    def planned_joints(self) -> tuple[str, ...]:
+        """The joints that motions plan for."""
+        return self.joint_names[: self.planned]
+
+    @property
+    def gripper_joints(self) -> tuple[str, ...]:
+        """The joints of the gripper."""
+        return self.joint_names[self.planned :]
+
+    @cached_property
+    def data(self) -> Any:
+        """Pinocchio's working memory for this robot."""
+        return self.model.createData()
+
+    def expand(self, q: Sequence[float]) -> Array:
+        """Pinocchio's configuration: mimic joints follow, locked ones stand, endless ones as cosine and sine."""
+        full = np.zeros(self.model.nq)
+        for j in range(1, self.model.njoints):
+            joint, actuation = self.model.joints[j], self.actuation
+            value = actuation.ratio[j] * q[actuation.source[j]] + actuation.shift[j]
+            full[joint.idx_q : joint.idx_q + joint.nq] = value if joint.nq == 1 else (np.cos(value), np.sin(value))
+        return full
+
+    def neighbours(self, first: str, second: str) -> bool:
+        """Whether two links hang on one moving joint, or on a joint and its parent: they are never checked."""
+        a, b = self._moving_joint(first), self._moving_joint(second)
+        return a == b or self._moving_parent(a) == b or self._moving_parent(b) == a
+
+    def _moving_joint(self, link: str) -> int:
+        return self._settle(self.links[link].joint)
+
+    def _moving_parent(self, joint: int) -> int:
+        return -1 if joint == 0 else self._settle(int(self.tree.parent[joint]))
+
+    def _settle(self, joint: int) -> int:
+        while joint > 0 and self.tree.ratio[joint] == 0.0:
+            joint = int(self.tree.parent[joint])
+        return joint
+
+    def start(self, description: RobotDescription) -> Configuration:
+        """The configuration at the beginning: `home`, else zeros within limits; the gripper open."""
+        lower, upper = self.tree.lower, self.tree.upper
+        values = [float(min(max(0.0, lower[i]), upper[i])) for i in range(len(self.joint_names))]
+        home = self.configurations.get("home")
+        if home is not None:
+            values[: self.planned] = home
+        if self.gripper is not None:
+            for i, joint in enumerate(self.gripper.joints, self.planned):
+                values[i] = float(self.gripper.open.get(joint, values[i]))
+        return tuple(round(value, 9) + 0.0 for value in values)
+
+
+def link_poses(robot: Robot, q: Sequence[float]) -> dict[str, Array]:
+    """The pose world_T_link (4, 4) of every link, by pinocchio: the reference for the kernels."""
+    import pinocchio
+
+    pinocchio.forwardKinematics(robot.model, robot.data, robot.expand(q))
+    joints = [placement.homogeneous for placement in robot.data.oMi]
+    result = {}
+    for frame in robot.model.frames:
+        if frame.type == pinocchio.FrameType.BODY and frame.name in robot.links:
+            result[frame.name] = joints[frame.parentJoint] @ frame.placement.homogeneous
+    return result

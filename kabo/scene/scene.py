@@ -1,0 +1,254 @@
+"""The scene: robots, bodies and regions placed in the world, what may touch, and the first geometric state."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.errors import Diagnostic, InputError
+from kabo.language.formulas import Place
+from kabo.language.scene_description import (
+    BodyDescription,
+    Constraint,
+    Feature,
+    GraspFamily,
+    PlacementFamily,
+    PoseDescription,
+    RegionDescription,
+    SceneDescription,
+    Shape,
+)
+from kabo.scene.meshes import CIRCLE, Mesh, mesh_of
+from kabo.scene.robots import Robot, link_poses
+from kabo.scene.state import Attachment, GeometricState
+from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
+from kabo.scene.urdf import load_robot
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Body:
+    """An object or fixed body: its mesh in its own frame [m], and what the scene file says of it."""
+
+    name: str
+    mesh: Mesh
+    shape: Shape
+    movable: bool
+    features: Mapping[str, Feature]
+    grasps: Mapping[str, GraspFamily]
+    placements: Mapping[str, PlacementFamily]
+    mass: float | None = None
+
+
+@dataclass(frozen=True)
+class Region:
+    """A closed convex volume: all x of its frame with normals (H, 3) @ x <= offsets (H,) [m]."""
+
+    name: str
+    normals: Array
+    offsets: Array
+    world_T_region: Array
+    support: str | None
+    size: tuple[float, float, float]  # half extents of its box, for sampling [m]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Robots, bodies and regions by name, in the order of the file; `files` maps every file read to its hash."""
+
+    name: str
+    epsilon: float
+    robots: Mapping[str, Robot]
+    bodies: Mapping[str, Body]
+    regions: Mapping[str, Region]
+    motion_constraints: Mapping[str, tuple[Constraint, ...]]
+    allowed: frozenset[frozenset[str]]
+    fixed_poses: Mapping[str, Array]  # world_T_body of the bodies that never move
+    start: GeometricState
+    files: Mapping[Path, str]
+
+    @cached_property
+    def movable(self) -> tuple[str, ...]:
+        """The names of the movable bodies."""
+        return tuple(name for name, body in self.bodies.items() if body.movable)
+
+    def never_collide(self, first: str, second: str) -> bool:
+        """Whether two things (`robot.link` or a body) need no check: allowed, neighbouring links, or both fixed."""
+        if frozenset((first, second)) in self.allowed:
+            return True
+        robot, other = first.partition("."), second.partition(".")
+        if robot[1] and other[1] and robot[0] == other[0]:
+            return self.robots[robot[0]].neighbours(robot[2], other[2])
+        return self._fixed(first) and self._fixed(second)
+
+    def _fixed(self, name: str) -> bool:
+        robot, dot, link = name.partition(".")
+        return self.robots[robot].neighbours(link, self._root(robot)) if dot else not self.bodies[name].movable
+
+    def _root(self, robot: str) -> str:
+        return next(name for name, link in self.robots[robot].links.items() if link.joint == 0)
+
+
+def attachment(parent: str, parent_T_object: Array) -> Attachment:
+    """An attachment with its numbers rounded, as states and plans keep them."""
+    x, y, z = rounded(parent_T_object[:3, 3], POSITION_DECIMALS)
+    qx, qy, qz, qw = rounded(quaternion(parent_T_object), QUATERNION_DECIMALS)
+    return Attachment(parent, (x, y, z), (qx, qy, qz, qw))
+
+
+def world_T(scene: Scene, state: GeometricState, name: str) -> Array:
+    """The pose (4, 4) of a body, a region, a `robot.link` or `world` in a geometric state."""
+    if name == "world":
+        return np.eye(4)
+    if name in scene.fixed_poses:
+        return scene.fixed_poses[name]
+    if name in state.objects:
+        held = state.objects[name]
+        return world_T(scene, state, held.parent) @ transform(held.position, held.quaternion)
+    if name in scene.regions:
+        return scene.regions[name].world_T_region
+    robot, _, link = name.partition(".")
+    return link_poses(scene.robots[robot], state.robots[robot])[link]
+
+
+class _Loader:
+    """Places everything: frames may be chained through bodies, regions and links, in any order of the file."""
+
+    def __init__(self, description: SceneDescription) -> None:
+        self.description = description
+        self.robots: dict[str, Robot] = {}
+        self.files: list[Path] = []
+        self.findings: list[Diagnostic] = []
+        self.poses: dict[str, Array] = {"world": np.eye(4)}
+
+    def robot(self, name: str) -> Robot:
+        if name not in self.robots:
+            described = self.description.robots[name]
+            base = self.pose(described.base)
+            self.robots[name], read = load_robot(described, base, self.description.packages)
+            self.files.extend(read)
+        return self.robots[name]
+
+    def pose(self, described: PoseDescription) -> Array:
+        return self.frame(described.frame, described.place) @ transform(described.position, described.quaternion)
+
+    def frame(self, name: str, place: Place | None) -> Array:
+        if name in self.poses:
+            return self.poses[name]
+        robot, dot, link = name.partition(".")
+        if dot and robot in self.description.robots:
+            found = self.robot(robot)
+            if link not in found.links:
+                at = place or Place("scene", 1, 1)
+                text = f'unknown link "{link}" of robot "{robot}"'
+                raise InputError([Diagnostic(at.file, at.line, at.column, text, None, at.length)])
+            q = found.start(self.description.robots[robot])
+            self.poses[name] = link_poses(found, q)[link]
+        elif name in self.description.bodies:
+            self.poses[name] = self.pose(self.description.bodies[name].pose)
+        else:
+            self.poses[name] = self.pose(self.description.regions[name].pose)
+        return self.poses[name]
+
+    def body(self, described: BodyDescription) -> Body:
+        if described.shape.path is not None:
+            self.files.append(described.shape.path)
+        mesh = mesh_of(described.shape, described.place)
+        families = described.features, described.grasps, described.placements
+        return Body(described.name, mesh, described.shape, described.movable, *families, described.mass)
+
+    def region(self, described: RegionDescription) -> Region:
+        if described.shape.path is not None:
+            self.files.append(described.shape.path)
+        normals, offsets = _half_spaces(described)
+        pose = self.frame(described.name, described.place)
+        size = _half_extents(described.shape, normals, offsets)
+        return Region(described.name, normals, offsets, pose, described.support, size)
+
+    def collect(self, make, items):  # type: ignore[no-untyped-def]
+        result = {}
+        for name, item in items.items():
+            try:
+                result[name] = make(item)
+            except InputError as error:
+                self.findings.extend(error.diagnostics)
+        return result
+
+
+def load_scene(description: SceneDescription) -> Scene:
+    """The scene of a description, with every URDF and mesh loaded.
+
+    Raises:
+        InputError: everything that does not load, at the places in the scene file that name it.
+    """
+    loader = _Loader(description)
+    robots = loader.collect(lambda robot: loader.robot(robot.name), description.robots)
+    bodies = loader.collect(loader.body, description.bodies)
+    regions = {} if loader.findings else loader.collect(loader.region, description.regions)
+    if loader.findings:
+        raise InputError(loader.findings)
+    poses = {name: loader.frame(name, body.place) for name, body in description.bodies.items()}
+    start = GeometricState(
+        {name: robot.start(description.robots[name]) for name, robot in robots.items()},
+        {name: attachment("world", poses[name]) for name, body in bodies.items() if body.movable},
+    )
+    return Scene(
+        description.name,
+        description.epsilon,
+        robots,
+        bodies,
+        regions,
+        description.motion_constraints,
+        _allowed(description, robots),
+        {name: poses[name] for name, body in bodies.items() if not body.movable},
+        start,
+        _hashes(loader.files),
+    )
+
+
+def _hashes(paths: list[Path]) -> dict[Path, str]:
+    beside = [path.with_name(path.name + ".parts") for path in paths]
+    read = sorted({*paths, *(path for path in beside if path.is_file())})
+    return {path: "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest() for path in read}
+
+
+def _allowed(description: SceneDescription, robots: Mapping[str, Robot]) -> frozenset[frozenset[str]]:
+    def links(name: str) -> list[str]:
+        return [f"{name}.{link}" for link in robots[name].links] if name in robots else [name]
+
+    pairs = ((a, b) for first, second in description.allowed_contacts for a in links(first) for b in links(second))
+    return frozenset(frozenset(pair) for pair in pairs)
+
+
+def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
+    """Half-spaces that lie *within* the region: what is inside them is inside it."""
+    shape = described.shape
+    if shape.kind == "box" and shape.size is not None:
+        return np.concatenate([np.eye(3), -np.eye(3)]), np.tile(np.asarray(shape.size) / 2, 2)
+    if shape.kind == "cylinder" and shape.size is not None:
+        angles = 2 * np.pi * np.arange(CIRCLE) / CIRCLE
+        sides = np.stack([np.cos(angles), np.sin(angles), np.zeros(CIRCLE)], axis=1)
+        ends = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+        inner = np.full(CIRCLE, shape.size[0] * np.cos(np.pi / CIRCLE))
+        return np.concatenate([sides, ends]), np.concatenate([inner, np.full(2, shape.size[2] / 2)])
+    from scipy.spatial import ConvexHull
+
+    points = mesh_of(shape, described.place).vertices
+    if shape.kind == "sphere" and shape.size is not None:
+        points = points * (shape.size[0] / np.linalg.norm(points, axis=1, keepdims=True))
+    equations = np.unique(ConvexHull(points).equations.round(12), axis=0)
+    return np.ascontiguousarray(equations[:, :3]), np.ascontiguousarray(-equations[:, 3])
+
+
+def _half_extents(shape: Shape, normals: Array, offsets: Array) -> tuple[float, float, float]:
+    if shape.kind == "box" and shape.size is not None:
+        return shape.size[0] / 2, shape.size[1] / 2, shape.size[2] / 2
+    if shape.kind == "cylinder" and shape.size is not None:
+        return shape.size[0], shape.size[0], shape.size[2] / 2
+    reach = np.abs(mesh_of(shape, None).vertices).max(axis=0)
+    return float(reach[0]), float(reach[1]), float(reach[2])

@@ -1,0 +1,344 @@
+"""From URDF files to a Robot: pinocchio reads the joints, the link geometry is read beside it."""
+
+import math
+import xml.etree.ElementTree as ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
+from kabo.language.formulas import Place
+from kabo.language.scene_description import RobotDescription, Shape
+from kabo.scene.meshes import Mesh, load_mesh, primitive
+from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
+from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
+
+Array = npt.NDArray[np.float64]
+
+ENDLESS = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]
+SLOW = math.pi  # velocity where a URDF gives none [rad/s or m/s]
+
+
+def _refuse(place: Place | None, message: str, hint: str | None = None) -> InputError:
+    at = place or Place("scene", 1, 1)
+    return InputError([Diagnostic(at.file, at.line, at.column, message, hint, at.length)])
+
+
+@dataclass(frozen=True)
+class UrdfFile:
+    """What is read of a URDF beside pinocchio: link meshes (link frame, metres), mimic rules, files read."""
+
+    path: Path
+    meshes: Mapping[str, Mesh]
+    mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
+    files: tuple[Path, ...] = field(default=())
+
+
+def pinocchio() -> Any:
+    """The pinocchio module, or one line that says what its import lacks."""
+    try:
+        import pinocchio as module
+    except ImportError as error:
+        if "libgomp" in str(error):
+            raise KaboError("pinocchio needs the system library libgomp1; on Debian: apt-get install libgomp1") from None
+        raise KaboError(f"pinocchio cannot be imported: {error}") from None
+    return module
+
+
+def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> UrdfFile:
+    """The links' geometry (collision, else visual) and the mimic rules of a URDF file.
+
+    Raises:
+        InputError: the file is not XML, or names a mesh that does not load.
+    """
+    try:
+        root = ElementTree.parse(path).getroot()  # noqa: S314
+    except (ElementTree.ParseError, OSError, UnicodeDecodeError) as error:
+        raise _refuse(place, f'robot file "{path.name}" cannot be read: {error}') from None
+    if root.tag != "robot":
+        raise _refuse(place, f'robot file "{path.name}" has <{root.tag}> where <robot> is expected')
+    meshes, files = {}, [path]
+    for link in root.iter("link"):
+        shapes = link.findall("collision") or link.findall("visual")
+        pieces = [_piece(shape, path, packages, place, files) for shape in shapes]
+        if pieces:
+            meshes[link.get("name", "")] = _merged(pieces)
+    mimics = {}
+    for joint in root.iter("joint"):
+        mimic = joint.find("mimic")
+        if mimic is not None:
+            factors = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
+            mimics[joint.get("name", "")] = (mimic.get("joint", ""), *factors)
+    return UrdfFile(path, meshes, mimics, tuple(files))
+
+
+def _numbers(text: str | None, default: str) -> list[float]:
+    return [float(word) for word in (text or default).split()]
+
+
+def _origin(element: Any) -> Array:
+    origin = element.find("origin")
+    xyz = _numbers(None if origin is None else origin.get("xyz"), "0 0 0")
+    roll, pitch, yaw = _numbers(None if origin is None else origin.get("rpy"), "0 0 0")
+    matrix: Array = np.eye(4)
+    matrix[:3, :3] = pinocchio().rpy.rpyToMatrix(roll, pitch, yaw) if roll or pitch or yaw else np.eye(3)
+    matrix[:3, 3] = xyz
+    return matrix
+
+
+def _piece(
+    element: Any, urdf: Path, packages: Mapping[str, Path], place: Place | None, files: list[Path]
+) -> Mesh:
+    geometry = element.find("geometry")
+    shape = None if geometry is None else next(iter(geometry), None)
+    if shape is None:
+        raise _refuse(place, f'robot file "{urdf.name}": a link has an empty geometry')
+    if shape.tag == "mesh":
+        path = _locate(shape.get("filename", ""), urdf, packages, place)
+        files.append(path)
+        made = load_mesh(path, np.array(_numbers(shape.get("scale"), "1 1 1")), place)
+    elif shape.tag == "box":
+        x, y, z = _numbers(shape.get("size"), "0 0 0")
+        made = primitive(Shape("box", size=(x, y, z)))
+    elif shape.tag == "cylinder":
+        radius, length = float(shape.get("radius", "0")), float(shape.get("length", "0"))
+        made = primitive(Shape("cylinder", size=(radius, radius, length)))
+    elif shape.tag == "sphere":
+        radius = float(shape.get("radius", "0"))
+        made = primitive(Shape("sphere", size=(radius, radius, radius)))
+    else:
+        raise _refuse(place, f'robot file "{urdf.name}": unknown geometry <{shape.tag}>')
+    return made.moved(_origin(element))
+
+
+def _locate(name: str, urdf: Path, packages: Mapping[str, Path], place: Place | None) -> Path:
+    if name.startswith("package://"):
+        package, _, rest = name.removeprefix("package://").partition("/")
+        if package not in packages:
+            hint = did_you_mean(package, packages) or f"add packages: {{{package}: FOLDER}} to the scene"
+            raise _refuse(place, f'robot file "{urdf.name}" names the unknown package "{package}"', hint)
+        path = packages[package] / rest
+    else:
+        path = urdf.parent / name.removeprefix("file://")
+    if not path.is_file():
+        raise _refuse(place, f'robot file "{urdf.name}" names the mesh "{name}", which does not exist')
+    return path
+
+
+def _merged(pieces: list[Mesh]) -> Mesh:
+    if len(pieces) == 1:
+        return pieces[0]
+    offsets = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    faces = np.concatenate([piece.faces + offset for piece, offset in zip(pieces, offsets, strict=False)])
+    return Mesh(np.concatenate([piece.vertices for piece in pieces]), faces)
+
+
+def load_robot(
+    description: RobotDescription, base: Array, packages: Mapping[str, Path]
+) -> tuple[Robot, tuple[Path, ...]]:
+    """The robot of a description with its base at world_T_base (4, 4), and the files read.
+
+    Raises:
+        InputError: a file does not load, or the description names links or joints that are not there.
+    """
+    files = [read_urdf(description.urdf, packages, description.place)]
+    model = _model(description.urdf, description.place)
+    gripper = description.gripper
+    if gripper is not None and gripper.urdf is not None:
+        files.append(read_urdf(gripper.urdf, packages, gripper.place))
+        arm_joints = set(model.names)
+        model = _with_gripper(model, _model(gripper.urdf, gripper.place), gripper.mount or "", description)
+        own = tuple(name for name in model.names if name not in arm_joints)
+    else:
+        own = () if gripper is None or gripper.joints is None else gripper.joints
+    _place_base(model, base)
+    mimics = {name: rule for file in files for name, rule in file.mimics.items()}
+    meshes = {name: mesh for file in files for name, mesh in file.meshes.items()}
+    robot = _assemble(description, model, mimics, meshes, tuple(j for j in own if j not in mimics))
+    return robot, tuple(path for file in files for path in file.files)
+
+
+def _model(path: Path, place: Place | None) -> Any:
+    try:
+        return pinocchio().buildModelFromUrdf(str(path))
+    except (ValueError, RuntimeError) as error:
+        reason = str(error).strip().splitlines()[0]
+        raise _refuse(place, f'robot file "{path.name}" is not a usable URDF: {reason}') from None
+
+
+def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
+    bodies = [frame.name for frame in model.frames]
+    if mount not in bodies:
+        at = description.gripper.place if description.gripper else description.place
+        raise _refuse(at, f'unknown link "{mount}" to mount the gripper on', did_you_mean(mount, bodies))
+    pin = pinocchio()
+    return pin.appendModel(model, gripper, model.getFrameId(mount), pin.SE3.Identity())
+
+
+def _place_base(model: Any, base: Array) -> None:
+    world_M_base = pinocchio().SE3(base)
+    for j in range(1, model.njoints):
+        if model.parents[j] == 0:
+            model.jointPlacements[j] = world_M_base * model.jointPlacements[j]
+    for frame in model.frames:
+        if frame.parentJoint == 0 and frame.name != "universe":
+            frame.placement = world_M_base * frame.placement
+
+
+def _axis(joint: Any) -> tuple[int, Array] | None:
+    """The kind and axis of a joint, or None for a kind that kabo does not plan for."""
+    short = joint.shortname().removeprefix("JointModel")
+    if short in ("RevoluteUnaligned", "RevoluteUnboundedUnaligned", "PrismaticUnaligned"):
+        return (PRISMATIC if short.startswith("P") else REVOLUTE), np.asarray(joint.extract().axis, dtype=float)
+    kinds = {"R": REVOLUTE, "RUB": REVOLUTE, "P": PRISMATIC}
+    if short[:-1] in kinds and short[-1] in "XYZ":
+        return kinds[short[:-1]], np.eye(3)["XYZ".index(short[-1])]
+    return None
+
+
+def _z_to(axis: Array) -> Array:
+    """A rotation (3, 3) that takes z to `axis`; exact for the coordinate axes."""
+    x, y, z = axis
+    if z < -0.999999:
+        return np.diag([1.0, -1.0, -1.0])
+    k = 1.0 / (1.0 + z)
+    return np.array([[1 - x * x * k, -x * y * k, x], [-x * y * k, 1 - y * y * k, y], [-x, -y, z]])
+
+
+def _assemble(
+    description: RobotDescription,
+    model: Any,
+    mimics: Mapping[str, tuple[str, float, float]],
+    meshes: Mapping[str, Mesh],
+    gripper_joints: tuple[str, ...],
+) -> Robot:
+    movable = [name for name in list(model.names)[1:] if name not in mimics]
+    for name in (*(description.joints or ()), *gripper_joints):
+        if name not in movable:
+            raise _refuse(description.place, f'unknown joint "{name}"', did_you_mean(name, movable))
+    planned = description.joints or tuple(name for name in movable if name not in gripper_joints)
+    names = (*planned, *gripper_joints)
+    kinds, turns = [REVOLUTE], [np.eye(3)]
+    for j in range(1, model.njoints):
+        kind_axis = _axis(model.joints[j])
+        if kind_axis is None:
+            raise _refuse(description.place, f'joint "{model.names[j]}" is neither revolute nor prismatic')
+        kinds.append(kind_axis[0])
+        turns.append(_z_to(kind_axis[1]))
+    actuation = _actuation(model, names, mimics, description)
+    tree = _tree(model, kinds, turns, actuation, names)
+    links = {}
+    for frame in model.frames:
+        if frame.type == pinocchio().FrameType.BODY:
+            pose = frame.placement.homogeneous.copy()
+            turn = np.eye(4)
+            turn[:3, :3] = turns[frame.parentJoint].T
+            links[frame.name] = Link(frame.name, frame.parentJoint, turn @ pose, meshes.get(frame.name))
+    robot = Robot(
+        description.name,
+        model,
+        links,
+        names,
+        len(planned),
+        tree,
+        actuation,
+        _tool(description, links),
+        _gripper(description, gripper_joints, links),
+        description.configurations,
+        description.inverse_kinematics,
+    )
+    _check_configurations(description, robot)
+    return robot
+
+
+def _actuation(
+    model: Any, names: tuple[str, ...], mimics: Mapping[str, tuple[str, float, float]], description: RobotDescription
+) -> Actuation:
+    source, ratio, shift = [0], [0.0], [0.0]
+    for j in range(1, model.njoints):
+        name, factor, offset = model.names[j], 1.0, 0.0
+        if name in mimics:
+            name, factor, offset = mimics[name]
+        if name in names:
+            source.append(names.index(name))
+        elif model.names[j] in mimics and name not in list(model.names):
+            raise _refuse(description.place, f'joint "{model.names[j]}" mimics the unknown joint "{name}"')
+        else:  # a joint that is not planned stands at zero, within its limits
+            i = model.joints[j].idx_q
+            lower, upper = model.lowerPositionLimit[i], model.upperPositionLimit[i]
+            stand = 0.0 if model.joints[j].nq > 1 else float(min(max(0.0, lower), upper))
+            source.append(0)
+            factor, offset = 0.0, stand
+        ratio.append(factor)
+        shift.append(offset)
+    return Actuation(tuple(source), tuple(ratio), tuple(shift))
+
+
+def _tree(
+    model: Any, kinds: list[int], turns: list[Array], actuation: Actuation, names: tuple[str, ...]
+) -> KinematicTree:
+    placement = np.zeros((model.njoints, 12))
+    placement[0, [0, 4, 8]] = 1.0
+    for j in range(1, model.njoints):
+        parent, pose = model.parents[j], model.jointPlacements[j]
+        placement[j, :9] = (turns[parent].T @ pose.rotation @ turns[j]).ravel()
+        placement[j, 9:] = turns[parent].T @ pose.translation
+    lower, upper, velocity = (np.empty(len(names)) for _ in range(3))
+    for i, name in enumerate(names):
+        joint = model.joints[model.getJointId(name)]
+        endless = joint.nq > 1
+        lower[i] = -ENDLESS if endless else model.lowerPositionLimit[joint.idx_q]
+        upper[i] = ENDLESS if endless else model.upperPositionLimit[joint.idx_q]
+        speed = float(model.velocityLimit[joint.idx_v])
+        velocity[i] = speed if 0.0 < speed < 1e6 else SLOW
+    return KinematicTree(
+        np.array(list(model.parents), dtype=np.int64),
+        np.array(kinds, dtype=np.int64),
+        np.array(actuation.source, dtype=np.int64),
+        np.array(actuation.ratio),
+        np.array(actuation.shift),
+        placement,
+        lower,
+        upper,
+        velocity,
+    )
+
+
+def _tool(description: RobotDescription, links: Mapping[str, Link]) -> Tool | None:
+    if description.tool_frame is None:
+        return None
+    if description.tool_frame not in links:
+        hint = did_you_mean(description.tool_frame, links)
+        raise _refuse(description.place, f'unknown link "{description.tool_frame}" as tool frame', hint)
+    return Tool(description.tool_frame, description.tool_features)
+
+
+def _gripper(description: RobotDescription, joints: tuple[str, ...], links: Mapping[str, Link]) -> Gripper | None:
+    gripper = description.gripper
+    if gripper is None:
+        return None
+    for link in gripper.touch_links:
+        if link not in links:
+            raise _refuse(gripper.place, f'unknown link "{link}" in touch_links', did_you_mean(link, links))
+    for name in (*gripper.open, *gripper.closed):
+        if name not in joints:
+            raise _refuse(gripper.place, f'unknown joint "{name}" of the gripper', did_you_mean(name, joints))
+    touch = tuple(f"{description.name}.{link}" for link in gripper.touch_links)
+    return Gripper(joints, gripper.open, gripper.closed, touch)
+
+
+def _check_configurations(description: RobotDescription, robot: Robot) -> None:
+    lower, upper = robot.tree.lower[: robot.planned], robot.tree.upper[: robot.planned]
+    for name, values in description.configurations.items():
+        if len(values) != robot.planned:
+            count = f"{len(values)} values, but the robot has {robot.planned} planned joints"
+            raise _refuse(description.place, f'configuration "{name}" has {count}')
+        for joint, value, low, high in zip(robot.planned_joints, values, lower, upper, strict=True):
+            if not low <= value <= high:
+                limits = f"[{low:.6g}, {high:.6g}]"
+                text = f'configuration "{name}": {joint} = {value:.6g} is outside its limits {limits}'
+                raise _refuse(description.place, text)
