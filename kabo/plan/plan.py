@@ -1,4 +1,4 @@
-"""The plan as data: a branched DAG of action, sense, branch and goal nodes, each with its motion (LANGUAGE section 6).
+"""The plan as data: a branched DAG of action, sense, branch and goal nodes, and their motions (LANGUAGE section 6).
 
 Poses are in the frame of the parent, metres and radians, quaternions (x, y, z, w).
 """
@@ -56,7 +56,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Node:
-    """A node. `kind` decides which fields are set:
+    """A node; `kind` decides which fields are set.
 
     action: action, arguments, next; sense: action, arguments and `on` with `branches`, or `delivers` with `next`;
     branch: `on`, `branches`; goal: none. `branches` maps outcomes, in their declared order, to node ids.
@@ -79,6 +79,25 @@ class Node:
 
 
 @dataclass(frozen=True)
+class Clearance:
+    """What a certificate says of one segment: least distance [m] and between which; None where nothing is near."""
+
+    node: str
+    segment: int
+    clearance: float | None = None
+    between: tuple[str, str] | None = None
+    permitted: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The distances that the planner kept, for people to read; `verify` trusts none of it."""
+
+    epsilon: float
+    segments: tuple[Clearance, ...] = ()
+
+
+@dataclass(frozen=True)
 class Plan:
     """A plan; `files` are all files read with their hashes, `options` the resolved values that made it."""
 
@@ -88,3 +107,4 @@ class Plan:
     root: str
     nodes: Mapping[str, Node]
     start: StateChange | None = None
+    certificate: Certificate | None = None

@@ -1,0 +1,45 @@
+"""The plan room: a plan as data, its canonical file, its statistics, and the tree that people read.
+
+It knows the format `kabo-plan/1` (LANGUAGE section 6) and nothing else: not who made a plan, nor if it is right.
+Plans that a search makes go through `PlanBuilder`, which gives equal continuations one node.
+"""
+
+from kabo.plan.builder import PlanBuilder
+from kabo.plan.description import describe
+from kabo.plan.plan import (
+    Certificate,
+    Clearance,
+    Node,
+    ObjectPose,
+    Plan,
+    Segment,
+    StateChange,
+    ValueOf,
+)
+from kabo.plan.reading import load_plan, plan_from_json
+from kabo.plan.schema import schema
+from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
+from kabo.plan.writing import plan_hash, plan_to_json, write_atomically, write_plan
+
+__all__ = [
+    "Certificate",
+    "Clearance",
+    "Node",
+    "ObjectPose",
+    "Plan",
+    "PlanBuilder",
+    "PlanStatistics",
+    "Segment",
+    "StateChange",
+    "ValueOf",
+    "describe",
+    "load_plan",
+    "plan_from_json",
+    "plan_hash",
+    "plan_statistics",
+    "plan_to_json",
+    "schema",
+    "topological_order",
+    "write_atomically",
+    "write_plan",
+]

@@ -1,0 +1,190 @@
+"""JSON values whose place is known: every wrong one becomes a diagnostic with its JSON path, and reading goes on.
+
+`Place` wraps a value, its path (`$.nodes.n3.motion[0].times`) and the list of findings that all places share.
+"""
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeVar
+
+from kabo.errors import Diagnostic, InputError, did_you_mean
+
+_T = TypeVar("_T")
+_TEXT, _BRACKET = re.compile(r'"(?:[^"\\]|\\.)*"'), re.compile(r"[\[\]{}]")
+
+DEPTH = 40  # nesting that a plan never reaches; deeper files are refused before they are understood
+FINDINGS = 100  # more are not reported: one missing bracket should not print a megabyte
+
+
+class Place:
+    """A JSON value at a path; `file` and `findings` are shared by all places of one file."""
+
+    def __init__(self, value: Any, path: str, file: str, findings: list[Diagnostic]) -> None:
+        self.value, self.path, self.file, self.findings = value, path, file, findings
+
+    def wrong(self, message: str, hint: str | None = None) -> None:
+        """Notes that something is wrong here."""
+        if len(self.findings) < FINDINGS:
+            self.findings.append(Diagnostic(self.file, 1, 1, f"{self.path}: {message}", hint))
+
+    def at(self, step: str | int, value: Any) -> "Place":
+        """A value inside this one."""
+        path = f"{self.path}[{step}]" if isinstance(step, int) else f"{self.path}.{step}"
+        return Place(value, path, self.file, self.findings)
+
+    def expected(self, what: str) -> None:
+        """Notes that something else was expected here."""
+        self.wrong(f"expected {what}, found {_shown(self.value)}")
+
+    # ---------------------------------------------------------------------------------------------- leaves
+    def text(self) -> str:
+        """The text that stands here."""
+        if isinstance(self.value, str):
+            return self.value
+        self.expected("a text")
+        return ""
+
+    def text_or_null(self) -> str | None:
+        """The text that stands here, or None for null."""
+        return None if self.value is None else self.text()
+
+    def number(self) -> float:
+        """The finite number that stands here."""
+        if isinstance(self.value, int | float) and not isinstance(self.value, bool):
+            try:
+                number = float(self.value)
+            except OverflowError:
+                number = math.inf
+            if math.isfinite(number):
+                return number + 0.0
+        self.expected("a finite number")
+        return 0.0
+
+    def index(self) -> int:
+        """The number 0, 1, 2, … that stands here."""
+        if isinstance(self.value, int) and not isinstance(self.value, bool) and self.value >= 0:
+            return self.value
+        self.expected("a number 0, 1, 2, …")
+        return 0
+
+    def one_of(self, *allowed: str) -> str:
+        """The word that stands here, one of those allowed."""
+        word = self.text()
+        if isinstance(self.value, str) and word not in allowed:
+            self.wrong(f'"{word}" is none of {", ".join(allowed)}', did_you_mean(word, allowed))
+        return word
+
+    # -------------------------------------------------------------------------------------------- containers
+    def items(self, least: int = 0, exactly: int | None = None) -> list["Place"]:
+        """The entries of the list that stands here."""
+        if not isinstance(self.value, list):
+            self.expected("a list")
+            return []
+        if exactly is not None and len(self.value) != exactly:
+            self.wrong(f"expected {exactly} entries, found {len(self.value)}")
+        elif len(self.value) < least:
+            self.wrong(f"expected at least {least}, found {len(self.value)}")
+        return [self.at(i, value) for i, value in enumerate(self.value)]
+
+    def mapping(self) -> dict[str, "Place"]:
+        """The entries of the object that stands here."""
+        if not isinstance(self.value, dict):
+            self.expected("an object")
+            return {}
+        return {key: self.at(key, value) for key, value in self.value.items()}
+
+    def fields(self, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> Mapping[str, "Place"]:
+        """The entries of the object that stands here, whose keys are known; required ones that lack are noted."""
+        found = self.mapping()
+        for key in found:
+            if key not in required and key not in optional:
+                self.wrong(f'unknown key "{key}"', did_you_mean(key, [*required, *optional]))
+        if isinstance(self.value, dict):
+            for key in required:
+                if key not in found:
+                    self.wrong(f'"{key}" is missing')
+        return _Fields(self, found)
+
+
+class _Fields(Mapping[str, Place]):
+    """Known entries; a missing one reads as a null that notes nothing more."""
+
+    def __init__(self, owner: Place, found: dict[str, Place]) -> None:
+        self.owner, self.found = owner, found
+
+    def __getitem__(self, key: str) -> Place:
+        return self.found[key] if key in self.found else Place(None, f"{self.owner.path}.{key}", "", [])
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.found)
+
+    def __len__(self) -> int:
+        return len(self.found)
+
+
+def read_checked(content: bytes, file: str, read: Callable[[Place], _T]) -> _T:
+    """What `read` makes of a JSON file.
+
+    Raises:
+        InputError: the file is no JSON, nests deeper than 40, has a key twice, or `read` noted something.
+    """
+    findings: list[Diagnostic] = []
+    value = _parse(content, file, findings)
+    if findings:
+        raise InputError(findings)
+    result = read(Place(value, "$", file, findings))
+    if findings:
+        raise InputError(findings)
+    return result
+
+
+def _parse(content: bytes, file: str, findings: list[Diagnostic]) -> Any:
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        result: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in result:
+                findings.append(Diagnostic(file, 1, 1, f'the key "{key}" stands twice in one object'))
+            result[key] = value
+        return result
+
+    def constant(name: str) -> float:
+        findings.append(Diagnostic(file, 1, 1, f"{name} is no number of JSON", "every number must be finite"))
+        return 0.0
+
+    def refuse(message: str, line: int = 1, column: int = 1, hint: str | None = None) -> InputError:
+        return InputError([Diagnostic(file, line, column, message, hint)])
+
+    try:
+        text = content.decode("utf-8")
+        if _depth(text) > DEPTH:
+            raise refuse(f"nested deeper than {DEPTH}")
+        return json.loads(text, object_pairs_hook=unique, parse_constant=constant)
+    except UnicodeDecodeError as error:
+        raise refuse(f"not UTF-8: byte {error.start}") from None
+    except json.JSONDecodeError as error:
+        raise refuse(f"not JSON: {error.msg}", error.lineno, error.colno) from None
+    except (RecursionError, ValueError) as error:  # ValueError: an integer of thousands of digits
+        raise refuse(f"not usable as JSON: {error}") from None
+
+
+def _depth(text: str) -> int:
+    """The deepest nesting of brackets outside texts; counted before the recursive parser sees them."""
+    deepest = depth = 0
+    for bracket in _BRACKET.findall(_TEXT.sub("", text)):
+        depth += 1 if bracket in "[{" else -1
+        deepest = max(deepest, depth)
+    return deepest
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict):
+        return "an object"
+    if isinstance(value, list):
+        return "a list"
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 40 else text[:37] + "…"

@@ -1,0 +1,226 @@
+"""Reads the plan's file: everything that is wrong is said at once, each with its JSON path.
+
+The reader checks the form; whether ids exist, branches are complete and motions belong to their actions is the
+verifier's to judge.
+"""
+
+import re
+from pathlib import Path
+
+from kabo.plan.checked_json import Place, read_checked
+from kabo.plan.plan import (
+    Certificate,
+    Clearance,
+    Node,
+    ObjectPose,
+    Plan,
+    Segment,
+    StateChange,
+    ValueOf,
+)
+from kabo.plan.writing import FORMAT
+
+_ID = re.compile(r"n(0|[1-9][0-9]*)")
+_HASH = re.compile(r"sha256:[0-9a-f]{64}")
+_SEGMENT = ("robot", "joints", "waypoints", "times", "procedure", "stage", "attach", "detach", "allowed_contacts")
+_OPTIONS = ("max_expansions", "max_samples", "geometry_order")
+
+
+def load_plan(path: Path) -> Plan:
+    """The plan of a file.
+
+    Raises:
+        InputError: what is wrong in the file, with JSON paths.
+        OSError: the file cannot be read.
+    """
+    return plan_from_json(path.read_bytes(), file=str(path))
+
+
+def plan_from_json(content: bytes, *, file: str = "plan.json") -> Plan:
+    """The plan of a file's bytes.
+
+    Args:
+        content: the bytes of the file.
+        file: its name in diagnostics.
+
+    Raises:
+        InputError: everything that is wrong in the form, with JSON paths.
+    """
+    return read_checked(content, file, _plan)
+
+
+def _plan(place: Place) -> Plan:
+    fields = place.fields(("format", "problem", "options", "root", "nodes"), ("start", "certificate"))
+    if "format" in fields and fields["format"].value != FORMAT:
+        fields["format"].wrong(f'expected "{FORMAT}"', "this file is of another version, or no plan")
+    problem = fields["problem"].fields(("name", "files"))
+    nodes = fields["nodes"].mapping()
+    if not nodes and isinstance(fields["nodes"].value, dict):
+        fields["nodes"].wrong("a plan has at least one node")
+    for name, node in nodes.items():
+        if not _ID.fullmatch(name):
+            node.wrong(f'"{name}" is no node id', "ids are n0, n1, …")
+    return Plan(
+        problem=problem["name"].text(),
+        files={name: _hash(value) for name, value in problem["files"].mapping().items()},
+        options=_options(fields["options"]),
+        root=_id(fields["root"]),
+        nodes={name: _node(node) for name, node in nodes.items()},
+        start=_state(fields["start"], ("robots", "objects")) if "start" in fields else None,
+        certificate=_certificate(fields["certificate"]) if "certificate" in fields else None,
+    )
+
+
+def _id(place: Place) -> str:
+    name = place.text()
+    if isinstance(place.value, str) and not _ID.fullmatch(name):
+        place.wrong(f'"{name}" is no node id', "ids are n0, n1, …")
+    return name
+
+
+def _hash(place: Place) -> str:
+    text = place.text()
+    if isinstance(place.value, str) and not _HASH.fullmatch(text):
+        place.wrong(f'"{text}" is no hash', "sha256: and 64 hexadecimal digits")
+    return text
+
+
+def _options(place: Place) -> dict[str, str | float | int | None]:
+    fields = place.fields(("search", "seed", "epsilon", "geometry"), _OPTIONS)
+    result: dict[str, str | float | int | None] = {}
+    for name, value in fields.items():
+        if name in ("search", "geometry"):
+            result[name] = value.one_of("bounding", "exact", "none") if name == "geometry" else value.text()
+        elif name == "seed":
+            result[name] = value.index()
+        elif name == "geometry_order":
+            result[name] = None if value.value is None else value.one_of("lazy", "eager", "adaptive")
+        elif name == "epsilon":
+            result[name] = None if value.value is None else value.number()
+        else:
+            result[name] = None if value.value is None else value.index()
+    return result
+
+
+def _node(place: Place) -> Node:
+    found = place.mapping()
+    if "kind" not in found:
+        place.wrong('"kind" is missing')
+        return Node("goal")
+    kind = found["kind"].one_of("action", "sense", "branch", "goal")
+    if kind == "goal":
+        place.fields(("kind",))
+        return Node("goal")
+    if kind == "branch":
+        fields = place.fields(("kind", "on", "branches"))
+        return Node("branch", on=fields["on"].text(), branches=_branches(fields["branches"]))
+    if kind == "action":
+        fields = place.fields(("kind", "action", "arguments", "next"), ("motion", "after"))
+        return Node("action", next=_id(fields["next"]), **_acting(fields))
+    if kind == "sense" and "delivers" in found:
+        fields = place.fields(("kind", "action", "arguments", "delivers", "next"), ("motion", "after"))
+        delivers = tuple(entry.text() for entry in fields["delivers"].items(1))
+        return Node("sense", next=_id(fields["next"]), delivers=delivers, **_acting(fields))
+    if kind == "sense":
+        fields = place.fields(("kind", "action", "arguments", "on", "branches"), ("motion", "after"))
+        return Node("sense", on=fields["on"].text(), branches=_branches(fields["branches"]), **_acting(fields))
+    return Node("goal")
+
+
+def _acting(fields) -> dict:  # type: ignore[no-untyped-def, type-arg]
+    """What action and sense nodes share."""
+    return {
+        "action": fields["action"].text(),
+        "arguments": {name: _argument(value) for name, value in fields["arguments"].mapping().items()},
+        "motion": tuple(_segment(entry) for entry in fields["motion"].items(1)) if "motion" in fields else (),
+        "after": _state(fields["after"], ()) if "after" in fields else None,
+    }
+
+
+def _branches(place: Place) -> dict[str, str]:
+    branches = place.mapping()
+    if not branches and isinstance(place.value, dict):
+        place.wrong("a node that branches has at least one branch")
+    return {outcome: _id(value) for outcome, value in branches.items()}
+
+
+def _argument(place: Place) -> str | float | ValueOf:
+    if isinstance(place.value, dict):
+        return ValueOf(place.fields(("value_of",))["value_of"].text())
+    return place.value if isinstance(place.value, str) else place.number()
+
+
+def _segment(place: Place) -> Segment:
+    fields = place.fields((*_SEGMENT, "constraint"))
+    joints = tuple(entry.text() for entry in fields["joints"].items(1))
+    rows = fields["waypoints"].items(2)
+    times = fields["times"].items(2)
+    if len(rows) != len(times):
+        fields["times"].wrong(f"{len(times)} times for {len(rows)} way points")
+    for time in times:
+        if time.number() < 0:
+            time.wrong("a time is never negative")
+    attached = [entry.fields(("object", "to")) for entry in fields["attach"].items()]
+    return Segment(
+        robot=fields["robot"].text(),
+        joints=joints,
+        waypoints=tuple(tuple(value.number() for value in row.items(exactly=len(joints))) for row in rows),
+        times=tuple(time.number() for time in times),
+        procedure=fields["procedure"].text(),
+        stage=fields["stage"].text_or_null(),
+        attach=tuple((entry["object"].text(), entry["to"].text()) for entry in attached),
+        detach=tuple(entry.text() for entry in fields["detach"].items()),
+        allowed_contacts=tuple(_pair(entry) for entry in fields["allowed_contacts"].items()),
+        constraint=fields["constraint"].text_or_null(),
+    )
+
+
+def _pair(place: Place) -> tuple[str, str]:
+    names = [entry.text() for entry in place.items(exactly=2)]
+    return (names[0], names[1]) if len(names) == 2 else ("", "")
+
+
+def _state(place: Place, required: tuple[str, ...]) -> StateChange:
+    fields = place.fields(required, ("robots", "objects"))
+    if not required and isinstance(place.value, dict) and not place.value:
+        place.wrong("nothing changes: leave the key out")
+    robots = fields["robots"].mapping() if "robots" in fields else {}
+    objects = fields["objects"].mapping() if "objects" in fields else {}
+    return StateChange(
+        {name: _joints(value) for name, value in robots.items()},
+        {name: _pose(value) for name, value in objects.items()},
+    )
+
+
+def _joints(place: Place) -> dict[str, float]:
+    return {name: value.number() for name, value in place.fields(("joints",))["joints"].mapping().items()}
+
+
+def _pose(place: Place) -> ObjectPose:
+    fields = place.fields(("parent", "position", "quaternion"))
+    position = [value.number() for value in fields["position"].items(exactly=3)]
+    quaternion = [value.number() for value in fields["quaternion"].items(exactly=4)]
+    if len(position) != 3 or len(quaternion) != 4:
+        return ObjectPose("world", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    if abs(sum(value * value for value in quaternion) - 1.0) > 1e-6:
+        fields["quaternion"].wrong("a quaternion (x, y, z, w) has length 1")
+    x, y, z = position
+    qx, qy, qz, qw = quaternion
+    return ObjectPose(fields["parent"].text(), (x, y, z), (qx, qy, qz, qw))
+
+
+def _certificate(place: Place) -> Certificate:
+    fields = place.fields(("epsilon", "segments"))
+    return Certificate(fields["epsilon"].number(), tuple(map(_clearance, fields["segments"].items())))
+
+
+def _clearance(place: Place) -> Clearance:
+    fields = place.fields(("node", "segment", "clearance", "between", "permitted"))
+    clearance, between = fields["clearance"], fields["between"]
+    return Clearance(
+        node=_id(fields["node"]),
+        segment=fields["segment"].index(),
+        clearance=None if clearance.value is None else clearance.number(),
+        between=None if between.value is None else _pair(between),
+        permitted=tuple(_pair(entry) for entry in fields["permitted"].items()),
+    )

@@ -1,0 +1,16 @@
+"""The JSON Schemas of the formats, shipped with the package: `kabo-plan-1`, `kabo-result-1`, `kabo-explain-1`."""
+
+import json
+from importlib import resources
+from typing import Any
+
+
+def schema(name: str) -> dict[str, Any]:
+    """The JSON Schema of a format, such as `kabo-plan-1`.
+
+    Raises:
+        FileNotFoundError: kabo has no format of this name.
+    """
+    text = resources.files("kabo.plan").joinpath("schemas", f"{name}.schema.json").read_text(encoding="utf-8")
+    content: dict[str, Any] = json.loads(text)
+    return content

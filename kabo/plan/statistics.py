@@ -1,0 +1,61 @@
+"""Figures of a plan that are counted on the DAG, never by unfolding it: 2^n branches may share n nodes."""
+
+from dataclasses import dataclass
+
+from kabo.plan.plan import Plan
+
+
+@dataclass(frozen=True)
+class PlanStatistics:
+    """`plan_actions`: action and sense nodes of the longest branch; `plan_leaves`: branches from root to goal."""
+
+    plan_actions: int
+    plan_nodes: int
+    plan_leaves: int
+    waypoints: int
+
+
+def topological_order(plan: Plan) -> list[str] | None:
+    """The ids of the nodes that the root reaches, each before its successors; None if the plan has a cycle.
+
+    Successors that are no nodes of the plan are left out. Ties in the order of discovery, so it is deterministic.
+    """
+    order: list[str] = []
+    open_, done = set[str](), set[str]()
+    stack = [(plan.root, False)] if plan.root in plan.nodes else []
+    while stack:
+        name, leave = stack.pop()
+        if leave:
+            open_.discard(name)
+            done.add(name)
+            order.append(name)
+        elif name in open_:
+            return None
+        elif name not in done:
+            open_.add(name)
+            stack.append((name, True))
+            successors = plan.nodes[name].successors
+            if any(successor in open_ for successor in successors):
+                return None
+            stack.extend((s, False) for s in successors if s in plan.nodes and s not in done)
+    order.reverse()
+    return order
+
+
+def plan_statistics(plan: Plan) -> PlanStatistics:
+    """The figures of a plan.
+
+    Raises:
+        ValueError: the plan has a cycle, so it has no longest branch.
+    """
+    order = topological_order(plan)
+    if order is None:
+        raise ValueError("the plan has a cycle")
+    longest, leaves = dict.fromkeys(order, 0), dict.fromkeys(order, 0)
+    for name in reversed(order):
+        node = plan.nodes[name]
+        after = [s for s in node.successors if s in longest]
+        leaves[name] = 1 if node.kind == "goal" else sum(leaves[s] for s in after)
+        longest[name] = (node.kind in ("action", "sense")) + max((longest[s] for s in after), default=0)
+    waypoints = sum(len(segment.waypoints) for node in plan.nodes.values() for segment in node.motion)
+    return PlanStatistics(longest.get(plan.root, 0), len(plan.nodes), leaves.get(plan.root, 0), waypoints)

@@ -1,0 +1,190 @@
+"""The canonical file of a plan: equal plans have equal bytes, so that a hash says whether two plans are the same.
+
+Keys sorted, no blanks, one line feed; numbers as Python's `repr`; joints rounded to 1e-9, times to 1e-6, never
+-0.0 or NaN (LANGUAGE section 6). What is written has been rounded before, so verification sees what executors see.
+"""
+
+import hashlib
+import json
+import math
+import os
+import threading
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from kabo.plan.plan import Certificate, Node, ObjectPose, Plan, Segment, StateChange, ValueOf
+
+FORMAT = "kabo-plan/1"
+JOINT_DECIMALS, TIME_DECIMALS = 9, 6
+
+
+def plan_to_json(plan: Plan) -> bytes:
+    """The canonical file of a plan.
+
+    Raises:
+        ValueError: a number is NaN or infinite.
+    """
+    return canonical(_plan(plan)) + b"\n"
+
+
+def plan_hash(plan: Plan) -> str:
+    """`sha256:…` of the plan's canonical file."""
+    return "sha256:" + hashlib.sha256(plan_to_json(plan)).hexdigest()
+
+
+def write_plan(plan: Plan, path: Path) -> str:
+    """Writes the plan's file whole or not at all; returns its hash."""
+    write_atomically(path, plan_to_json(plan))
+    return plan_hash(plan)
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Writes a file under a temporary name beside it and renames it: readers see the old file or the new one.
+
+    Raises:
+        OSError: the folder cannot be written; the old file is then as it was.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.part")
+    try:
+        with temporary.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def canonical(value: Any) -> bytes:
+    """A JSON value with sorted keys and without blanks or a line feed; refuses NaN and infinities."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+
+
+def rounded(node: Node) -> Node:
+    """The node as a file holds it: joints to 1e-9, times to 1e-6, no negative zeros."""
+    after = None if node.after is None else rounded_state(node.after)
+    arguments = {name: _argument(value) for name, value in node.arguments.items()}
+    return replace(node, motion=tuple(map(_rounded_segment, node.motion)), after=after, arguments=arguments)
+
+
+def rounded_state(state: StateChange) -> StateChange:
+    """The state as a file holds it: joints to 1e-9, no negative zeros."""
+    robots = {
+        robot: {joint: _number(value, JOINT_DECIMALS) for joint, value in joints.items()}
+        for robot, joints in state.robots.items()
+    }
+    return StateChange(robots, {name: _rounded_pose(pose) for name, pose in state.objects.items()})
+
+
+def node_to_json(node: Node) -> dict[str, Any]:
+    """The node as JSON values; only the keys that its kind has."""
+    node = rounded(node)
+    result: dict[str, Any] = {"kind": node.kind}
+    if node.kind in ("action", "sense"):
+        result["action"] = node.action
+        result["arguments"] = {name: _argument_json(value) for name, value in node.arguments.items()}
+    if node.branches:
+        result |= {"on": node.on, "branches": dict(node.branches)}
+    elif node.kind != "goal":
+        result["next"] = node.next
+    if node.delivers:
+        result["delivers"] = list(node.delivers)
+    if node.motion:
+        result["motion"] = [_segment_json(segment) for segment in node.motion]
+    if node.after is not None and (node.after.robots or node.after.objects):
+        result["after"] = _change_json(node.after)
+    return result
+
+
+def _number(value: float, decimals: int | None = None) -> float:
+    return (float(value) if decimals is None else round(float(value), decimals)) + 0.0  # + 0.0 turns -0.0 into 0.0
+
+
+def _argument(value: str | float | ValueOf) -> str | float | ValueOf:
+    return value if isinstance(value, str | ValueOf) else _number(value)
+
+
+def _rounded_pose(pose: ObjectPose) -> ObjectPose:
+    x, y, z = map(_number, pose.position)
+    qx, qy, qz, qw = map(_number, pose.quaternion)
+    return ObjectPose(pose.parent, (x, y, z), (qx, qy, qz, qw))
+
+
+def _rounded_segment(segment: Segment) -> Segment:
+    waypoints = tuple(tuple(_number(value, JOINT_DECIMALS) for value in row) for row in segment.waypoints)
+    return replace(segment, waypoints=waypoints, times=tuple(_number(t, TIME_DECIMALS) for t in segment.times))
+
+
+def _argument_json(value: str | float | ValueOf) -> Any:
+    return {"value_of": value.term} if isinstance(value, ValueOf) else value
+
+
+def _segment_json(segment: Segment) -> dict[str, Any]:
+    return {
+        "robot": segment.robot,
+        "joints": list(segment.joints),
+        "waypoints": [list(row) for row in segment.waypoints],
+        "times": list(segment.times),
+        "procedure": segment.procedure,
+        "stage": segment.stage,
+        "attach": [{"object": name, "to": link} for name, link in segment.attach],
+        "detach": list(segment.detach),
+        "allowed_contacts": [list(pair) for pair in segment.allowed_contacts],
+        "constraint": segment.constraint,
+    }
+
+
+def _robots_json(robots: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
+    return {name: {"joints": dict(joints)} for name, joints in robots.items()}
+
+
+def _objects_json(objects: Mapping[str, ObjectPose]) -> dict[str, Any]:
+    return {
+        name: {"parent": pose.parent, "position": list(pose.position), "quaternion": list(pose.quaternion)}
+        for name, pose in objects.items()
+    }
+
+
+def _change_json(change: StateChange) -> dict[str, Any]:
+    parts = {"robots": _robots_json(change.robots), "objects": _objects_json(change.objects)}
+    return {key: value for key, value in parts.items() if value}
+
+
+def _certificate_json(certificate: Certificate) -> dict[str, Any]:
+    segments = [
+        {
+            "node": entry.node,
+            "segment": entry.segment,
+            "clearance": None if entry.clearance is None else _number(entry.clearance),
+            "between": None if entry.between is None else list(entry.between),
+            "permitted": [list(pair) for pair in entry.permitted],
+        }
+        for entry in certificate.segments
+    ]
+    return {"epsilon": _number(certificate.epsilon), "segments": segments}
+
+
+def _plan(plan: Plan) -> dict[str, Any]:
+    result: dict[str, Any] = {
+        "format": FORMAT,
+        "problem": {"name": plan.problem, "files": dict(plan.files)},
+        "options": {name: _option(value) for name, value in plan.options.items()},
+        "root": plan.root,
+        "nodes": {name: node_to_json(node) for name, node in plan.nodes.items()},
+    }
+    if plan.start is not None:
+        start = rounded_state(plan.start)
+        result["start"] = {"robots": _robots_json(start.robots), "objects": _objects_json(start.objects)}
+    if plan.certificate is not None:
+        result["certificate"] = _certificate_json(plan.certificate)
+    return result
+
+
+def _option(value: Any) -> Any:
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError(f"an option of a plan is {value}")
+        return _number(value)
+    return value
