@@ -41,9 +41,9 @@ def crate(d: Detail) -> Solid:
 
 
 def table(d: Detail) -> Solid:
-    """A table of 0.8 x 0.5 m, 0.4 m high: a plate on four legs."""
-    plate = block((-0.25, 0.25), (-0.4, 0.4), (0.37, 0.4), 0.004, d)
-    legs = [cylinder(0.025, (0.0, 0.38), 0.004, d).translate((x, y, 0.0)) for x in (-0.21, 0.21) for y in (-0.36, 0.36)]
+    """A table of 0.5 x 0.85 m, 0.4 m high: a plate on four legs."""
+    plate = block((-0.25, 0.25), (-0.425, 0.425), (0.37, 0.4), 0.004, d)
+    legs = [cylinder(0.025, (0.0, 0.38), 0.004, d).translate((x, y, 0.0)) for x in (-0.21, 0.21) for y in (-0.385, 0.385)]
     return union([plate, *legs])
 
 
