@@ -1,0 +1,208 @@
+"""Geometric constraints as flat scalar rows, the form that projection and proofs work on [K Table 5.1, LANGUAGE §4].
+
+Every kind of constraint between two features becomes as many scalar rows as it takes degrees of freedom, so that the
+Jacobian shows the whole null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.kinematics.kernels import rows as columns
+
+Rows = NDArray[np.float64]  # (R, WIDTH): columns in kernels/rows.py
+
+LEVER = 0.15  # metres per radian, the size of what a gripper holds: then no row outweighs another
+TOLERANCE = 1e-6  # metres or radians: how exactly a row counts as fulfilled
+_SIZE = {"point": 0, "line": 1, "plane": 2}
+_BOUNDED = frozenset({"distance", "height", "angle"})
+_NEEDS_DIRECTIONS = frozenset({"parallel", "aligned", "opposed", "perpendicular", "angle", "azimuth"})
+
+
+@dataclass(frozen=True)
+class FrameFeature:
+    """A point, a directed line or a plane that moves with a joint of a tree (0: the world).
+
+    `origin` [m] and `direction` (unit: along the line, normal of the plane) are in the joint's frame.
+    """
+
+    joint: int
+    kind: Literal["point", "line", "plane"]
+    origin: tuple[float, float, float]
+    direction: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if not np.all(np.isfinite(self.origin)):
+            raise ValueError(f"the origin of a feature is not finite: {self.origin}")
+        if self.kind != "point":
+            length = 0.0 if self.direction is None else float(np.linalg.norm(self.direction))
+            if not abs(length - 1.0) <= 1e-6:
+                raise ValueError(f"the direction of a {self.kind} must be a unit vector, not {self.direction}")
+
+
+def rows_of(
+    kind: str, first: FrameFeature, second: FrameFeature, lower: float | None = None, upper: float | None = None
+) -> Rows:
+    """The rows (R, WIDTH) of one constraint between two features [K Table 5.1, LANGUAGE §4].
+
+    Args:
+        kind: coincident, parallel, aligned, opposed, perpendicular, distance, height, angle, or azimuth (the angle
+            of the first direction about the second line, which no language names: it spreads samples).
+        first, second: in the order of the language; only `height` and `azimuth` tell them apart.
+        lower, upper: bounds of distance, height [m] and angle [rad]; None is unbounded.
+
+    Raises:
+        ValueError: the kind has no meaning for these shapes, or bounds are missing, needless or crossed.
+    """
+    if kind not in _BOUNDED | {"azimuth"} and (lower is not None or upper is not None):
+        raise ValueError(f"{kind} takes no bounds")
+    if kind in _BOUNDED:
+        if lower is None and upper is None:
+            raise ValueError(f"{kind} needs a bound")
+        if lower is not None and upper is not None and not lower <= upper:
+            raise ValueError(f"the bounds of {kind} are crossed: {lower} > {upper}")
+    if kind in _NEEDS_DIRECTIONS and "point" in (first.kind, second.kind):
+        raise ValueError(f"{kind} needs directions; a point has none")
+    if kind not in ("height", "azimuth") and _SIZE[first.kind] > _SIZE[second.kind]:
+        first, second = second, first
+    if kind not in _MAKERS:
+        raise ValueError(f"unknown constraint {kind}")
+    return np.array(_MAKERS[kind](first, second, lower, upper))
+
+
+def stacked(parts: Sequence[Rows]) -> Rows:
+    """The conjunction of several constraints: all their rows, (R, WIDTH); none gives (0, WIDTH)."""
+    return np.ascontiguousarray(np.concatenate([np.empty((0, columns.WIDTH)), *parts]))
+
+
+def _row(
+    kind: int,
+    first: FrameFeature,
+    second: FrameFeature,
+    *,
+    origins: tuple[Sequence[float], Sequence[float]] | None = None,
+    directions: tuple[Sequence[float], Sequence[float]] | None = None,
+    bounds: tuple[float, float] = (0.0, 0.0),
+) -> NDArray[np.float64]:
+    origin, target = origins or (first.origin, second.origin)
+    along, normal = directions or (first.direction or (0.0,) * 3, second.direction or (0.0,) * 3)
+    scale = 1.0 if kind < columns.DIRECTION else LEVER
+    return np.array(
+        [kind, first.joint, *origin, *along, second.joint, *target, *normal, *bounds, scale, TOLERANCE], np.float64
+    )
+
+
+def normals(direction: Sequence[float]) -> NDArray[np.float64]:
+    """Two unit vectors (2, 3) that complete a direction to a right-handed frame: null(d) of [K Table 5.1]."""
+    d = np.asarray(direction, np.float64)
+    d = d / np.linalg.norm(d)
+    x = np.array(columns.any_normal(*d))
+    return np.stack([x, np.cross(d, x)])
+
+
+def _on_planes(
+    first: FrameFeature, second: FrameFeature, directions: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
+    """The origin of the first lies on the planes through the second's origin with the given normals."""
+    zero = (0.0, 0.0, 0.0)
+    return [_row(columns.PLANE, first, second, directions=(first.direction or zero, n)) for n in directions]
+
+
+def _coincident(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+    if a.kind == "point":
+        spans = {"point": lambda: np.eye(3), "line": lambda: normals(b.direction), "plane": lambda: [b.direction]}
+        return _on_planes(a, b, spans[b.kind]())
+    if a.kind != b.kind:
+        raise ValueError(f"a {a.kind} and a {b.kind} cannot coincide; name a point of one, and parallel")
+    span = normals(b.direction) if a.kind == "line" else [b.direction]
+    return _on_planes(a, b, span) + _parallel(a, b)
+
+
+def _same_line(a: FrameFeature, b: FrameFeature) -> list[NDArray[np.float64]]:
+    return [_row(columns.DIRECTION, a, b, directions=(n, b.direction)) for n in normals(a.direction)]
+
+
+def _parallel(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+    if a.kind == b.kind:
+        return _same_line(a, b)
+    return [_row(columns.DIRECTION, a, b)]
+
+
+def _perpendicular(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+    if a.kind == b.kind:
+        return [_row(columns.DIRECTION, a, b)]
+    return _same_line(a, b)
+
+
+def _aligned(a: FrameFeature, b: FrameFeature, *_: object, sense: float = 1.0) -> list[NDArray[np.float64]]:
+    direction = tuple(sense * np.asarray(a.direction))
+    return [
+        _row(columns.ALIGNED, a, b, origins=(direction, b.origin), directions=(n, b.direction))
+        for n in normals(direction)
+    ]
+
+
+def _opposed(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+    return _aligned(a, b, sense=-1.0)
+
+
+def _distance(
+    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
+) -> list[NDArray[np.float64]]:
+    if a.kind != "point":
+        raise ValueError(f"distance is measured from a point, not from a {a.kind}")
+    kind = {"point": columns.POINT, "line": columns.LINE, "plane": columns.GAP}[b.kind]
+    bounds = (max(lower or 0.0, 0.0), np.inf if upper is None else upper)
+    if bounds[1] == 0.0:
+        return _coincident(a, b)
+    if bounds[1] < 0.0:
+        raise ValueError("a distance is never negative")
+    return [_row(kind, a, b, bounds=bounds)]
+
+
+def _height(
+    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
+) -> list[NDArray[np.float64]]:
+    if a.kind != "point" or b.kind != "plane":
+        raise ValueError(f"height is that of a point above a plane, not of a {a.kind} above a {b.kind}")
+    return [_row(columns.PLANE, a, b, bounds=_limits(lower, upper))]
+
+
+def _angle(
+    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
+) -> list[NDArray[np.float64]]:
+    low, high = max(lower or 0.0, 0.0), np.pi if upper is None else min(upper, np.pi)
+    if low > high:
+        raise ValueError("an angle lies between 0 and 180 degrees")
+    if high == 0.0:
+        return _aligned(a, b)
+    if low == np.pi:
+        return _opposed(a, b)
+    return [_row(columns.ANGLE, a, b, bounds=(low, high))]
+
+
+def _azimuth(
+    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
+) -> list[NDArray[np.float64]]:
+    bounds = (-np.pi if lower is None else lower, np.pi if upper is None else upper)
+    return [_row(columns.AZIMUTH, a, b, origins=(a.origin, normals(b.direction)[0]), bounds=bounds)]
+
+
+def _limits(lower: float | None, upper: float | None) -> tuple[float, float]:
+    return -np.inf if lower is None else lower, np.inf if upper is None else upper
+
+
+_MAKERS = {
+    "coincident": _coincident,
+    "parallel": _parallel,
+    "aligned": _aligned,
+    "opposed": _opposed,
+    "perpendicular": _perpendicular,
+    "distance": _distance,
+    "height": _height,
+    "angle": _angle,
+    "azimuth": _azimuth,
+}

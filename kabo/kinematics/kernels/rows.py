@@ -1,0 +1,171 @@
+"""Constraint rows: scalar functions of the relative pose of two frames, their values and their gradients.
+
+A row is a line of numbers (columns below). Its value depends on the pose of its first frame relative to its second
+one only, so one wrench (g, m) is its whole gradient: a relative motion with angular velocity w and velocity v (of
+the point at the world's origin) changes it by m.w + g.v. A joint on the first frame's branch contributes its screw
+with a plus, one on the second's with a minus, and common ancestors nothing.
+"""
+
+import numpy as np
+
+from kabo.compilation import kernel
+
+# Columns. For ALIGNED the origin of the first holds its direction, and its direction a normal to that; for AZIMUTH
+# the origin of the second holds the direction of angle zero.
+KIND, FIRST, FIRST_ORIGIN, FIRST_DIRECTION, SECOND, SECOND_ORIGIN, SECOND_DIRECTION = 0, 1, 2, 5, 8, 9, 12
+LOWER, UPPER, SCALE, TOLERANCE, WIDTH = 15, 16, 17, 18, 19
+
+PLANE = 0  # n2 . (p1 - p2)                      [m], signed
+GAP = 1  # |n2 . (p1 - p2)|                    [m]
+LINE = 2  # distance of p1 from the second line  [m]
+POINT = 3  # |p1 - p2|                           [m]
+DIRECTION = 4  # d1 . d2                             cosine
+ANGLE = 5  # between d1 and d2                   [rad], 0 to pi
+ALIGNED = 6  # 2 sin(angle / 2), component along a normal of d1; zero at the same sense only
+AZIMUTH = 7  # of d1 about the second line         [rad], -pi to pi
+
+
+@kernel
+def turned(world_T, j, row, column):
+    """The direction at `column` of a row, from the frame of joint j to the world."""
+    x, y, z = row[column], row[column + 1], row[column + 2]
+    return (
+        world_T[j, 0] * x + world_T[j, 1] * y + world_T[j, 2] * z,
+        world_T[j, 3] * x + world_T[j, 4] * y + world_T[j, 5] * z,
+        world_T[j, 6] * x + world_T[j, 7] * y + world_T[j, 8] * z,
+    )
+
+
+@kernel
+def crossed(ax, ay, az, bx, by, bz):
+    """The cross product a x b."""
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@kernel  # (3,) f8 x 2 -> (3,) f8
+def any_normal(x, y, z):
+    """A unit vector normal to the unit vector (x, y, z)."""
+    if abs(x) < 0.6:
+        nx, ny, nz = 0.0, z, -y
+    elif abs(y) < 0.6:
+        nx, ny, nz = -z, 0.0, x
+    else:
+        nx, ny, nz = y, -x, 0.0
+    norm = np.sqrt(nx * nx + ny * ny + nz * nz)
+    return nx / norm, ny / norm, nz / norm
+
+
+@kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
+def position_value(row, world_T, wrench):
+    """The value of a row about a point, and its wrench (force g, then moment m = p1 x g about the world's origin)."""
+    kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
+    px, py, pz = turned(world_T, a, row, FIRST_ORIGIN)
+    px, py, pz = px + world_T[a, 9], py + world_T[a, 10], pz + world_T[a, 11]
+    ex, ey, ez = turned(world_T, b, row, SECOND_ORIGIN)
+    ex, ey, ez = px - ex - world_T[b, 9], py - ey - world_T[b, 10], pz - ez - world_T[b, 11]
+    gx, gy, gz = turned(world_T, b, row, SECOND_DIRECTION)
+    along = gx * ex + gy * ey + gz * ez
+    if kind == PLANE or kind == GAP:
+        value = along
+        if kind == GAP and along < 0.0:
+            value, gx, gy, gz = -along, -gx, -gy, -gz
+    else:
+        if kind == LINE:
+            ex, ey, ez = ex - along * gx, ey - along * gy, ez - along * gz
+        value = np.sqrt(ex * ex + ey * ey + ez * ez)
+        if value > 1e-9:
+            gx, gy, gz = ex / value, ey / value, ez / value
+        elif kind == LINE:  # on the line the gradient is undefined: any fixed direction leads away from it
+            gx, gy, gz = any_normal(gx, gy, gz)
+        else:
+            gx, gy, gz = 1.0, 0.0, 0.0
+    wrench[0], wrench[1], wrench[2] = gx, gy, gz
+    wrench[3], wrench[4], wrench[5] = crossed(px, py, pz, gx, gy, gz)
+    return value
+
+
+@kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
+def direction_value(row, world_T, wrench):
+    """The value of a row about directions, and its wrench (force zero, moment m)."""
+    kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
+    dx, dy, dz = turned(world_T, a, row, FIRST_DIRECTION)
+    ux, uy, uz = turned(world_T, b, row, SECOND_DIRECTION)
+    mx, my, mz = crossed(dx, dy, dz, ux, uy, uz)
+    value = dx * ux + dy * uy + dz * uz
+    if kind == ANGLE:
+        sine = np.sqrt(mx * mx + my * my + mz * mz)
+        value = np.arctan2(sine, value)
+        if sine > 1e-12:
+            mx, my, mz = -mx / sine, -my / sine, -mz / sine
+        else:
+            mx, my, mz = any_normal(dx, dy, dz)
+            if value > 1.0:
+                mx, my, mz = -mx, -my, -mz
+    elif kind == ALIGNED:
+        sx, sy, sz = turned(world_T, a, row, FIRST_ORIGIN)
+        cosine = sx * ux + sy * uy + sz * uz
+        if 1.0 + cosine < 1e-9:  # upside down: as far as can be, and any turn is right
+            value = 2.0
+        else:
+            weight = np.sqrt(2.0 / (1.0 + cosine))
+            bend = -0.25 * value * weight * weight * weight
+            nx, ny, nz = crossed(sx, sy, sz, ux, uy, uz)
+            mx, my, mz = weight * mx + bend * nx, weight * my + bend * ny, weight * mz + bend * nz
+            value *= weight
+    elif kind == AZIMUTH:
+        rx, ry, rz = turned(world_T, b, row, SECOND_ORIGIN)
+        tx, ty, tz = crossed(ux, uy, uz, rx, ry, rz)
+        px, py, pz = dx - value * ux, dy - value * uy, dz - value * uz
+        square = max(px * px + py * py + pz * pz, 1e-12)
+        value = np.arctan2(px * tx + py * ty + pz * tz, px * rx + py * ry + pz * rz)
+        tx, ty, tz = crossed(ux, uy, uz, px, py, pz)
+        mx, my, mz = crossed(dx, dy, dz, tx / square, ty / square, tz / square)
+    wrench[0], wrench[1], wrench[2] = 0.0, 0.0, 0.0
+    wrench[3], wrench[4], wrench[5] = mx, my, mz
+    return value
+
+
+@kernel  # (R, W) f8, (J, 12) f8, (R,) f8, (R, 6) f8 -> writes values and wrenches
+def evaluate(rows, world_T, values, wrenches):
+    """Writes the value and the wrench of every row, at the given poses of the joints."""
+    for i in range(rows.shape[0]):
+        if rows[i, KIND] < DIRECTION:
+            values[i] = position_value(rows[i], world_T, wrenches[i])
+        else:
+            values[i] = direction_value(rows[i], world_T, wrenches[i])
+
+
+@kernel  # (R, 6) f8, (R, J) f8, (J,) i8, (J,) i8, (J, 12) f8, (J, 6) f8, (R, n) f8 -> writes screws and jacobian
+def differentiate(wrenches, signs, kind, source, world_T, screws, jacobian):
+    """Writes the derivative of every row by every value of the configuration; `signs` holds ratios of mimic joints."""
+    for j in range(1, kind.shape[0]):
+        zx, zy, zz = world_T[j, 2], world_T[j, 5], world_T[j, 8]
+        if kind[j] == 0:
+            screws[j, 3], screws[j, 4], screws[j, 5] = zx, zy, zz
+            zx, zy, zz = crossed(world_T[j, 9], world_T[j, 10], world_T[j, 11], zx, zy, zz)
+        else:
+            screws[j, 3], screws[j, 4], screws[j, 5] = 0.0, 0.0, 0.0
+        screws[j, 0], screws[j, 1], screws[j, 2] = zx, zy, zz
+    jacobian[:, :] = 0.0
+    for i in range(wrenches.shape[0]):
+        for j in range(1, kind.shape[0]):
+            if signs[i, j] != 0.0:
+                total = 0.0
+                for k in range(6):
+                    total += screws[j, k] * wrenches[i, k]
+                jacobian[i, source[j]] += signs[i, j] * total
+
+
+@kernel  # (R, W) f8, (J,) i8, (J,) f8, (R, J) f8 -> writes signs
+def find_signs(rows, parent, ratio, signs):
+    """Writes how each joint moves the first frame of each row relative to the second: + ratio, - ratio or nothing."""
+    signs[:, :] = 0.0
+    for i in range(rows.shape[0]):
+        j = int(rows[i, FIRST])
+        while j > 0:
+            signs[i, j] += ratio[j]
+            j = parent[j]
+        j = int(rows[i, SECOND])
+        while j > 0:
+            signs[i, j] -= ratio[j]
+            j = parent[j]

@@ -1,0 +1,172 @@
+"""Straight lines of the tool: a joint path whose tool moves along a segment in the world, and stays turned as it was.
+
+The line is rows: two for the distance from it, one for the progress along it, the rest for the orientation. Way
+points are found by projection, and the joint-linear pieces between them are proven by `keeps`, so the deviation is
+bounded, not sampled, and a jump to another branch is impossible.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
+from kabo.kinematics.kernels import projection as kernels
+from kabo.kinematics.kernels import rows as columns
+from kabo.kinematics.kernels.keeping import first_row_not_kept
+from kabo.kinematics.projection import Floats, arrays_of, checked, values
+from kabo.scene.kernels.poses import forward_kinematics
+from kabo.scene.tree import KinematicTree
+
+DEVIATION, TILT = (
+    1e-3,
+    5e-3,
+)  # bounds of the whole path: from the line [m], from the orientation at its start [rad]
+EXACT = 1e-7  # of the way points [m or rad]
+LARGEST_CHANGE = 0.5  # of a joint between way points [rad or m]
+SMALLEST_SHARE = 1.0 / 512  # of the line: where shorter pieces would be needed, joints turn too fast to follow
+ITERATIONS = 20
+DECIMALS = 9  # plans store as many: what is proven is what is stored
+
+
+@dataclass(frozen=True)
+class OffLine:
+    """Why the tool cannot follow the line, and how far it came [m].
+
+    limit: a joint meets its limit (then `joint` is its index in q); out_of_reach: no configuration nearby;
+    singular: joints would have to turn without bound.
+    """
+
+    reason: Literal["limit", "out_of_reach", "singular"]
+    travelled: float
+    joint: int | None = None
+
+
+def straight_line(
+    tree: KinematicTree,
+    q: ArrayLike,
+    joint: int,
+    joint_T_tool: ArrayLike,
+    translation: ArrayLike,
+    *,
+    keep: Rows | None = None,
+    active: ArrayLike | None = None,
+    deviation: float = DEVIATION,
+    tilt: float = TILT,
+) -> Floats | OffLine:
+    """Way points (m, n) of a joint path from q that moves the tool by a translation, or why there is none.
+
+    The joint-linear path through them stays within `deviation` [m] of the straight segment and within `tilt` [rad] of
+    the first orientation (proven), each joint within its limits and less than 0.5 rad from one way point to the next.
+    Way points but the first are rounded to 1e-9 before they are proven.
+
+    Args:
+        tree, q: the tree and the start (n,).
+        joint: the joint that carries the tool, with `joint_T_tool` (4, 4).
+        translation: (3,) in the world [m].
+        keep: rows to keep instead of the whole orientation, for arms with fewer than six joints; they hold at q.
+        active: (n,) the joints that may move; default all.
+
+    Raises:
+        ValueError: shapes do not fit, a number is not finite, or `keep` does not hold at q.
+    """
+    start, shift = np.array(q, np.float64), np.array(translation, np.float64)
+    moving = np.ones(tree.size, np.bool_) if active is None else np.array(active, np.bool_)
+    if start.shape != (tree.size,) or shift.shape != (3,) or not np.isfinite(start.sum() + shift.sum()):
+        raise ValueError(f"q must be finite, ({tree.size},), and the translation (3,)")
+    if keep is not None and not _holds(keep, values(keep, start, tree), 10 * EXACT):
+        raise ValueError("the rows to keep do not hold at the start")
+    length = float(np.linalg.norm(shift))
+    if length == 0.0:
+        return start[None]
+    rows = _line_rows(tree, start, joint, np.array(joint_T_tool, np.float64), shift / length, keep)
+    checked(tree, rows, tree.lower, tree.upper, moving)
+    return _Follower(tree, rows, moving, _tolerances(rows, deviation, tilt)).follow(start, length)
+
+
+@dataclass(frozen=True)
+class _Follower:
+    """One line as rows (the first is the progress along it), and what is needed to follow it."""
+
+    tree: KinematicTree
+    rows: Rows
+    active: np.ndarray
+    tolerances: Floats
+
+    def follow(self, start: Floats, length: float) -> Floats | OffLine:
+        """Way points from the start to the end of the line; the step halves where it must and doubles where it may."""
+        way, here, share, found = [start], 0.0, 1.0, None
+        while here < 1.0:
+            there = min(1.0, here + share)
+            q = self.configuration_at(way[-1], there * length)
+            fault = self.fault(way[-1], q, here * length, there * length)
+            if fault is None:
+                way.append(q)
+                share, here, found = 2.0 * (there - here), there, None
+                continue
+            found = fault if found is None or fault.reason == "limit" else found
+            share = 0.5 * (there - here)
+            if share < SMALLEST_SHARE:
+                return OffLine(found.reason, here * length, found.joint)
+        return np.array(way)
+
+    def configuration_at(self, near: Floats, progress: float) -> Floats | None:
+        """The configuration near another one with the tool at a place on the line, rounded; None if there is none."""
+        rows = self.rows.copy()
+        rows[0, [columns.LOWER, columns.UPPER]] = progress
+        Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
+        aims, wide = np.full((1, len(rows)), np.nan), np.full(self.tree.size, np.inf)
+        kernels.project_seeds(
+            Q, succeeded, rows, len(rows), aims, 0.0, -wide, wide, self.active, *arrays_of(self.tree), ITERATIONS, 0
+        )  # fmt: skip
+        return np.round(Q[0], DECIMALS) if succeeded[0] else None
+
+    def fault(self, q0: Floats, q1: Floats | None, progress0: float, progress1: float) -> OffLine | None:
+        """What keeps the joint-linear piece between two way points from being part of the line, if anything."""
+        if q1 is None:
+            return OffLine("out_of_reach", progress0)
+        outside = np.flatnonzero((q1 < self.tree.lower) | (q1 > self.tree.upper))
+        if len(outside):
+            return OffLine("limit", progress0, int(outside[0]))
+        rows = self.rows.copy()
+        rows[0, [columns.LOWER, columns.UPPER]] = progress0, progress1
+        if np.max(np.abs(q1 - q0)) > LARGEST_CHANGE:
+            return OffLine("singular", progress0)
+        kept = first_row_not_kept(rows, self.tolerances, q0, q1, *arrays_of(self.tree)) < 0
+        return None if kept else OffLine("singular", progress0)
+
+
+def _line_rows(
+    tree: KinematicTree, q: Floats, joint: int, joint_T_tool: Floats, direction: Floats, keep: Rows | None
+) -> Rows:
+    """Progress, two distances, then the orientation: three rows, each zero where it is that of the start."""
+    world_T = np.zeros((len(tree.parent), 12))
+    world_T[0, [0, 4, 8]] = 1.0
+    forward_kinematics(q, *arrays_of(tree), world_T)
+    rotation, origin = world_T[joint, :9].reshape(3, 3), world_T[joint, 9:]
+    place = rotation @ joint_T_tool[:3, 3] + origin
+    point = FrameFeature(joint, "point", tuple(joint_T_tool[:3, 3]))
+    parts = [
+        rows_of("height", point, FrameFeature(0, "plane", tuple(place), tuple(n)), 0.0, 0.0)
+        for n in (direction, *normals(direction))
+    ]
+    if keep is None:
+        axes = joint_T_tool[:3, :3].T
+        for k in range(3):
+            moved = FrameFeature(joint, "line", point.origin, tuple(axes[k]))
+            fixed = FrameFeature(0, "line", tuple(place), tuple(rotation @ axes[(k + 1) % 3]))
+            parts.append(rows_of("perpendicular", moved, fixed))
+    rows = stacked(parts if keep is None else [*parts, keep])
+    rows[:, columns.TOLERANCE] = EXACT
+    return rows
+
+
+def _tolerances(rows: Rows, deviation: float, tilt: float) -> Floats:
+    # Two distances add up to a deviation, at most three angular rows to a tilt.
+    angular = rows[:, columns.KIND] >= columns.DIRECTION
+    return np.where(angular, tilt / np.sqrt(3.0), deviation / np.sqrt(2.0)) - EXACT
+
+
+def _holds(rows: Rows, at: Floats, tolerance: float) -> bool:
+    return bool(np.all((at >= rows[:, columns.LOWER] - tolerance) & (at <= rows[:, columns.UPPER] + tolerance)))

@@ -1,0 +1,93 @@
+"""Projecting configurations onto constraints: the doors to the Gauss-Newton kernel [K Algorithm 3]."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kabo.kinematics.constraints import TOLERANCE, Rows
+from kabo.kinematics.kernels import projection as kernels
+from kabo.kinematics.kernels import rows as columns
+from kabo.scene.tree import KinematicTree
+
+Floats = NDArray[np.float64]
+ITERATIONS = 50  # what does not arrive by then almost never does
+
+
+def project(
+    tree: KinematicTree,
+    rows: Rows,
+    seeds: ArrayLike,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    active: Sequence[bool] | NDArray[np.bool_],
+    *,
+    inset: float = 2 * TOLERANCE,
+    hold_limits: bool = False,
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """The configurations near the seeds at which every row holds, (N, n), and which of them are right, (N,).
+
+    Args:
+        tree: the kinematic tree that the rows refer to.
+        rows: (R, W) from `rows_of`; a row is fulfilled within its own tolerance, 1e-6 m or rad.
+        seeds: (N, n) [rad or m].
+        lower, upper: (n,) limits; a joint outside is brought back by whole turns if that helps.
+        active: (n,) which values may change; the others keep the seed's.
+        inset: a violated interval is left behind by so much [m or rad], at most by half its width.
+        hold_limits: joints that leave their limits are stopped there instead of failing the seed.
+
+    Raises:
+        ValueError: shapes do not fit, or a number is not finite.
+    """
+    Q = np.array(seeds, np.float64, order="C", ndmin=2)
+    low, high, moving = checked(tree, rows, lower, upper, active)
+    if Q.shape[1] != tree.size or not np.all(np.isfinite(Q)):
+        raise ValueError(f"seeds must be finite, (N, {tree.size}), not {Q.shape}")
+    succeeded = np.zeros(len(Q), np.bool_)
+    policy = kernels.WRAPS | (kernels.FREEZES if hold_limits else 0)
+    aims = np.full((len(Q), len(rows)), np.nan)
+    kernels.project_seeds(
+        Q, succeeded, rows, len(rows), aims, float(inset), low, high, moving, *arrays_of(tree), ITERATIONS, policy
+    )
+    return Q, succeeded
+
+
+def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = TOLERANCE) -> bool:
+    """Whether every row holds at q within `tolerance` [m or rad], upside-down solutions excluded."""
+    v = values(rows, q, tree)
+    return bool(np.all((v >= rows[:, columns.LOWER] - tolerance) & (v <= rows[:, columns.UPPER] + tolerance)))
+
+
+def values(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Floats:
+    """The value of every row at q, (R,): metres for positions, cosines for directions, radians for angles."""
+    return kernels.row_values(np.array(q, np.float64), rows, *arrays_of(tree))
+
+
+def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Floats:
+    """The derivative of `values` by q, (R, n)."""
+    return kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
+
+
+def arrays_of(tree: KinematicTree) -> tuple[NDArray[np.int64] | Floats, ...]:
+    """The arrays of a tree in the order in which kernels take them (limits are arguments of their own)."""
+    return tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement
+
+
+def checked(
+    tree: KinematicTree,
+    rows: Rows,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    active: Sequence[bool] | NDArray[np.bool_],
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Limits and mask as kernels take them; ValueError says what does not fit."""
+    low, high = np.array(lower, np.float64), np.array(upper, np.float64)
+    moving = np.array(active, np.bool_)
+    if not low.shape == high.shape == moving.shape == (tree.size,):
+        raise ValueError(f"limits and mask must be ({tree.size},), not {low.shape}, {high.shape}, {moving.shape}")
+    if rows.ndim != 2 or rows.shape[1] != columns.WIDTH or rows.dtype != np.float64:
+        raise ValueError(f"rows must be float64, (R, {columns.WIDTH}), not {rows.dtype} {rows.shape}")
+    joints = rows[:, (columns.FIRST, columns.SECOND)]
+    if joints.size and not (joints.min() >= 0 and joints.max() < len(tree.parent)):
+        raise ValueError(f"a row names a joint outside the tree of {len(tree.parent)}")
+    return low, high, moving

@@ -1,0 +1,94 @@
+"""Samples of constraints, each a pure function of a key and its number: any worker may draw any of them, in any order."""
+
+import hashlib
+import struct
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kabo.kinematics.constraints import TOLERANCE, Rows, stacked
+from kabo.kinematics.kernels import projection as kernels
+from kabo.kinematics.kernels import streams
+from kabo.kinematics.projection import ITERATIONS, Floats, arrays_of, checked
+from kabo.scene.tree import KinematicTree
+
+Key = np.uint64
+
+
+def stream_key(*parts: str | int | float | bytes) -> Key:
+    """The key of a stream of random numbers, from what names it: seed, procedure, arguments, attempt.
+
+    The same parts give the same key on every machine; parts of different types never coincide.
+    """
+    digest = hashlib.blake2b(digest_size=8)
+    for part in parts:
+        if isinstance(part, bytes):
+            tag, data = b"b", part
+        elif isinstance(part, str):
+            tag, data = b"s", part.encode()
+        elif isinstance(part, float):
+            tag, data = b"f", struct.pack("<d", part)
+        else:
+            tag, data = b"i", str(int(part)).encode()
+        digest.update(tag + struct.pack("<q", len(data)) + data)
+    return np.uint64(int.from_bytes(digest.digest(), "little"))
+
+
+def uniform(key: Key, index: int, dimension: int) -> float:
+    """Number `dimension` of sample `index` of the stream, in [0, 1)."""
+    return float(streams.uniform(np.uint64(key), index, dimension))
+
+
+def seeds(lower: ArrayLike, upper: ArrayLike, key: Key, first: int, count: int) -> Floats:
+    """Samples `first` … of the stream, (count, n), uniform between the bounds; an unbounded joint takes one turn."""
+    low, high = _bounded(lower, upper)
+    drawn = np.empty((count, len(low)))
+    streams.draw(np.uint64(key), first, drawn, low, high)
+    return drawn
+
+
+def sample(
+    tree: KinematicTree,
+    rows: Rows,
+    key: Key,
+    first: int,
+    count: int,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    active: ArrayLike,
+    free: Rows | None = None,
+    *,
+    base: ArrayLike | None = None,
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Samples number `first` … of the configurations that fulfil the rows, (count, n), and which are right, (count,).
+
+    Seeds are uniform between the limits. A row with an interval aims at a value inside it, evenly spread over the
+    samples, and so does each row of `free`, which need not hold in the end. Sample i depends on (key, i) only.
+
+    Args:
+        tree, rows, lower, upper, active: as for `project`.
+        key: of the stream, from `stream_key`.
+        free: rows that spread the samples along what the constraints leave free, such as an azimuth.
+        base: (n,) the values of the joints that are not active; default zero, or the limit next to it.
+
+    Raises:
+        ValueError: shapes do not fit, or a number is not finite.
+    """
+    every = rows if free is None else stacked([rows, free])
+    low, high, moving = checked(tree, every, lower, upper, np.asarray(active, np.bool_))
+    start = np.clip(0.0, low, high) if base is None else np.array(base, np.float64)
+    if start.shape != (tree.size,) or not np.all(np.isfinite(start)):
+        raise ValueError(f"the base configuration must be finite, ({tree.size},), not {start.shape}")
+    Q = np.ascontiguousarray(np.where(moving, seeds(low, high, key, first, count), start))
+    succeeded = np.zeros(count, np.bool_)
+    aims = np.empty((count, len(every)))
+    kernels.draw_aims(np.uint64(key), first, every, aims)
+    kernels.project_seeds(
+        Q, succeeded, every, len(rows), aims, 2 * TOLERANCE, low, high, moving, *arrays_of(tree), ITERATIONS, kernels.WRAPS
+    )  # fmt: skip
+    return Q, succeeded
+
+
+def _bounded(lower: ArrayLike, upper: ArrayLike) -> tuple[Floats, Floats]:
+    low, high = np.array(lower, np.float64), np.array(upper, np.float64)
+    return np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)

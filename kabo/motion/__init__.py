@@ -1,0 +1,26 @@
+"""Motion: paths of joints from one configuration to another, shortened and timed.
+
+Everything is told what is free by a function and derives every random number from a key: it knows no robots,
+meshes or goals.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_HOME = {
+    "Blocked": "connect",
+    "Path": "connect",
+    "connect": "connect",
+    "FreeConfigurations": "edges",
+    "FreeSegment": "edges",
+    "shortcut": "shortcut",
+    "retime": "timing",
+}
+__all__ = sorted(_HOME)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> Any:
+    """Public names load when first used: kernels cost half a second to import."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

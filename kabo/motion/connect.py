@@ -1,0 +1,146 @@
+"""RRT-Connect: two trees of proven edges, grown towards random configurations and towards each other.
+
+[Kuffner, LaValle 2000]; under a constraint each step is pulled back onto it [Berenson et al. 2009, K 5.2.3].
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kabo.kinematics.sampling import Key, seeds, stream_key
+from kabo.motion.edges import DECIMALS, Floats, FreeConfigurations, FreeSegment, Projection, Space
+
+RANGE = 1.0  # the longest extension of a tree [rad, L2]
+RESTART = 3000  # samples after which new trees are started: run times have a heavy tail
+
+
+@dataclass(frozen=True)
+class Path:
+    """Way points (m, n), each piece between them proven free, and how many samples it took to find them."""
+
+    waypoints: Floats
+    samples: int
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """No path within the budget: how often each numbered thing was hit, and the samples spent."""
+
+    hits: Counter[int]
+    samples: int
+
+
+class _Tree:
+    """Configurations with their parents, the root first; nearest by linear search, the lowest index of equals."""
+
+    def __init__(self, root: Floats) -> None:
+        self.nodes = np.empty((64, len(root)))
+        self.nodes[0] = root
+        self.parents = [-1]
+
+    def add(self, parent: int, way: list[Floats]) -> int:
+        """Appends a chain of way points to a node; the number of the last one."""
+        for q in way:
+            if len(self.parents) == len(self.nodes):
+                self.nodes = np.concatenate([self.nodes, np.empty_like(self.nodes)])
+            self.nodes[len(self.parents)] = q
+            self.parents.append(parent)
+            parent = len(self.parents) - 1
+        return parent
+
+    def nearest(self, q: Floats) -> int:
+        """The number of the node nearest to q."""
+        away = self.nodes[: len(self.parents)] - q
+        return int(np.argmin(np.einsum("ij,ij->i", away, away)))
+
+    def way_to_root(self, node: int) -> list[Floats]:
+        """The configurations from a node to the root."""
+        way = []
+        while node >= 0:
+            way.append(self.nodes[node].copy())
+            node = self.parents[node]
+        return way
+
+
+def connect(
+    start: ArrayLike,
+    goal: ArrayLike,
+    free_segment: FreeSegment,
+    free_configurations: FreeConfigurations,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    key: Key,
+    *,
+    samples: int,
+    projection: Projection | None = None,
+    restart: int = RESTART,
+) -> Path | Blocked:
+    """A path from start to goal whose every piece is proven free, or what was in the way.
+
+    The straight segment is tried first. The answer depends on the arguments only.
+
+    Args:
+        start, goal: (n,) within the limits; under a constraint they fulfil it.
+        free_segment: proves a straight piece, constraint included: -1, or the number of what is hit.
+        free_configurations: the cheap look at (N, n) configurations before the proof, the same numbers.
+        lower, upper: (n,) finite bounds of the samples.
+        key: of the random numbers.
+        samples: the budget.
+        projection: pulls a configuration onto the constraint that the path keeps; None if there is none.
+        restart: samples after which new trees are started.
+
+    Raises:
+        ValueError: shapes do not fit, or a bound is not finite.
+    """
+    ends = np.array([start, goal], np.float64)
+    low, high = np.array(lower, np.float64), np.array(upper, np.float64)
+    if not low.shape == high.shape == ends[0].shape or not np.all(np.isfinite([*ends, low, high])):
+        raise ValueError("start, goal and limits must be finite and of one shape")
+    space = Space(free_segment, free_configurations, projection)
+    for found in free_configurations(ends):
+        if found >= 0:
+            return Blocked(Counter({int(found): 1}), 0)
+    if space.is_free(ends[0], ends[1]):
+        return Path(ends, 0)
+    spent = 0
+    while spent < samples:
+        budget = min(restart, samples - spent)
+        way, used = _grow(ends, space, low, high, stream_key(int(key), "trees", spent), budget)
+        spent += used
+        if way is not None:
+            return Path(np.array(way), spent)
+    return Blocked(space.hits, spent)
+
+
+def _grow(
+    ends: Floats, space: Space, low: Floats, high: Floats, key: Key, budget: int
+) -> tuple[list[Floats] | None, int]:
+    """Way points of a path and the samples used, or None and the whole budget."""
+    trees = _Tree(ends[0]), _Tree(ends[1])
+    drawn = np.round(seeds(low, high, key, 0, budget), DECIMALS)
+    for number in range(budget):
+        first, second = (trees[0], trees[1]) if number % 2 == 0 else (trees[1], trees[0])
+        near = first.nearest(drawn[number])
+        way = space.advanced(first.nodes[near], drawn[number], RANGE)
+        if not way:
+            continue
+        node = first.add(near, way)
+        met = _reach(second, space, way[-1])
+        if met is not None:
+            halves = (node, met) if first is trees[0] else (met, node)
+            from_start = trees[0].way_to_root(halves[0])[::-1]
+            return from_start + trees[1].way_to_root(halves[1])[1:], number + 1
+    return None, budget
+
+
+def _reach(tree: _Tree, space: Space, target: Floats) -> int | None:
+    """Grows a tree towards a configuration until it is there (its node) or blocked (None)."""
+    node = tree.nearest(target)
+    while not np.array_equal(tree.nodes[node], target):
+        way = space.advanced(tree.nodes[node], target, RANGE)
+        if not way:
+            return None
+        node = tree.add(node, way)
+    return node

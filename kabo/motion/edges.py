@@ -1,0 +1,97 @@
+"""Pieces of a path and what may block them: cheap configuration checks first, then the proof of the whole piece.
+
+Most edges of a tree are blocked, and one colliding pose settles them: a proof of every edge then costs little more
+than sampling would [docs/decisions/001-kernels.md].
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+FreeSegment = Callable[[Floats, Floats], int]  # -1: proven free; else the number of what is hit
+FreeConfigurations = Callable[[Floats], NDArray[np.int64]]  # (N, n) -> (N,), each as above
+Projection = Callable[[Floats], Floats | None]  # pulls a configuration onto a constraint
+
+SPACING = 0.2  # between configurations that are looked at before the proof [rad, L2]
+STEP = 0.15  # the longest edge under a constraint: a longer chord would leave it
+DECIMALS = 9  # plans store as many: what is proven is what is stored
+
+
+@dataclass(frozen=True)
+class Space:
+    """Where a path may run: what is free, and under a constraint the way back onto it. Counts what was hit."""
+
+    free_segment: FreeSegment
+    free_configurations: FreeConfigurations
+    projection: Projection | None = None
+    hits: Counter[int] = field(default_factory=Counter)
+
+    def is_free(self, q0: Floats, q1: Floats) -> bool:
+        """Whether the straight piece from q0 to q1 is proven free; q0 is known to be."""
+        for level in dyadic_levels(int(np.ceil(np.linalg.norm(q1 - q0) / SPACING))):
+            found = self.free_configurations(q0 + level[:, None] * (q1 - q0))
+            blocked = found[found >= 0]
+            if len(blocked):
+                self.hits[int(blocked[0])] += 1
+                return False
+        hit = self.free_segment(q0, q1)
+        if hit >= 0:
+            self.hits[int(hit)] += 1
+        return hit < 0
+
+    def advanced(self, start: Floats, target: Floats, reach: float) -> list[Floats]:
+        """The way points after `start` of a proven path towards the target, at most `reach` long [rad]; may be empty.
+
+        Without a constraint it is one straight piece. With one, it is small steps, each pulled back onto the
+        constraint, as long as they come nearer to the target.
+        """
+        if self.projection is None:
+            end = stepped(start, target, reach)
+            return [end] if not np.array_equal(end, start) and self.is_free(start, end) else []
+        way: list[Floats] = []
+        here, left = start, reach
+        while left > 0.0:
+            there = self.pulled(stepped(here, target, min(STEP, left)), here, target)
+            if there is None or not self.is_free(here, there):
+                break
+            way.append(there)
+            left -= float(np.linalg.norm(there - here))
+            here = there
+            if np.array_equal(here, target):
+                break
+        return way
+
+    def pulled(self, q: Floats, here: Floats, target: Floats) -> Floats | None:
+        """The step to q, pulled onto the constraint; None if it leads nowhere: too far aside, or no nearer."""
+        if np.array_equal(q, target):
+            return q
+        found = self.projection(q) if self.projection else q
+        if found is None:
+            return None
+        found = np.round(found, DECIMALS)
+        nearer = np.linalg.norm(target - found) < np.linalg.norm(target - here) - 1e-3
+        return found if nearer and np.linalg.norm(found - here) <= 2.0 * STEP else None
+
+
+def stepped(start: Floats, target: Floats, reach: float) -> Floats:
+    """The target, if it is within reach of the start, else the point towards it at that distance, rounded."""
+    away = float(np.linalg.norm(target - start))
+    if away <= reach:
+        return target
+    return np.round(start + (reach / away) * (target - start), DECIMALS)
+
+
+def dyadic_levels(pieces: int) -> list[Floats]:
+    """Shares of a segment in the order in which to look: the end, the middle, the quarters … until `pieces` are done.
+
+    Each level is one array, so that one call looks at it.
+    """
+    levels, count = [np.ones(1)], 1
+    while count < pieces:
+        levels.append((np.arange(count) + 0.5) / count)
+        count *= 2
+    return levels

@@ -1,0 +1,93 @@
+"""Shortcuts: random pairs of points along a path are joined directly where that is proven free.
+
+[Geraerts, Overmars 2007]. Every piece of the result has been proven as it stands, the remainders of cut pieces too.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kabo.kinematics.sampling import Key, uniform
+from kabo.motion.edges import DECIMALS, Floats, FreeConfigurations, FreeSegment, Projection, Space
+
+GAIN = 1e-3  # a shortcut must save so much [rad, L2]: less is not worth its proof
+
+
+def shortcut(
+    waypoints: ArrayLike,
+    free_segment: FreeSegment,
+    free_configurations: FreeConfigurations,
+    key: Key,
+    *,
+    attempts: int,
+    projection: Projection | None = None,
+) -> Floats:
+    """A path (m, n) with the same ends, never longer (L2), whose every new piece is proven free.
+
+    Args:
+        waypoints: (k, n), each piece proven free.
+        free_segment, free_configurations, projection: as for `connect`.
+        key: of the random numbers; attempt i depends on (key, i) and the path before it only.
+        attempts: how many pairs are tried.
+    """
+    path = np.array(waypoints, np.float64)
+    space = Space(free_segment, free_configurations, projection)
+    for attempt in range(attempts):
+        if len(path) < 3:
+            break
+        ends = sorted(uniform(key, attempt, k) for k in range(2))
+        found = _shortened(path, ends[0], ends[1], space)
+        if found is not None:
+            path = found
+    return path
+
+
+def length(waypoints: Floats) -> float:
+    """The length of a path [rad, L2 over the joints]."""
+    return float(np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum())
+
+
+def _shortened(path: Floats, share0: float, share1: float, space: Space) -> Floats | None:
+    """The path with the part between two shares of its length replaced, or None if that cannot be or is no gain."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    (i, a), (j, b) = (_point(path, lengths, share * lengths[-1]) for share in (share0, share1))
+    if i == j or lengths[-1] == 0.0:
+        return None
+    saved = (share1 - share0) * lengths[-1] - float(np.linalg.norm(b - a))
+    if saved < GAIN:
+        return None
+    between = _way(a, b, space)
+    if between is None:
+        return None
+    found = _distinct([*path[: i + 1], a, *between, *path[j + 1 :]])
+    if not length(found) < lengths[-1]:
+        return None
+    remainders = [(path[i], a), (b, path[j + 1])]
+    whole = all(np.array_equal(q0, q1) or space.free_segment(q0, q1) < 0 for q0, q1 in remainders)
+    return found if whole else None
+
+
+def _way(a: Floats, b: Floats, space: Space) -> list[Floats] | None:
+    """Way points after a of a proven path to b: straight, or under a constraint in small steps; None if blocked."""
+    if space.is_free(a, b):
+        return [b]
+    if space.projection is None:
+        return None
+    way = space.advanced(a, b, 2.0 * float(np.linalg.norm(b - a)))
+    return way if way and np.array_equal(way[-1], b) else None
+
+
+def _point(path: Floats, lengths: Floats, at: float) -> tuple[int, Floats]:
+    """The piece of the path at a length along it, and the rounded point there."""
+    i = min(int(np.searchsorted(lengths, at, side="right")) - 1, len(path) - 2)
+    piece = lengths[i + 1] - lengths[i]
+    share = (at - lengths[i]) / piece if piece > 0.0 else 0.0
+    if share <= 0.0 or share >= 1.0:
+        return i, path[i if share <= 0.0 else i + 1]
+    return i, np.round(path[i] + share * (path[i + 1] - path[i]), DECIMALS)
+
+
+def _distinct(way: list[Floats]) -> Floats:
+    """The way points without neighbours that are equal."""
+    kept = [way[0]]
+    kept += [q for before, q in zip(way, way[1:], strict=False) if not np.array_equal(before, q)]
+    return np.array(kept)
