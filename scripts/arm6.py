@@ -68,7 +68,7 @@ def _shoulder(d: Detail) -> Solid:
     """Turret on axis 1, hub of axis 2, and the cover of its motor."""
     turret = cylinder(0.076, (-0.206, -0.03), 0.006, d)
     body = upright_slab([(SHOULDER_OFFSET, 0.0, 0.084), (0.0, -0.09, 0.07)], (-0.07, 0.07), 0.012, d)
-    bearing = hub((SHOULDER_OFFSET, 0.0), 0.078, (0.05, 0.088), 0.002, d)
+    bearing = hub((SHOULDER_OFFSET, 0.0), 0.078, (0.05, 0.127), 0.002, d)
     motor = hub((SHOULDER_OFFSET, 0.0), 0.055, (-0.112, -0.05), 0.01, d)
     screws = bolt_circle(0.045, 6, BOLT, (-0.003, 0.02), d).rotate((-90.0, 0.0, 0.0)).translate(
         (SHOULDER_OFFSET, -0.112, 0.0))
@@ -77,29 +77,29 @@ def _shoulder(d: Detail) -> Solid:
 
 def _upper_arm(d: Detail) -> Solid:
     """A tapered shell beside the shoulder, with a cover on each joint."""
-    shell = upright_slab([(0.0, 0.0, 0.084), (0.0, UPPER_ARM, 0.07)], (0.091, 0.158), 0.016, d)
-    covers = [hub((0.0, z), r, (0.15, 0.166), 0.004, d) for z, r in ((0.0, 0.06), (UPPER_ARM, 0.048))]
-    screws = [bolt_circle(r, 6, BOLT, (-0.02, 0.003), d).rotate((-90.0, 0.0, 0.0)).translate((0.0, 0.166, z))
+    shell = upright_slab([(0.0, 0.0, 0.084), (0.0, UPPER_ARM, 0.07)], (0.13, 0.192), 0.016, d)
+    covers = [hub((0.0, z), r, (0.18, 0.2), 0.004, d) for z, r in ((0.0, 0.06), (UPPER_ARM, 0.048))]
+    screws = [bolt_circle(r, 6, BOLT, (-0.02, 0.003), d).rotate((-90.0, 0.0, 0.0)).translate((0.0, 0.2, z))
               for z, r in ((0.0, 0.05), (UPPER_ARM, 0.039))]
     return cut(union([shell, *covers]), screws)
 
 
 def _elbow(d: Detail) -> Solid:
     """Hub of axis 3 and the housing of axis 4."""
-    bearing = hub((0.0, 0.0), 0.066, (-0.03, 0.038), 0.004, d)
-    body = upright_slab([(0.0, 0.0, 0.066), (0.0, 0.10, 0.056)], (-0.058, 0.03), 0.014, d)
-    housing = cylinder(0.056, (0.05, 0.165), 0.006, d)
-    cap = hub((0.0, 0.0), 0.045, (-0.07, -0.05), 0.006, d)
-    screws = bolt_circle(0.035, 6, BOLT, (-0.003, 0.01), d).rotate((-90.0, 0.0, 0.0)).translate((0.0, -0.07, 0.0))
+    bearing = hub((0.0, 0.0), 0.062, (-0.03, 0.077), 0.004, d)
+    body = upright_slab([(0.0, 0.0, 0.066), (0.0, 0.10, 0.05)], (-0.05, 0.03), 0.014, d)
+    housing = cylinder(0.05, (0.05, 0.165), 0.006, d)
+    cap = hub((0.0, 0.0), 0.045, (-0.062, -0.04), 0.006, d)
+    screws = bolt_circle(0.035, 6, BOLT, (-0.003, 0.01), d).rotate((-90.0, 0.0, 0.0)).translate((0.0, -0.062, 0.0))
     return cut(union([bearing, body, housing, cap]), [screws])
 
 
 def _forearm(d: Detail) -> Solid:
     """A tapered tube from the housing of axis 4 to the fork of axis 5."""
-    tube = revolved([(0.025, 0.168, 0.0), (0.055, 0.168, 0.003), (0.055, 0.19, 0.02), (0.046, 0.27, 0.06),
-                     (0.044, 0.355, 0.008), (0.02, 0.355, 0.0)], d)
+    tube = revolved([(0.025, 0.168, 0.0), (0.049, 0.168, 0.003), (0.049, 0.19, 0.02), (0.044, 0.27, 0.06),
+                     (0.042, 0.355, 0.008), (0.02, 0.355, 0.0)], d)
     neck = block((-0.034, 0.034), (-0.047, 0.047), (0.33, 0.372), 0.008, d)
-    cheeks = [upright_slab([(0.0, FOREARM, 0.037), (0.0, 0.365, 0.034)], span, 0.005, d)
+    cheeks = [upright_slab([(0.0, FOREARM, 0.035), (0.0, 0.365, 0.033)], span, 0.005, d)
               for span in ((-0.049, -0.029), (0.029, 0.049))]
     pins = [hub((0.0, FOREARM), 0.022, span, 0.002, d) for span in ((-0.052, -0.04), (0.04, 0.052))]
     return union([tube, neck, *cheeks, *pins])
@@ -107,15 +107,15 @@ def _forearm(d: Detail) -> Solid:
 
 def _wrist(d: Detail) -> Solid:
     """The body between the cheeks of the fork, and the nose that carries axis 6."""
-    body = hub((0.0, 0.0), 0.036, (-0.027, 0.027), 0.005, d)
-    nose = cylinder(0.027, (0.0, 0.045), 0.002, d)
-    bell = cylinder(0.033, (0.04, 0.066), 0.004, d)
+    body = hub((0.0, 0.0), 0.034, (-0.027, 0.027), 0.005, d)
+    nose = cylinder(0.026, (0.0, 0.055), 0.002, d)
+    bell = cylinder(0.032, (0.044, 0.076), 0.004, d)
     return union([body, nose, bell])
 
 
 def _flange(d: Detail) -> Solid:
     """The tool flange: seven threaded holes and a shallow centring recess, as ISO 9409-1 has them."""
-    disc = revolved([(0.015, 0.068, 0.0), (0.034, 0.068, 0.003), (0.034, 0.084, 0.002), (0.04, 0.086, 0.001),
+    disc = revolved([(0.015, 0.078, 0.0), (0.034, 0.078, 0.002), (0.034, 0.086, 0.001), (0.04, 0.088, 0.001),
                      (0.04, FLANGE, 0.002), (0.015, FLANGE, 0.0)], d)
     holes = bolt_circle(0.025, 7, BOLT, (FLANGE - 0.012, FLANGE + 0.01), d)
     recess = bore(0.0157, (FLANGE - 0.003, FLANGE + 0.01), d)

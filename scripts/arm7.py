@@ -85,14 +85,14 @@ def _above_bend(length: float, tube: float, head: float, side: float, d: Detail)
 def _wrist(d: Detail) -> Solid:
     """The last bend, short, ending in the bearing of axis 7."""
     cheek = _cheek([(0.0, 0.0, 0.05), (0.0, 0.012, 0.046)], 1.0, 0.05, d)
-    body = cylinder(0.044, (0.034, 0.079), 0.006, d, top_radius=0.04)
+    body = cylinder(0.044, (0.034, 0.087), 0.006, d, top_radius=0.04)
     bridge = upright_slab([(0.0, 0.012, 0.042), (0.0, 0.03, 0.038)], (0.004, 0.046), 0.008, d)
     return union([cheek, body, bridge, _cap(0.0, 0.034, 1.0, 0.05, d)])
 
 
 def _flange(d: Detail) -> Solid:
     """The media flange: seven threaded holes and a shallow centring recess."""
-    disc = revolved([(0.015, 0.002, 0.0), (0.036, 0.002, 0.002), (0.036, 0.02, 0.002), (0.041, 0.023, 0.001),
+    disc = revolved([(0.015, 0.01, 0.0), (0.036, 0.01, 0.002), (0.036, 0.02, 0.002), (0.041, 0.023, 0.001),
                      (0.041, FLANGE, 0.002), (0.015, FLANGE, 0.0)], d)
     holes = bolt_circle(0.025, 7, BOLT, (FLANGE - 0.012, FLANGE + 0.01), d)
     return cut(disc, [holes, bore(0.0157, (FLANGE - 0.003, FLANGE + 0.01), d)])

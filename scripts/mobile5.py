@@ -12,7 +12,7 @@ from scripts.solids import Detail, Solid, block, bolt_circle, cut, cylinder, hub
 
 MOUNT = 0.12  # axis 1 in front of the middle of the platform
 DECK, TURRET, SHOULDER_OFFSET, SHOULDER_HEIGHT = 0.16, 0.24, 0.03, 0.12
-UPPER_ARM, FOREARM, ROLL, HAND = 0.26, 0.24, 0.06, 0.03
+UPPER_ARM, FOREARM, ROLL, HAND = 0.26, 0.24, 0.07, 0.02
 FINGER_TRAVEL = 0.045
 BOLT = 0.0025
 
@@ -99,7 +99,7 @@ def _wrist(d: Detail) -> Solid:
     """Hub of the last bend and the housing of the roll axis."""
     cheek = upright_slab([(0.0, 0.0, 0.032), (0.0, 0.03, 0.028)], (0.002, 0.036), 0.008, d)
     housing = cylinder(0.03, (0.036, ROLL - 0.002), 0.004, d)
-    return union([cheek, housing, cylinder(0.026, (0.012, 0.045), 0.003, d).translate((0.0, 0.012, 0.0))])
+    return union([cheek, housing, cylinder(0.024, (0.012, 0.045), 0.003, d).translate((0.0, 0.006, 0.0))])
 
 
 def _roll(d: Detail) -> Solid:
