@@ -1,0 +1,199 @@
+"""Streams of candidates: configurations that grasp an object or put one down, by projection on constraints.
+
+A stream is keyed by what is sampled and nothing else: the robot, the object, the family, the values that its
+constraints read. So the same grasps and places are tried in the same order wherever the robot starts, and branches
+that meet on the knowledge level meet again in geometry (LANGUAGE section 6).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server.frames import WORLD, Frame, Roles, carried, fits, rows, standing, tool_frame
+from kabo.kinematics import rows_of, sample, stacked, stream_key
+from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
+from kabo.scene import Attachment, Body, Region, Robot
+from kabo.scene.kernels.poses import forward_kinematics
+
+Array = npt.NDArray[np.float64]
+
+BATCH = 64  # samples a kernel call; candidates of a batch are tried in order of preference
+BATCHES = 4  # batches that a call tries before it gives up, at the first level of effort
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A configuration (n,) of all joints of the robot, and the poses of its joints (J, 12) there."""
+
+    q: Array
+    joints: Array
+
+    def pose(self, frame: Frame) -> Array:
+        """The pose (4, 4) in the world of a frame of the robot's tree."""
+        numbers = self.joints[frame.joint]
+        result = np.eye(4)
+        result[:3, :3], result[:3, 3] = numbers[:9].reshape(3, 3), numbers[9:]
+        return result @ frame.joint_T_frame
+
+
+def joint_poses(robot: Robot, q: Array) -> Array:
+    """The poses (J, 12) of all joints of a robot's tree in the world."""
+    tree = robot.tree
+    world_T = np.zeros((len(tree.parent), 12))
+    world_T[0, [0, 4, 8]] = 1.0
+    forward_kinematics(q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T)
+    return world_T
+
+
+def candidate(robot: Robot, q: Sequence[float] | Array) -> Candidate:
+    """The candidate of a configuration."""
+    values = np.array(q, dtype=np.float64)
+    return Candidate(values, joint_poses(robot, values))
+
+
+@dataclass(frozen=True)
+class Stream:
+    """All configurations of a robot on a set of rows, in the order of the stream `key`.
+
+    `hand` are the values of the gripper's joints, which stay.
+    """
+
+    robot: Robot
+    rows: Array
+    key: np.uint64
+    hand: tuple[float, ...]
+
+    def batch(self, number: int) -> list[Candidate]:
+        """The valid samples of batch `number`, in order of their number."""
+        robot, n = self.robot, self.robot.tree.size
+        active = np.arange(n) < robot.planned
+        base = np.concatenate([np.zeros(robot.planned), self.hand])
+        lower, upper = robot.tree.lower, robot.tree.upper
+        found, valid = sample(
+            robot.tree, self.rows, self.key, number * BATCH, BATCH, lower, upper, active, base=base
+        )
+        return [candidate(robot, np.round(q, 9) + 0.0) for q in found[valid]]
+
+
+def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:
+    """The candidates, those near to the robot's home configuration first: they leave room to move."""
+    home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+    return sorted(found, key=lambda c: (round(float(np.linalg.norm(c.q[: robot.planned] - home)), 6), *c.q))
+
+
+@dataclass(frozen=True)
+class GraspStream:
+    """The grasps of one family of a standing object by one robot."""
+
+    stream: Stream
+    family: GraspFamily
+    tool: Frame
+    roles: Roles
+
+    def __iter__(self) -> Iterator[list[Candidate]]:
+        number = 0
+        while True:
+            yield from_home(self.stream.robot, self.stream.batch(number))
+            number += 1
+
+
+def grasp_stream(
+    robot: Robot, body: Body, family: GraspFamily, world_T_body: Array, hand: tuple[float, ...], seed: int
+) -> GraspStream | None:
+    """The stream of grasps, or None if the family is not for this robot."""
+    if family.robots is not None and robot.name not in family.robots:
+        return None
+    tool = tool_frame(robot)
+    roles = {"tool": tool, "this": standing(body, world_T_body), "world": WORLD}
+    if not fits(family.constraints, roles):
+        return None
+    numbers = [float(value) for value in np.round(world_T_body[:3], 9).ravel()]
+    key = stream_key(seed, "grasp", robot.name, body.name, family.name, *numbers)
+    return GraspStream(Stream(robot, rows(family.constraints, roles), key, hand), family, tool, roles)
+
+
+@dataclass(frozen=True)
+class PlacementStream:
+    """The ways of one robot to put down what it holds, by one placement family, on a support and in a region."""
+
+    stream: Stream
+    family: PlacementFamily
+    this: Frame
+    others: tuple[Array, ...]  # where the bases of the other robots are (3,)
+
+    def __iter__(self) -> Iterator[list[Candidate]]:
+        number = 0
+        while True:
+            yield self._ordered(self.stream.batch(number))
+            number += 1
+
+    def _ordered(self, found: list[Candidate]) -> list[Candidate]:
+        """Far from the robot first: places fill up from the back, and others may reach what lies there."""
+        base = base_position(self.stream.robot)
+
+        def preference(c: Candidate) -> tuple[float, ...]:
+            at = c.pose(self.this)[:3, 3]
+            others = [float(np.linalg.norm(at[:2] - other[:2])) for other in self.others]
+            own = float(np.linalg.norm(at[:2] - base[:2]))
+            return (round(max(own, *others), 3), -round(own, 3), *c.q) if others else (-round(own, 3), *c.q)
+
+        return sorted(found, key=preference)
+
+
+def base_position(robot: Robot) -> Array:
+    """Where the first moving joint of a robot is, in the world (3,)."""
+    joint = next((j for j in range(1, len(robot.tree.parent)) if robot.tree.ratio[j] != 0.0), 0)
+    lower = np.clip(0.0, robot.tree.lower, robot.tree.upper)
+    return np.array(joint_poses(robot, lower)[joint, 9:])
+
+
+def placement_stream(
+    robot: Robot,
+    body: Body,
+    held: Attachment,
+    family: PlacementFamily,
+    support: tuple[Body, Array] | None,
+    region: Region | None,
+    margin: float,
+    others: tuple[Array, ...],
+    seed: int,
+    hand: tuple[float, ...],
+) -> PlacementStream | None:
+    """The stream of placements, or None if the family does not fit the support.
+
+    `support` is the body stood on and its pose; the body's box stays `margin` away from the region's walls.
+    """
+    this = carried(robot, body, held)
+    roles = {"this": this, "world": WORLD}
+    if support is not None:
+        roles["support"] = standing(*support)
+    if region is not None:
+        roles["region"] = Frame(0, region.world_T_region, {})
+    if not fits(family.constraints, roles):
+        return None
+    parts = [rows(family.constraints, roles)]
+    if region is not None:
+        parts.append(_within(this, body, region, margin))
+    where = () if support is None else (*np.round(support[1][:3], 9).ravel(),)
+    numbers = [float(v) for v in (*held.position, *held.quaternion, *where)]
+    place = (support[0].name if support else "", region.name if region else "")
+    key = stream_key(seed, "place", robot.name, body.name, family.name, *place, held.parent, *numbers)
+    return PlacementStream(Stream(robot, stacked(parts), key, hand), family, this, others)
+
+
+def _within(this: Frame, body: Body, region: Region, margin: float) -> Array:
+    """Rows that keep the middle of the body so far inside the region's box that the body is likely to fit."""
+    low, high = body.mesh.vertices.min(axis=0), body.mesh.vertices.max(axis=0)
+    middle = Feature("point", tuple(float(v) for v in (low + high) / 2))  # type: ignore[arg-type]
+    thickness = float(np.min(high - low)) / 2 + margin
+    parts = []
+    for axis in range(3):
+        if abs(region.world_T_region[2, axis]) < 0.9:  # the vertical place is the support's business
+            room = max(region.size[axis] - thickness, 0.0)
+            direction = np.eye(3)[axis]
+            plane = Feature("plane", (0.0, 0.0, 0.0), tuple(float(v) for v in direction))  # type: ignore[arg-type]
+            across = Frame(0, region.world_T_region, {}).moved(plane)
+            parts.append(rows_of("height", this.moved(middle), across, -room, room))
+    return stacked(parts)

@@ -1,0 +1,92 @@
+"""Features where they are: the names of constraints become points, lines and planes on the joints of one robot."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.kinematics import FrameFeature, rows_of, stacked
+from kabo.language.scene_description import Constraint, Feature, FeatureName
+from kabo.scene import Attachment, Body, Robot
+from kabo.scene.transforms import transform
+
+Array = npt.NDArray[np.float64]
+
+WORLD_FEATURES = {
+    "origin": Feature("point", (0.0, 0.0, 0.0)),
+    "up": Feature("line", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "floor": Feature("plane", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame on a joint of a robot's tree (0: the world) with the features given in it."""
+
+    joint: int
+    joint_T_frame: Array  # (4, 4)
+    features: Mapping[str, Feature]
+
+    def feature(self, name: str) -> FrameFeature:
+        """A feature of this frame, in the joint's frame."""
+        return self.moved(self.features[name])
+
+    def moved(self, feature: Feature) -> FrameFeature:
+        """Any feature given in this frame, in the joint's frame."""
+        turn, shift = self.joint_T_frame[:3, :3], self.joint_T_frame[:3, 3]
+        x, y, z = (float(v) for v in turn @ np.asarray(feature.origin) + shift)
+        if feature.direction is None:
+            return FrameFeature(self.joint, feature.kind, (x, y, z))
+        direction = turn @ np.asarray(feature.direction)
+        dx, dy, dz = (float(v) for v in direction / np.linalg.norm(direction))
+        return FrameFeature(self.joint, feature.kind, (x, y, z), (dx, dy, dz))
+
+
+Roles = Mapping[str, Frame]
+
+WORLD = Frame(0, np.eye(4), WORLD_FEATURES)
+
+
+def tool_frame(robot: Robot) -> Frame:
+    """The tool of a robot.
+
+    Raises:
+        ValueError: the robot has no tool.
+    """
+    if robot.tool is None:
+        raise ValueError(f"robot {robot.name} has no tool")
+    link = robot.links[robot.tool.frame]
+    return Frame(link.joint, link.joint_T_link, robot.tool.features)
+
+
+def standing(body: Body, world_T_body: Array) -> Frame:
+    """A body that stands in the world."""
+    return Frame(0, world_T_body, body.features)
+
+
+def carried(robot: Robot, body: Body, held: Attachment) -> Frame:
+    """A body in the robot's hand."""
+    link = robot.links[held.parent.partition(".")[2]]
+    return Frame(link.joint, link.joint_T_link @ transform(held.position, held.quaternion), body.features)
+
+
+def has(roles: Roles, name: FeatureName) -> bool:
+    """Whether the feature that a constraint names exists in its role."""
+    return name.owner in roles and (name.feature is None or name.feature in roles[name.owner].features)
+
+
+def rows(constraints: Iterable[Constraint], roles: Roles) -> Array:
+    """The rows (R, W) of all constraints between features; `inside` is a predicate, checked after projection."""
+    parts = []
+    for constraint in constraints:
+        if constraint.kind != "inside":
+            first = roles[constraint.first.owner].feature(constraint.first.feature or "")
+            second = roles[constraint.second.owner].feature(constraint.second.feature or "")
+            parts.append(rows_of(constraint.kind, first, second, constraint.lower, constraint.upper))
+    return stacked(parts)
+
+
+def fits(constraints: Iterable[Constraint], roles: Roles) -> bool:
+    """Whether every feature that the constraints name exists."""
+    return all(has(roles, name) for c in constraints if c.kind != "inside" for name in (c.first, c.second))

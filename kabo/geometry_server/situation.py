@@ -1,0 +1,68 @@
+"""A situation: for every component of the geometric state, the values it may have.
+
+Where branches of a plan have met, components that nobody moves there may have several values (LANGUAGE section 6);
+a procedure answers for all of them at once. With one value each, a situation is a geometric state.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kabo.scene import Attachment, Component, Configuration, GeometricState
+
+
+@dataclass(frozen=True)
+class Situation:
+    """The possible values of every robot and movable object, in order of the scene, each value once."""
+
+    robots: Mapping[str, tuple[Configuration, ...]]
+    objects: Mapping[str, tuple[Attachment, ...]]
+
+    @classmethod
+    def of(cls, state: GeometricState) -> "Situation":
+        """The situation in which every component has the value of `state`."""
+        return cls({n: (q,) for n, q in state.robots.items()}, {n: (a,) for n, a in state.objects.items()})
+
+    def values(self, component: str) -> tuple[Component, ...]:
+        """All values that a robot or object may have."""
+        return self.robots[component] if component in self.robots else self.objects[component]
+
+    def configuration(self, robot: str) -> Configuration:
+        """The one configuration of a robot that is about to move."""
+        (only,) = self.robots[robot]
+        return only
+
+    def attachment(self, name: str) -> Attachment:
+        """The one placing of an object that is about to be moved."""
+        (only,) = self.objects[name]
+        return only
+
+    def carried(self, robot: str) -> tuple[str, ...]:
+        """The objects that the robot may be holding."""
+        prefix = robot + "."
+        return tuple(n for n, values in self.objects.items() if any(a.parent.startswith(prefix) for a in values))
+
+    def replace(self, changes: Mapping[str, Component]) -> "Situation":
+        """This situation with some components set to one value."""
+        robots = {n: (changes[n],) if n in changes else v for n, v in self.robots.items()}
+        objects = {n: (changes[n],) if n in changes else v for n, v in self.objects.items()}
+        return Situation(robots, objects)  # type: ignore[arg-type]
+
+    def union(self, other: "Situation") -> "Situation":
+        """Every value of both situations, in the order of first appearance."""
+        robots = {n: tuple(dict.fromkeys((*v, *other.robots[n]))) for n, v in self.robots.items()}
+        objects = {n: tuple(dict.fromkeys((*v, *other.objects[n]))) for n, v in self.objects.items()}
+        return Situation(robots, objects)
+
+    @property
+    def first(self) -> GeometricState:
+        """The state of the first value of every component."""
+        return GeometricState(
+            {n: v[0] for n, v in self.robots.items()}, {n: v[0] for n, v in self.objects.items()}
+        )
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What tells situations apart, whatever the order in which values were met."""
+        robots = ((n, frozenset(v)) for n, v in self.robots.items())
+        objects = ((n, frozenset(v)) for n, v in self.objects.items())
+        return (*robots, *objects)

@@ -1,0 +1,206 @@
+"""Stretches of motion, each proven free before it is offered: to a configuration, along a line, of the gripper.
+
+Way points are rounded as plans keep them *before* they are proven, so that what is written is what was proven.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server.answers import Pair
+from kabo.geometry_server.frames import Frame
+from kabo.geometry_server.workspace import Contacts, Workspace
+from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key
+from kabo.motion import Blocked, connect, retime, shortcut
+from kabo.plan import Segment
+from kabo.scene import Robot
+
+Array = npt.NDArray[np.float64]
+
+LINE = 1e-3  # m: how far a straight stretch may leave its line
+SHORTCUTS = 60  # attempts to shorten a path
+KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A stretch that was not found, and the pairs in its way with counts."""
+
+    pairs: tuple[tuple[Pair, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class Keep:
+    """A motion constraint, as rows of the robot's tree, that holds all along a motion."""
+
+    name: str
+    robot: Robot
+    rows: Array
+
+    def keeps(self, start: Array, goal: Array) -> bool:
+        """Whether the constraint is proven to hold on the straight joint segment."""
+        return keeps(self.robot.tree, self.rows, start, goal, KEPT)
+
+    def holds_along(self, waypoints: Sequence[Array]) -> bool:
+        """Whether the constraint is proven to hold along a path."""
+        return all(self.keeps(a, b) for a, b in zip(waypoints, waypoints[1:], strict=False))
+
+    def pull_planned(self, hand: Array) -> Projector:
+        """A function that pulls the planned joints onto the constraint, with the gripper's at `hand`."""
+        n = self.robot.planned
+
+        def pull(q: Array) -> Array | None:
+            found = self._pull(np.concatenate([q, hand]))
+            return None if found is None else found[:n]
+
+        return pull
+
+    @cached_property
+    def _pull(self) -> Projector:
+        tree = self.robot.tree
+        active = np.arange(tree.size) < self.robot.planned
+        return projector(tree, self.rows, tree.lower, tree.upper, active)
+
+
+def rounded(q: Array) -> Array:
+    """A configuration as plans keep it."""
+    return np.round(q, 9) + 0.0
+
+
+def line(workspace: Workspace, q: Array, tool: Frame, translation: Array) -> list[Array] | Refused:
+    """The way points of a straight motion of the tool by `translation` (3,) [m] from q, turned by nothing, proven free."""
+    robot = workspace.robot
+    active = np.arange(robot.tree.size) < robot.planned
+    found = straight_line(
+        robot.tree, q, tool.joint, tool.joint_T_frame, translation, active=active, deviation=LINE
+    )
+    if isinstance(found, OffLine):
+        return Refused()
+    waypoints = [rounded(w) for w in found]
+    hit = workspace.path_hit(waypoints)
+    return waypoints if hit is None else Refused(((hit, 1),))
+
+
+def reach(
+    workspace: Workspace,
+    start: Array,
+    goal: Array,
+    key: tuple[str | int | float, ...],
+    samples: int,
+    keep: Keep | None = None,
+) -> list[Array] | Refused:
+    """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along."""
+    robot = workspace.robot
+    n = robot.planned
+    hand = start[n:]
+
+    def whole(q: Array) -> Array:
+        return np.concatenate([q, hand])
+
+    def free_segment(a: Array, b: Array) -> int:
+        if keep is not None and not keep.keeps(whole(a), whole(b)):
+            return len(workspace.pairs)  # one past the pairs: the constraint
+        return workspace.segment_hit(whole(a), whole(b))
+
+    def free_configurations(configurations: Array) -> Array:
+        return workspace.hits(np.hstack([configurations, np.tile(hand, (len(configurations), 1))]))
+
+    stream = stream_key(*key)
+    project = None if keep is None else keep.pull_planned(hand)
+    bounds = robot.tree.lower[:n], robot.tree.upper[:n]
+    free = free_segment, free_configurations
+    path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
+    if isinstance(path, Blocked):
+        pairs = workspace.pairs
+        return Refused(tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs)))
+    workspace.surroundings.statistics.samples += path.samples
+    short = shortcut(path.waypoints, *free, stream, attempts=SHORTCUTS, projection=project)
+    return [whole(q) for q in short]
+
+
+@dataclass
+class Motion:
+    """The segments of one procedure's motion, put one after the other."""
+
+    robot: Robot
+    procedure: str
+    segments: list[Segment] = field(default_factory=list)
+    time: float = 0.0
+
+    def extend(self, segments: Sequence[Segment]) -> None:
+        """Appends segments of another motion of this robot, later by the time that has passed."""
+        for segment in segments:
+            times = tuple(round(self.time + t, 6) for t in segment.times)
+            self.segments.append(replace(segment, times=times, procedure=self.procedure))
+        if self.segments:
+            self.time = self.segments[-1].times[-1]
+
+    def arm(
+        self,
+        stage: str,
+        waypoints: Sequence[Array],
+        permitted: Contacts = frozenset(),
+        *,
+        constraint: str | None = None,
+    ) -> None:
+        """Appends a motion of the planned joints; none if it goes nowhere."""
+        n = self.robot.planned
+        self._append(
+            stage, self.robot.planned_joints, [w[:n] for w in waypoints], 0, permitted, constraint=constraint
+        )
+
+    def hand(
+        self,
+        stage: str,
+        start: Array,
+        goal: Array,
+        permitted: Contacts = frozenset(),
+        *,
+        attach: tuple[tuple[str, str], ...] = (),
+        detach: tuple[str, ...] = (),
+    ) -> None:
+        """Appends a motion of the gripper; also one that goes nowhere, if it attaches or detaches."""
+        n = self.robot.planned
+        ends = [start[n:], goal[n:]]
+        self._append(stage, self.robot.gripper_joints, ends, n, permitted, attach=attach, detach=detach)
+
+    def _append(
+        self,
+        stage: str,
+        joints: tuple[str, ...],
+        waypoints: list[Array],
+        first: int,
+        permitted: Contacts,
+        *,
+        attach: tuple[tuple[str, str], ...] = (),
+        detach: tuple[str, ...] = (),
+        constraint: str | None = None,
+    ) -> None:
+        kept = [waypoints[0]]
+        kept.extend(b for a, b in zip(waypoints, waypoints[1:], strict=False) if not np.array_equal(a, b))
+        if len(kept) == 1 and not attach and not detach:
+            return
+        if len(kept) == 1:
+            kept.append(kept[0])
+        limits = self.robot.tree.velocity[first : first + len(joints)]
+        times = [round(self.time + t, 6) for t in retime(np.array(kept), limits)]
+        pairs = tuple(sorted(tuple(sorted(pair)) for pair in permitted))
+        points = tuple(tuple(float(v) for v in w) for w in kept)
+        self.segments.append(
+            Segment(
+                self.robot.name,
+                joints,
+                points,
+                tuple(times),
+                self.procedure,
+                stage,
+                attach,
+                detach,
+                pairs,  # type: ignore[arg-type]
+                constraint,
+            )
+        )
+        self.time = times[-1]

@@ -1,0 +1,233 @@
+"""The workspace of one robot in a situation: everything that moves with it, and everything that it may hit.
+
+What the robot carries hangs on its joints; what others may be, in any of the values that the situation leaves open,
+stands still around it. Things are compared in pairs, so every value of every other component is checked at once.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry import Budget, CollisionView, Enclosure, ExactView, FixedGroup, MovingGroup, enclosing_parts
+from kabo.geometry_server.answers import Pair, Statistics
+from kabo.geometry_server.situation import Situation
+from kabo.scene import Attachment, Configuration, Mesh, Robot, Scene, link_poses
+from kabo.scene.transforms import flat, transform
+
+Array = npt.NDArray[np.float64]
+Contacts = frozenset[frozenset[str]]
+View = CollisionView | ExactView
+
+
+def contacts(pairs: Iterable[Pair]) -> Contacts:
+    """Pairs of things as a set that does not care for order."""
+    return frozenset(frozenset(pair) for pair in pairs)
+
+
+class Surroundings:
+    """The bodies of a scene as convex parts, made when first asked for, and the poses of links that stand still."""
+
+    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
+        self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
+        self._enclosures: dict[str, Enclosure] = {}
+        self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
+        self._apart: dict[Pair, bool] = {}
+
+    def mesh(self, name: str) -> Mesh | None:
+        """The mesh of a body or `robot.link`, in its own frame."""
+        robot, dot, link = name.partition(".")
+        return self.scene.robots[robot].links[link].mesh if dot else self.scene.bodies[name].mesh
+
+    def enclosure(self, name: str) -> Enclosure:
+        """The convex parts that enclose a body or `robot.link`, in its own frame."""
+        mesh = self.mesh(name)
+        if mesh is None:
+            raise ValueError(f"{name} has no geometry")
+        if mesh.digest not in self._enclosures:
+            tolerance = self.budget.geometry
+            self._enclosures[mesh.digest] = enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
+        return self._enclosures[mesh.digest]
+
+    def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:
+        """The pose (4, 4) of every link of a robot that stands at q."""
+        if (robot, q) not in self._links:
+            self._links[robot, q] = link_poses(self.scene.robots[robot], q)
+        return self._links[robot, q]
+
+    def never_collide(self, first: str, second: str) -> bool:
+        """As the scene says, remembered."""
+        if (first, second) not in self._apart:
+            self._apart[first, second] = self.scene.never_collide(first, second)
+        return self._apart[first, second]
+
+    def poses(self, situation: Situation, name: str) -> list[Array]:
+        """Every pose (4, 4) in the world that a body may have in a situation, each once."""
+        if name in self.scene.fixed_poses:
+            return [self.scene.fixed_poses[name]]
+        found = {}
+        for value in situation.objects[name]:
+            for parent in self._parents(situation, value.parent):
+                pose = parent @ transform(value.position, value.quaternion)
+                found[pose.tobytes()] = pose
+        return list(found.values())
+
+    def _parents(self, situation: Situation, parent: str) -> list[Array]:
+        if parent == "world":
+            return [np.eye(4)]
+        robot, dot, link = parent.partition(".")
+        if dot:
+            return [self.links(robot, q)[link] for q in situation.robots[robot]]
+        return self.poses(situation, parent)
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """One robot, what it carries, and what is around it, with the contacts that are permitted meanwhile."""
+
+    surroundings: Surroundings
+    robot: Robot
+    situation: Situation
+    carried: Mapping[str, Attachment]
+    permitted: Contacts = frozenset()
+
+    @classmethod
+    def of(
+        cls, surroundings: Surroundings, robot: str, situation: Situation, permitted: Contacts = frozenset()
+    ) -> "Workspace":
+        """The workspace of a robot with what it holds in the situation."""
+        carried = {name: situation.attachment(name) for name in situation.carried(robot)}
+        return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted)
+
+    def grasping(self, name: str, attachment: Attachment) -> "Workspace":
+        """This workspace with one more object in the hand."""
+        situation = self.situation.replace({name: attachment})
+        return Workspace(
+            self.surroundings, self.robot, situation, {**self.carried, name: attachment}, self.permitted
+        )
+
+    def permitting(self, pairs: Iterable[Pair]) -> "Workspace":
+        """This workspace with more contacts permitted."""
+        permitted = self.permitted | contacts(pairs)
+        return Workspace(self.surroundings, self.robot, self.situation, self.carried, permitted)
+
+    def touching(self, name: str) -> tuple[Pair, ...]:
+        """The contacts of the gripper's touch links with an object."""
+        gripper = self.robot.gripper
+        return () if gripper is None else tuple((link, name) for link in gripper.touch_links)
+
+    def first_hit(self, q: Array) -> Pair | None:
+        """The first pair that is not proven apart at configuration q (n,), or None if all are."""
+        view, pairs = self._view
+        index = int(view.configuration_hit(q))
+        self._count(1, index >= 0)
+        return None if index < 0 else pairs[index]
+
+    def hits(self, configurations: Array) -> npt.NDArray[np.int64]:
+        """For each configuration (N, n) the index of the first pair not proven apart, or -1."""
+        view, _ = self._view
+        found = view.configurations_hit(configurations)
+        self._count(len(found), int((found >= 0).sum()))
+        return found
+
+    def segment_hit(self, start: Array, goal: Array) -> int:
+        """-1 if the straight joint segment is proven free, else the index of the pair that is in the way."""
+        view, _ = self._view
+        index = int(view.segment_hit(start, goal))
+        self._count(1, index >= 0)
+        return index
+
+    def path_hit(self, waypoints: Sequence[Array]) -> Pair | None:
+        """The first pair in the way of a path of straight joint segments, or None if it is proven free."""
+        for start, goal in zip(waypoints, waypoints[1:], strict=False):
+            index = self.segment_hit(start, goal)
+            if index >= 0:
+                return self.pairs[index]
+        return None
+
+    @property
+    def pairs(self) -> list[Pair]:
+        """The names of all pairs that are checked, in the order of their indices."""
+        return self._view[1]
+
+    def _count(self, checks: int, positive: int) -> None:
+        statistics = self.surroundings.statistics
+        statistics.collision_checks += checks * (1 + len(self.carried))
+        statistics.positive_collision_checks += int(positive)
+
+    @cached_property
+    def _view(self) -> tuple[View, list[Pair]]:
+        moving, moving_names = self._moving()
+        fixed, fixed_names = self._fixed()
+        indices, pairs = self._pairs(moving_names, fixed_names)
+        chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
+        kind = ExactView if self.surroundings.exact else CollisionView
+        view = kind(self.robot.tree, moving, fixed, chosen, self.surroundings.budget)
+        return view, pairs
+
+    def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
+        groups, names = [], []
+        for link in self.robot.links.values():
+            if link.mesh is not None and self._moves(link.joint):
+                groups.append(self._group(f"{self.robot.name}.{link.name}", link.joint, link.joint_T_link))
+                names.append((f"{self.robot.name}.{link.name}", link.joint))
+        for name, held in self.carried.items():
+            link = self.robot.links[held.parent.partition(".")[2]]
+            pose = link.joint_T_link @ transform(held.position, held.quaternion)
+            groups.append(self._group(name, link.joint, pose))
+            names.append((name, link.joint))
+        return groups, names
+
+    def _moves(self, joint: int) -> bool:
+        tree = self.robot.tree
+        while joint > 0 and tree.ratio[joint] == 0.0:
+            joint = int(tree.parent[joint])
+        return joint > 0
+
+    def _group(self, name: str, joint: int, joint_T_group: Array) -> MovingGroup:
+        mesh = self.surroundings.mesh(name)
+        arrays = None if mesh is None else (mesh.vertices, mesh.faces)
+        return MovingGroup(joint, flat(joint_T_group), self.surroundings.enclosure(name), arrays)
+
+    def _fixed(self) -> tuple[list[FixedGroup], list[str]]:
+        placed: list[tuple[str, Array]] = []
+        for robot in self.surroundings.scene.robots.values():
+            for q in self.situation.robots[robot.name]:
+                poses = self.surroundings.links(robot.name, q)
+                for link in robot.links.values():
+                    if link.mesh is not None and (robot is not self.robot or not self._moves(link.joint)):
+                        placed.append((f"{robot.name}.{link.name}", poses[link.name]))
+        for name in self.surroundings.scene.bodies:
+            if name not in self.carried:
+                placed.extend((name, pose) for pose in self.surroundings.poses(self.situation, name))
+        groups = [self._standing(name, pose) for name, pose in placed]
+        return groups, [name for name, _ in placed]
+
+    def _standing(self, name: str, pose: Array) -> FixedGroup:
+        mesh = self.surroundings.mesh(name)
+        arrays = None if mesh is None else (mesh.vertices, mesh.faces)
+        return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays)
+
+    def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[Pair], list[Pair]]:  # type: ignore[type-arg]
+        held = {name: contacts(self.touching(name)) for name in self.carried}
+        touched: Contacts = frozenset().union(*held.values()) if held else frozenset()
+        indices: list[tuple[int, int]] = []
+        names: list[Pair] = []
+        for i, (first, joint) in enumerate(moving):
+            for k, (second, other_joint) in enumerate(moving[i + 1 :], i + 1):
+                if joint != other_joint and self._checked(first, second, touched):
+                    indices.append((i, k))
+                    names.append((first, second))
+            for k, second in enumerate(fixed, len(moving)):
+                if self._checked(first, second, touched):
+                    indices.append((i, k))
+                    names.append((first, second))
+        return indices, names  # type: ignore[return-value]
+
+    def _checked(self, first: str, second: str, touched: Contacts) -> bool:
+        pair = frozenset((first, second))
+        if pair in self.permitted or pair in touched:
+            return False
+        return not self.surroundings.never_collide(first, second)

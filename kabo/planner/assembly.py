@@ -1,0 +1,77 @@
+"""From an evaluated skeleton to the plan: nodes with motions, equal ones shared from the leaves [LANGUAGE 6]."""
+
+from collections.abc import Mapping
+
+from kabo.geometry_server import GeometryServer, Success
+from kabo.language.problem import Problem
+from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, StateChange
+from kabo.planner.evaluation import Variant
+from kabo.planner.skeleton import SkeletonNode
+from kabo.scene import Attachment, Component, Scene
+
+
+def assemble(
+    problem: Problem,
+    variants: tuple[Variant, ...],
+    server: GeometryServer | None,
+    files: Mapping[str, str],
+    options: Mapping[str, str | float | int | None],
+) -> Plan:
+    """The plan of an evaluation in which every call succeeded; the first variant is the root."""
+    builder = PlanBuilder()
+    handles: dict[Variant, str] = {}
+    for variant in reversed(variants):
+        following = {outcome: handles[after] for outcome, after in variant.following.items()}
+        handles[variant] = _add(builder, variant, following, server)
+    start = (
+        None
+        if server is None
+        else whole_state(server.scene, {**server.scene.start.robots, **server.scene.start.objects})
+    )
+    root = handles[variants[0]]
+    return builder.build(root, problem=problem.name, files=files, options=options, start=start)
+
+
+def _add(
+    builder: PlanBuilder, variant: Variant, following: Mapping[str | None, str], server: GeometryServer | None
+) -> str:
+    node, action = variant.node, variant.node.action
+    branches = {outcome: handle for outcome, handle in following.items() if outcome is not None}
+    if action is None:
+        return builder.add(Node("branch", on=node.on, branches=branches)) if branches else builder.goal()
+    made = variant.answer
+    motion, after, moved = (), None, ()
+    if isinstance(made, Success) and server is not None and action.call is not None:
+        motion = made.motion
+        single = server.single(action.call, variant.situation)
+        moved = tuple((name, variant.situation.values(name)) for name in single)
+        changes = {n: v for n, v in made.changes.items() if variant.situation.values(n) != (v,)}
+        after = whole_state(server.scene, changes) if changes else None
+    common = {"action": action.name, "arguments": dict(action.arguments), "motion": motion, "after": after}
+    if node.on is not None:
+        return builder.add(Node("sense", on=node.on, branches=branches, **common), moved)  # type: ignore[arg-type]
+    kind = "sense" if node.delivers else "action"
+    return builder.add(Node(kind, next=following[None], delivers=node.delivers, **common), moved)  # type: ignore[arg-type]
+
+
+def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:
+    """Components as plans write them: joints by name, objects with parent and pose."""
+    robots, objects = {}, {}
+    for name, value in components.items():
+        if isinstance(value, Attachment):
+            objects[name] = ObjectPose(value.parent, value.position, value.quaternion)
+        else:
+            robots[name] = dict(zip(scene.robots[name].joint_names, value, strict=True))
+    return StateChange(robots, objects)
+
+
+def symbolic_variants(root: SkeletonNode, order: list[SkeletonNode]) -> tuple[Variant, ...]:
+    """The skeleton as variants without geometry, for a problem without a scene; `order` begins with the root."""
+    from kabo.geometry_server.situation import Situation
+
+    nothing = Situation({}, {})
+    made = {node: Variant(node, nothing, frozenset()) for node in order}
+    for node, variant in made.items():
+        following = dict(node.outcomes) if node.outcomes else {} if node.next is None else {None: node.next}
+        variant.following.update({outcome: made[after] for outcome, after in following.items()})
+    return tuple(made.values())

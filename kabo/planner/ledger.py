@@ -1,0 +1,169 @@
+"""The ledger of lazy geometry: which procedures were refused, and where their refusals hold.
+
+The search takes procedures as possible. It follows each geometric component by its lineage: which call made its
+present value, from which lineages. A refusal is a call and the lineages of the components that it rests on: it holds
+wherever they are the same, whatever else has changed. Only lineages that a refusal names tell search nodes apart, so
+as long as nothing is refused the search is that of the knowledge level alone.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from kabo.geometry_server import MAX_EFFORT, Failure, GeometryServer, Situation, Success
+from kabo.language.formulas import GroundCall
+
+Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
+Pattern = frozenset[tuple[int, int]]  # (index of a component, lineage)
+
+ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A call that fails from `attempt` on, wherever the pattern of lineages holds."""
+
+    attempt: int
+    pattern: Pattern
+    failure: Failure
+
+
+@dataclass
+class Ledger:
+    """What the contingent search sees of geometry: lineages, refusals, and further attempts where one led nowhere."""
+
+    server: GeometryServer
+    effort: int = 0
+    refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        scene = self.server.scene
+        self.components = (*scene.robots, *scene.movable)
+        self._index = {name: i for i, name in enumerate(self.components)}
+        self._lineages: dict[tuple[object, ...], int] = {}
+        self._origins: dict[tuple[int, int], Pattern] = {}
+        self._tainted: set[tuple[int, int]] = set()
+
+    # ------------------------------------------------------------------------------ what the search may ask
+    @property
+    def start(self) -> Trace:
+        """The trace of the first state."""
+        return (0,) * len(self.components)
+
+    def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
+        """The attempts at a call that are not refused, with the trace after each.
+
+        A further attempt is offered only where every one before it led to something that was refused.
+        """
+        limit = min(
+            (r.attempt for r in self.refusals.get(call, ()) if all(trace[i] == line for i, line in r.pattern)),
+            default=ATTEMPTS * (1 + self.effort),
+        )
+        found = []
+        for attempt in range(limit):
+            after = self.after(call, attempt, trace)
+            found.append((attempt, after))
+            moved = self.server.bind(call).moves
+            indices = [self._index[name] for name in moved]
+            if not any((i, after[i]) in self._tainted for i in indices):
+                break
+        return found
+
+    def key(self, trace: Trace) -> Trace:
+        """The trace without the lineages that no refusal names."""
+        tainted = self._tainted
+        return tuple(line if (i, line) in tainted else -1 for i, line in enumerate(trace))
+
+    def test(self, call: GroundCall, trace: Trace) -> bool:
+        """Geometric tests in formulas are taken to hold until they are asked."""
+        return True
+
+    # ------------------------------------------------------------------------------------------ keeping books
+    def after(self, call: GroundCall, attempt: int, trace: Trace) -> Trace:
+        """The trace after a call: what it moves has the lineage of the call and of what its samples depend on."""
+        bound = self.server.bind(call)
+        origin = frozenset((self._index[name], trace[self._index[name]]) for name in bound.reads)
+        result = list(trace)
+        for name in bound.moves:
+            i = self._index[name]
+            result[i] = self._lineages.setdefault((call, attempt, name, origin), len(self._lineages) + 1)
+            self._origins[i, result[i]] = origin
+        return tuple(result)
+
+    def _taint(self, pattern: Pattern) -> None:
+        """Marks lineages that tell nodes apart: those of a refusal, and those from which they come."""
+        waiting = list(pattern)
+        while waiting:
+            entry = waiting.pop()
+            if entry not in self._tainted:
+                self._tainted.add(entry)
+                waiting.extend(self._origins.get(entry, ()))
+
+    def refuse(self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Trace]) -> None:
+        """Notes that a call failed, wherever the components that the failure reads are as in one of the traces."""
+        for trace in traces:
+            pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
+            self.refusals.setdefault(call, []).append(Refusal(attempt, pattern, failure))
+            self._taint(pattern)
+
+    def proved(self) -> bool:
+        """Whether every refusal is a proof: no number of samples would help."""
+        return all(r.failure.proof for rows in self.refusals.values() for r in rows)
+
+    def failures(self) -> list[tuple[GroundCall, Failure]]:
+        """Every call that was refused with one reason each, proofs first, in order of first refusal."""
+        firsts = [(call, rows[0].failure) for call, rows in self.refusals.items()]
+        return sorted(firsts, key=lambda item: not item[1].proof)
+
+    def try_harder(self) -> bool:
+        """Forgets the refusals that more samples might lift and raises the effort; False at the highest."""
+        if self.effort >= MAX_EFFORT:
+            return False
+        self.effort += 1
+        kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
+        self.refusals = {call: rows for call, rows in kept.items() if rows}
+        self._tainted = set()
+        for rows in self.refusals.values():
+            for refusal in rows:
+                self._taint(refusal.pattern)
+        return True
+
+
+@dataclass
+class Interleaved:
+    """Eager geometry, as the thesis interleaves it [K Tables 6.2, 6.7]: every procedure is asked when search meets it.
+
+    The trace is the identifier of a geometric state.
+    """
+
+    server: GeometryServer
+    failed: dict[GroundCall, Failure] = field(default_factory=dict)
+
+    @property
+    def start(self) -> int:
+        """The identifier of the first state."""
+        return self.server.identify(self.server.scene.start)
+
+    def options(self, call: GroundCall, trace: int) -> Sequence[tuple[int, int]]:
+        """The state after the call, if it succeeds."""
+        state = self.server.state(trace)
+        answer = self.server.call(call, Situation.of(state))
+        if isinstance(answer, Success):
+            return ((0, self.server.identify(state.replace(answer.changes))),)
+        self.failed.setdefault(call, answer)
+        return ()
+
+    def key(self, trace: int) -> int:
+        """Every geometric state is a node of its own."""
+        return trace
+
+    def test(self, call: GroundCall, trace: int) -> bool:
+        """Geometric tests in formulas are taken to hold."""
+        return True
+
+    def failures(self) -> list[tuple[GroundCall, Failure]]:
+        """Every call that failed somewhere, with its first failure."""
+        return list(self.failed.items())
+
+    def proved(self) -> bool:
+        """Whether every failure is a proof."""
+        return all(failure.proof for failure in self.failed.values())

@@ -1,0 +1,280 @@
+"""The integrated planner [K ch. 6]: knowledge proposes a contingent plan, geometry proves or refuses, search resumes.
+
+until a plan is found, proven impossible, or the budget is spent:
+    skeleton := a contingent plan on the knowledge level, taking every procedure as possible that is not refused
+    ask the procedures along it, in order, wherever its branches lead
+    if all have a motion: the plan;  else: note the refusals and what they rest on
+"""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from kabo.knowledge import Task, ground
+from kabo.language.problem import Problem
+from kabo.planner.contingent import find_skeleton
+from kabo.planner.reasons import exhausted, no_plan
+from kabo.planner.result import Progress, Result
+from kabo.planner.skeleton import Exhausted, Found, Limits, Skeleton, Unreachable
+
+if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
+    from kabo.geometry_server import GeometryServer
+    from kabo.planner.ledger import Interleaved, Ledger
+
+MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
+DEFAULT_SEARCH = "breadth-first"
+
+
+@dataclass(frozen=True)
+class Options:
+    """The resolved options of one run: command line before problem before scene before these defaults."""
+
+    search: str
+    seed: int
+    epsilon: float | None
+    geometry: str
+    geometry_order: str
+    max_expansions: int
+    max_samples: int
+    timeout: float
+
+    def written(self) -> dict[str, str | float | int | None]:
+        """The options as the plan keeps them: what it depends on."""
+        order = None if self.geometry == "none" else self.geometry_order
+        return {
+            "search": self.search,
+            "seed": self.seed,
+            "epsilon": self.epsilon,
+            "geometry": self.geometry,
+            "geometry_order": order,
+            "max_expansions": self.max_expansions,
+            "max_samples": self.max_samples,
+        }
+
+
+@dataclass
+class Run:
+    """One run of the planner: its options, when it must stop, what it did so far."""
+
+    problem: Problem
+    options: Options
+    progress: Callable[[Progress], None] | None
+    cancelled: Callable[[], bool] | None
+    began: float = field(default_factory=perf_counter)
+    symbolic_s: float = 0.0
+    geometric_s: float = 0.0
+    load_s: float = 0.0
+    expanded: int = 0
+    generated: int = 0
+    rounds: int = 0
+
+    def stop(self) -> bool:
+        """Whether time is up or somebody asked to stop."""
+        late = perf_counter() - self.began > self.options.timeout
+        return late or (self.cancelled is not None and self.cancelled())
+
+    def tell(self, doing: str, calls: int = 0) -> None:
+        """Sends progress to whoever asked for it."""
+        if self.progress is not None:
+            self.progress(Progress(doing, self.expanded, self.generated, calls))
+
+
+def solve(
+    problem: Problem,
+    *,
+    search: str | None = None,
+    seed: int | None = None,
+    epsilon: float | None = None,
+    geometry: str | None = None,
+    geometry_order: str = "lazy",
+    max_expansions: int | None = None,
+    max_samples: int | None = None,
+    timeout: float | None = None,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Result:
+    """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
+
+    The same problem, options and seed give the same plan for any number of workers (one is used today).
+
+    Raises:
+        InputError: the problem uses what the planner does not support, or its scene does not load.
+    """
+    given = problem.options
+    has_geometry = problem.scene is not None and (geometry or given.geometry) != "none"
+    scene_epsilon = problem.scene.epsilon if has_geometry and problem.scene is not None else None
+    options = Options(
+        search or given.search or DEFAULT_SEARCH,
+        _first(seed, given.seed, 0),
+        _first(epsilon, given.epsilon, scene_epsilon) if has_geometry else None,
+        _first(geometry, given.geometry, "bounding") if has_geometry else "none",
+        geometry_order,
+        _first(max_expansions, given.max_expansions, MAX_EXPANSIONS),
+        _first(max_samples, given.max_samples, MAX_SAMPLES),
+        _first(timeout, given.seconds, SECONDS),
+    )
+    run = Run(problem, options, progress, cancelled)
+    task = ground(problem)
+    run.symbolic_s = perf_counter() - run.began
+    return _integrated(run, task) if has_geometry else _symbolic(run, task)
+
+
+def _first(*values: Any) -> Any:
+    return next((value for value in values if value is not None), None)
+
+
+def _search(run: Run, task: Task, geometry: "Ledger | Interleaved | None") -> Found | Unreachable | Exhausted:
+    began = perf_counter()
+    run.rounds += 1
+    limits = Limits(run.options.max_expansions - run.expanded, run.stop)
+    found = find_skeleton(task, search=run.options.search, geometry=geometry, limits=limits)
+    run.expanded += found.statistics.expanded
+    run.generated += found.statistics.generated
+    run.symbolic_s += perf_counter() - began
+    return found
+
+
+def _symbolic(run: Run, task: Task) -> Result:
+    from kabo.planner.assembly import assemble, symbolic_variants
+    from kabo.planner.evaluation import in_order
+
+    run.tell("searching")
+    found = _search(run, task, None)
+    if not isinstance(found, Found):
+        return _without_plan(run, task, found, None)
+    variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
+    plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
+    return Result("solved", plan, _statistics(run, None))
+
+
+def _integrated(run: Run, task: Task) -> Result:
+    from kabo.planner.assembly import assemble
+    from kabo.planner.ledger import Interleaved, Ledger
+
+    run.tell("loading the scene")
+    server = _server(run)
+    eager = run.options.geometry_order == "eager"
+    ledger = Ledger(server)
+    if not eager:
+        _note_proofs(task, ledger)
+    geometry = Interleaved(server) if eager else ledger
+    while True:
+        run.tell("searching", sum(server.statistics.calls.values()))
+        found = _search(run, task, geometry)
+        if isinstance(found, Unreachable) and not eager and ledger.refusals and not ledger.proved():
+            if ledger.try_harder():
+                continue
+        if not isinstance(found, Found):
+            return _without_plan(run, task, found, server, geometry)
+        run.tell("moving", sum(server.statistics.calls.values()))
+        variants = _evaluated(run, found.skeleton, server, geometry)
+        if run.stop() or server.statistics.samples > run.options.max_samples:
+            over = "time" if run.stop() else "samples"
+            return Result("exhausted", None, _statistics(run, server), exhausted(over, _failures(geometry)))
+        if variants is not None:
+            files = _files(run.problem, server)
+            plan = assemble(run.problem, variants, server, files, run.options.written())
+            return Result("solved", plan, _statistics(run, server))
+
+
+def _server(run: Run) -> "GeometryServer":
+    began = perf_counter()
+    from kabo.geometry_server import GeometryServer
+    from kabo.scene import load_scene
+
+    if run.problem.scene is None:
+        raise ValueError("only a problem with a scene has geometry")
+    scene = load_scene(run.problem.scene)
+    exact = run.options.geometry == "exact"
+    server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
+    run.load_s = perf_counter() - began
+    return server
+
+
+def _note_proofs(task: Task, ledger: "Ledger") -> None:
+    """What can be refuted without sampling is, before the search builds on it."""
+    for call in dict.fromkeys(action.call for action in task.actions if action.call is not None):
+        failure = ledger.server.refuted(call)
+        if failure is not None:
+            ledger.refuse(call, 0, failure, [ledger.start])
+
+
+def _evaluated(run: Run, skeleton: Skeleton, server: "GeometryServer", geometry: "Ledger | Interleaved") -> Any:
+    """The variants of the skeleton if every procedure has a motion; None, with the refusals noted, if not."""
+    from kabo.planner.evaluation import Evaluator
+    from kabo.planner.ledger import Ledger
+
+    began = perf_counter()
+    lazy = isinstance(geometry, Ledger)
+    advance = geometry.after if isinstance(geometry, Ledger) else lambda _call, _attempt, trace: trace
+    effort = geometry.effort if isinstance(geometry, Ledger) else 0
+
+    def stop() -> bool:
+        return run.stop() or server.statistics.samples > run.options.max_samples
+
+    evaluator = Evaluator(server, advance, effort, stop, share=lazy)
+    evaluation = evaluator.evaluate(skeleton.root, geometry.start)
+    for refused in evaluation.refused:
+        if isinstance(geometry, Ledger):
+            geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)
+    run.geometric_s += perf_counter() - began
+    return None if evaluation.refused else evaluation.variants
+
+
+def _failures(geometry: "Ledger | Interleaved | None") -> Any:
+    return [] if geometry is None else geometry.failures()
+
+
+def _without_plan(
+    run: Run,
+    task: Task,
+    found: Unreachable | Exhausted,
+    server: "GeometryServer | None",
+    geometry: "Ledger | Interleaved | None" = None,
+) -> Result:
+    statistics = _statistics(run, server)
+    failures = _failures(geometry)
+    if isinstance(found, Exhausted):
+        return Result("exhausted", None, statistics, exhausted(found.budget, failures))
+    proved = geometry is None or geometry.proved()
+    if proved:
+        return Result("no_plan", None, statistics, no_plan(task, failures))
+    return Result("exhausted", None, statistics, exhausted("samples", failures))
+
+
+def _files(problem: Problem, server: "GeometryServer") -> Mapping[str, str]:
+    """Every file read and its hash, by its path from the problem's folder."""
+    folder = problem.path.resolve().parent
+    read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
+    return {**problem.files, **read}
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return Path(os.path.relpath(path.resolve(), folder)).as_posix()
+
+
+def _statistics(run: Run, server: "GeometryServer | None") -> dict[str, Any]:
+    figures: dict[str, Any] = {
+        "total_s": perf_counter() - run.began,
+        "symbolic_s": run.symbolic_s,
+        "geometric_s": run.geometric_s,
+        "load_s": run.load_s,
+        "expanded": run.expanded,
+        "generated": run.generated,
+    }
+    if server is not None:
+        counted = server.statistics
+        figures |= {
+            "inverse_kinematics_calls": counted.inverse_kinematics_calls,
+            "collision_checks": counted.collision_checks,
+            "positive_collision_checks": counted.positive_collision_checks,
+            "collision_s": counted.collision_s,
+            "pair_checks": counted.pair_checks,
+            "geometric_states": server.states_met,
+            "procedures": counted.procedures,
+        }
+    return figures
