@@ -1,4 +1,4 @@
-"""Formula trees: terms, claims, formulas, facts, effects and procedure calls of LANGUAGE section 2, as plain values.
+"""Formula trees: terms, claims, formulas, facts, effects and procedure calls, as plain values.
 
 The parser makes them, the checker has resolved every name, the knowledge planner compiles them. Two trees are
 equal when they say the same; the place in the file is carried along and does not count.
@@ -247,7 +247,7 @@ Database = OneOf["Kf", "Kw", "Kv", "Kx", "LCW"]
 
 @dataclass(frozen=True)
 class Change:
-    """`add(DB, facts)` or `del(DB, facts)`. An atom of Kw stands as a positive Literal, a Kv term as a TermFact."""
+    """`add(DB, facts)` or `del(DB, facts)`. An atom of Kw is a positive Literal, a term of Kv a TermFact."""
 
     operation: OneOf["add", "del"]
     database: Database

@@ -1,4 +1,4 @@
-"""A problem as data: domain, objects, initial knowledge, goal, options, the scene's description, the files read."""
+"""A problem as data: domain, objects, initial knowledge, goal, options, the scene's description, files read."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -36,7 +36,7 @@ class Feature:
 
 @dataclass(frozen=True)
 class FeatureName:
-    """A feature as a constraint names it: `tool.tcp`, `this.axis`, `world.up`; whole bodies have `feature` None."""
+    """A feature as a constraint names it: `tool.tcp`, `this.axis`, `world.up`; a whole body has `feature` None."""
 
     owner: str
     feature: str | None = None
@@ -47,7 +47,7 @@ class FeatureName:
 
 @dataclass(frozen=True)
 class Constraint:
-    """A constraint between two features; `lower` and `upper` bound distance, height and angle (None: unbounded)."""
+    """A constraint between two features; `lower` and `upper` bound distance, height, angle (None: unbounded)."""
 
     kind: str  # coincident parallel aligned opposed perpendicular distance height angle inside
     first: FeatureName
@@ -59,7 +59,7 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Stroke:
-    """A straight motion along (`sign` 1) or against (-1) a directed line feature, by a length within bounds [m]."""
+    """A straight motion along (`sign` 1) or against (-1) a directed line, by a length within bounds [m]."""
 
     along: FeatureName
     sign: int

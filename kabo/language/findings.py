@@ -1,0 +1,72 @@
+"""Everything found wrong while reading: collected, never raised one by one, so that all is reported at once."""
+
+from collections.abc import Collection, Mapping
+
+from kabo.errors import Diagnostic, did_you_mean
+from kabo.language.formulas import Place
+from kabo.language.source import SourceFile
+
+_LONGEST_LINE = 400  # a longer line is not shown: a file may be a single line of megabytes
+_MOST_SUGGESTIONS = 200  # looking for near names costs up to the product of both lists
+_MOST_NAMES = 2000
+
+
+class Findings:
+    """The diagnostics of one reading; the same finding at the same place is kept once."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[str, int, int, str], Diagnostic] = {}
+        self._sources: dict[str, SourceFile] = {}
+        self._suggestions = 0
+
+    def know(self, source: SourceFile) -> None:
+        """Makes the lines of `source` available to findings in it."""
+        self._sources[source.name] = source
+
+    def add(self, place: Place, message: str, hint: str | None = None, *, warning: bool = False) -> None:
+        """Records one finding at `place`."""
+        source = self._sources.get(place.file)
+        line = source.line(place.line) if source is not None else None
+        if line is not None and len(line) > _LONGEST_LINE:
+            line = None
+        self._found.setdefault(
+            (place.file, place.line, place.column, message),
+            Diagnostic(
+                place.file, place.line, place.column, message, hint, place.length,
+                "warning" if warning else "error", line,
+            ),
+        )  # fmt: skip
+
+    def near(
+        self, word: str, known: Collection[str], declared: Mapping[str, tuple[str, Place | None]] | None = None
+    ) -> str | None:
+        """The remedy `did you mean "…"?` with where that was declared, or None if nothing is near.
+
+        Args:
+            word: what was written.
+            known: what could have been meant.
+            declared: for some of `known`, its signature as text and its place.
+        """
+        self._suggestions += 1
+        if self._suggestions > _MOST_SUGGESTIONS or len(known) > _MOST_NAMES or len(word) > 80:
+            return None
+        remedy = did_you_mean(word, known)
+        if remedy is None or declared is None:
+            return remedy
+        signature, place = declared.get(remedy.split('"')[1], ("", None))
+        return remedy if place is None else f"{remedy} {signature} is declared at {spell_place(place)}"
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        """All findings, sorted by file and place."""
+        return sorted(self._found.values(), key=lambda d: (d.file, d.line, d.column, d.message))
+
+    @property
+    def errors(self) -> list[Diagnostic]:
+        """The findings that are not mere warnings."""
+        return [each for each in self.diagnostics if each.severity == "error"]
+
+
+def spell_place(place: Place) -> str:
+    """`domain.yaml:12:3`, with the file's last name only."""
+    return f"{place.file.replace(chr(92), '/').rsplit('/', 1)[-1]}:{place.line}:{place.column}"

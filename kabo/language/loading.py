@@ -1,0 +1,152 @@
+"""From paths to a Problem: which files belong together, and every finding of all of them at once."""
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from kabo.errors import Diagnostic, InputError
+from kabo.language.documents import Mapping, Node, read_document
+from kabo.language.domain_file import DomainReading, read_domain
+from kabo.language.findings import Findings
+from kabo.language.formulas import Place
+from kabo.language.paths import beside
+from kabo.language.problem import Problem
+from kabo.language.problem_file import read_problem
+from kabo.language.scene_file import SceneReading, read_scene
+from kabo.language.source import UnreadableError, read_source
+
+
+@dataclass
+class _Loading:
+    """One reading of a problem and the files it names."""
+
+    findings: Findings = field(default_factory=Findings)
+    digests: dict[str, str] = field(default_factory=dict)  # by real path
+
+    def document(self, name: str, named_at: Place | None = None) -> Mapping | None:
+        """The document of the file called `name`; a missing one is reported where it is named."""
+        try:
+            source = read_source(Path(name), name)
+        except UnreadableError as error:
+            self._report(name, named_at, error)
+            return None
+        self.digests[name] = source.digest
+        return read_document(source, self.findings)
+
+    def _report(self, name: str, named_at: Place | None, error: UnreadableError) -> None:
+        if error.offset is not None:
+            before = error.text[: error.offset]
+            line, column = before.count("\n") + 1, error.offset - before.rfind("\n")
+            self.findings.add(Place(name, line, column), error.message, error.hint)
+        elif named_at is not None:
+            shown = name.replace("\\", "/")
+            self.findings.add(named_at, f"{shown}: {error.message}", error.hint)
+        else:
+            self.findings.add(Place(name, 1, 1), error.message, error.hint)
+
+    def problem(self, root: Mapping, name: str) -> Problem | None:
+        """The problem of a document, with its domain and scene."""
+        folder = os.path.dirname(name)
+        domain = self._domain(root, folder)
+        scene = self._scene(root, folder)
+        problem = read_problem(root, domain, scene, self.findings)
+        if problem is None:
+            return None
+        return replace(problem, files=self._relative_to(folder))
+
+    def _domain(self, root: Mapping, folder: str) -> DomainReading | None:
+        node = root.get("domain")
+        written = _path_of(node) or "domain.yaml"
+        named_at = (node or (root.key("problem") if "problem" in root.entries else root)).place
+        document = self.document(beside(folder, written), named_at)
+        if document is None:
+            return None
+        if kind_of(document) != "domain":
+            self.findings.add(named_at, f"{written} is no domain: it has no `domain` with `actions`")
+            return None
+        return read_domain(document, self.findings)
+
+    def _scene(self, root: Mapping, folder: str) -> SceneReading | None:
+        node = root.get("scene")
+        written = _path_of(node)
+        if node is None or written is None:
+            if node is not None:
+                self.findings.add(node.place, "`scene` must be the path of a scene file")
+            return None
+        document = self.document(beside(folder, written), node.place)
+        if document is None:
+            return None
+        if kind_of(document) != "scene":
+            self.findings.add(node.place, f"{written} is no scene: it has no key `scene` of its own")
+            return None
+        return read_scene(document, root, self.findings)
+
+    def _relative_to(self, folder: str) -> dict[str, str]:
+        base = folder or "."
+        return {os.path.relpath(name, base).replace(os.sep, "/"): digest for name, digest in self.digests.items()}
+
+
+def _path_of(node: Node | None) -> str | None:
+    text = getattr(node, "text", None)
+    return text if isinstance(text, str) and text.strip() and "\0" not in text else None
+
+
+def kind_of(root: Mapping) -> str | None:
+    """What a document is, told by its keys: `problem`, `domain`, `scene`, or None."""
+    keys = root.entries.keys()
+    if "problem" in keys:
+        return "problem"
+    if "domain" in keys and not keys & {"goal", "initial", "objects"}:
+        return "domain"
+    return "scene" if "scene" in keys else None
+
+
+def load_problem(path: str | Path) -> Problem:
+    """The problem of a file, with its domain and the description of its scene; opens no mesh and no URDF.
+
+    Raises:
+        InputError: with every diagnostic of all files that belong to the problem.
+    """
+    loading = _Loading()
+    name = os.fspath(path)
+    root = loading.document(name)
+    problem = None
+    if root is not None and kind_of(root) != "problem":
+        loading.findings.add(_first_key(root), "this is no problem: it has no key `problem`")
+    elif root is not None:
+        problem = loading.problem(root, name)
+    if problem is None or loading.findings.errors:
+        raise InputError(loading.findings.diagnostics)
+    return problem
+
+
+def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
+    """All diagnostics of domain, problem and scene files, and of the files that problems name, sorted by place."""
+    found: dict[Diagnostic, None] = {}
+    for path in paths:
+        loading = _Loading()
+        name = os.fspath(path)
+        root = loading.document(name)
+        if root is not None:
+            _check(loading, root, name)
+        found.update(dict.fromkeys(loading.findings.diagnostics))
+    return sorted(found, key=lambda d: (d.file, d.line, d.column, d.message))
+
+
+def _check(loading: _Loading, root: Mapping, name: str) -> None:
+    kind = kind_of(root)
+    if kind == "problem":
+        loading.problem(root, name)
+    elif kind == "domain":
+        read_domain(root, loading.findings)
+    elif kind == "scene":
+        read_scene(root, None, loading.findings)
+    else:
+        message = "this is no domain (key `domain`), problem (key `problem`) or scene (key `scene`)"
+        loading.findings.add(_first_key(root), message)
+
+
+def _first_key(root: Mapping) -> Place:
+    first = next(iter(root.entries), None)
+    return root.place if first is None else root.key(first).place

@@ -1,0 +1,50 @@
+"""Paths in files: relative to the file that names them, or `package://NAME/…` [LANGUAGE 1.7]."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from kabo.language.documents import Node
+from kabo.language.source import missing_file_reason
+from kabo.language.values import Reader
+
+_SCHEME = "package://"
+
+
+def beside(folder: str, written: str) -> str:
+    """The path `written` in a file that lies in `folder`, with `..` resolved by name."""
+    return os.path.normpath(os.path.join(folder, written))
+
+
+def read_packages(reader: Reader, node: Node | None) -> dict[str, Path]:
+    """The folders of `packages: {NAME: folder}`."""
+    packages: dict[str, Path] = {}
+    for name, _, value in reader.entries(node, "the packages"):
+        text = reader.text(value, "a folder")
+        if text is None:
+            continue
+        folder = Path(beside(str(value.source.path.parent), text))
+        if "\0" in text or not folder.is_dir():
+            reader.findings.add(value.place, f'package "{name}": there is no folder "{text}"')
+        packages[name] = folder
+    return packages
+
+
+def read_file_path(reader: Reader, node: Node | None, what: str, packages: Mapping[str, Path]) -> Path | None:
+    """The path of a file that must exist; reported at the scalar if it does not (the path is returned even so)."""
+    text = reader.text(node, what)
+    if text is None or node is None:
+        return None
+    if text.startswith(_SCHEME):
+        package, _, rest = text[len(_SCHEME) :].partition("/")
+        if package not in packages:
+            hint = reader.findings.near(package, packages.keys()) or "declare it: packages: {NAME: folder}"
+            reader.findings.add(node.place, f'unknown package "{package}"', hint)
+            return None
+        path = Path(beside(str(packages[package]), rest))
+    else:
+        path = Path(beside(str(node.source.path.parent), text))
+    reason = missing_file_reason(path)
+    if reason is not None:
+        reader.findings.add(node.place, f'{what} "{text}": {reason}', f"looked for {path}")
+    return path

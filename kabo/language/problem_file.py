@@ -1,0 +1,201 @@
+"""Problem files: objects, what they add to the scene, initial knowledge, goal, options [LANGUAGE 3]."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping as MappingType
+
+from kabo.language import formulas as f
+from kabo.language.documents import Mapping, Node
+from kabo.language.domain_file import DomainReading, read_named_things, read_parsed
+from kabo.language.effects import read_effects
+from kabo.language.findings import Findings, spell_place
+from kabo.language.problem import Options, Problem
+from kabo.language.procedures import PROCEDURES, Property
+from kabo.language.queries import read_formula
+from kabo.language.scene_file import SceneReading
+from kabo.language.spelling import spell
+from kabo.language.syntax import Tree, parse
+from kabo.language.terms import Context
+from kabo.language.values import Reader
+from kabo.language.vocabulary import Scope, Symbol
+
+PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "initial", "goal", "options")
+OPTION_KEYS = ("search", "seed", "epsilon", "geometry", "budget")
+BUDGET_KEYS = ("expansions", "samples", "seconds")
+SEARCHES = ("breadth-first", "depth-first", "iterative-deepening", "greedy", "astar")
+GEOMETRIES = ("bounding", "exact", "none")
+
+
+def read_problem(
+    root: Mapping, domain: DomainReading | None, scene: SceneReading | None, findings: Findings
+) -> Problem | None:
+    """The problem of a document; None (after reports) if its domain is unknown.
+
+    Without a domain the formulas are only parsed: none of their names can be known. `files` is left empty.
+    """
+    reader = Reader(findings)
+    reader.keys(root, PROBLEM_KEYS, "a problem")
+    name = reader.name(reader.require(root, "problem", "a problem"), "a problem")
+    if scene is None and root.get("scene") is None:
+        for key in ("bodies", "regions"):
+            if key in root.entries:
+                findings.add(root.key(key).place, f"a problem without `scene` has no {key}")
+    options = read_options(reader, root.get("options"))
+    goal_node = reader.require(root, "goal", "a problem")
+    if domain is None or domain.domain is None:
+        _only_parse(reader, root, findings)
+        return None
+    objects, places = _read_objects(reader, domain, root.get("objects"))
+    scope = Scope(domain.vocabulary)
+    scalars = reader.formulas(root.get("initial"), "an initial update")
+    effects = [
+        read_parsed(scalar, "effect", scope, "of the initial knowledge", _read_initial) for scalar in scalars
+    ]
+    scalars = reader.formulas(goal_node, "a goal")
+    goal = [read_parsed(scalar, "formula", scope, "in the goal", _read_goal) for scalar in scalars]
+    problem = Problem(
+        name or "", domain.domain, objects, tuple(effect for group in effects for effect in group or ()),
+        tuple(each for each in goal if each is not None), options, None if scene is None else scene.description,
+        root.source.path, {},
+    )  # fmt: skip
+    if scene is not None and scene.description is not None:
+        _check_calls(problem, scene, places, findings)
+    return problem
+
+
+def _read_initial(context: Context, tree: Tree) -> tuple[f.Effect, ...]:
+    return read_effects(context, tree, world=False, conditional=False)
+
+
+def _read_goal(context: Context, tree: Tree) -> f.Formula | None:
+    return read_formula(context, tree, temporal=True)
+
+
+def _only_parse(reader: Reader, root: Mapping, findings: Findings) -> None:
+    for key, start in (("initial", "effect"), ("goal", "formula")):
+        for scalar in reader.formulas(root.get(key), "a formula"):
+            parse(scalar, start, findings)
+
+
+def _read_objects(
+    reader: Reader, domain: DomainReading, node: Node | None
+) -> tuple[dict[str, str], dict[str, f.Place]]:
+    objects = dict(domain.constants)
+    places: dict[str, f.Place] = {}
+    for scalar, kind in read_named_things(reader, domain.vocabulary, node, "object"):
+        if domain.vocabulary.declare(Symbol("object", scalar.text, scalar.place, kind)) and kind is not None:
+            objects[scalar.text] = kind
+            places[scalar.text] = scalar.place
+    return objects, places
+
+
+# ------------------------------------------------------------------------------------------------------- options
+def read_options(reader: Reader, node: Node | None) -> Options:
+    """The options of a problem; what is absent is None."""
+    mapping = reader.mapping(node, "`options`")
+    if mapping is None:
+        return Options()
+    reader.keys(mapping, OPTION_KEYS, "`options`")
+    budget = reader.mapping(mapping.get("budget"), "`budget`")
+    if budget is not None:
+        reader.keys(budget, BUDGET_KEYS, "`budget`")
+
+    def limit(key: str) -> Node | None:
+        return None if budget is None else budget.get(key)
+
+    return Options(
+        search=reader.choice(mapping.get("search"), SEARCHES, "`search`"),
+        seed=reader.whole(mapping.get("seed"), "`seed`"),
+        epsilon=reader.positive(mapping.get("epsilon"), "`epsilon`"),
+        geometry=reader.choice(mapping.get("geometry"), GEOMETRIES, "`geometry`"),
+        max_expansions=reader.whole(limit("expansions"), "`expansions`", 1),
+        max_samples=reader.whole(limit("samples"), "`samples`", 1),
+        seconds=reader.positive(limit("seconds"), "`seconds`"),
+    )
+
+
+# -------------------------------------------------------------------------------------- objects and their things
+def _check_calls(
+    problem: Problem, scene: SceneReading, places: MappingType[str, f.Place], findings: Findings
+) -> None:
+    """Reports every argument that a procedure can get and that the scene does not have."""
+    for action in problem.domain.actions.values():
+        kinds = {parameter.name: parameter.type for parameter in action.parameters}
+        for call in _calls_of(action.geometry, action.preconditions, action.effects):
+            _check_call(problem, scene, call, kinds, places, findings)
+
+
+def _calls_of(*trees: object) -> Iterator[f.ProcedureCall]:
+    """All procedure calls inside formulas and effects."""
+    waiting = list(trees)
+    while waiting:
+        tree = waiting.pop()
+        if isinstance(tree, f.ProcedureCall):
+            yield tree
+        elif isinstance(tree, tuple):
+            waiting.extend(tree)
+        elif isinstance(tree, f.Test):
+            yield tree.call
+        elif isinstance(tree, f.Conditional):
+            waiting.append(tree.condition)
+        elif isinstance(tree, f.ForEach):
+            waiting.append(tree.effects)
+        elif isinstance(tree, f.And | f.Or):
+            waiting.append(tree.parts)
+        elif isinstance(tree, f.Xor):
+            waiting.extend((tree.first, tree.second))
+        elif isinstance(tree, f.Not | f.Forall | f.Exists | f.Temporal):
+            waiting.append(tree.body)
+
+
+def _check_call(
+    problem: Problem, scene: SceneReading, call: f.ProcedureCall, kinds: MappingType[str, str],
+    places: MappingType[str, f.Place], findings: Findings,
+) -> None:  # fmt: skip
+    properties = PROCEDURES[call.procedure]
+    by_name = {each.name: each for each in properties}
+    for number, argument in enumerate(call.arguments):
+        wanted = properties[number] if argument.name is None else by_name[argument.name]
+        value, place = argument.value, argument.place
+        if isinstance(value, f.Number) or place is None:
+            continue
+        if wanted.kind not in ("robot", "body", "region"):
+            if isinstance(value, f.Constant):
+                _check_family(scene, wanted, value, findings)
+            continue
+        if isinstance(value, f.Variable):
+            for name in problem.of_type(value.type) if value.type in problem.domain.types else ():
+                _check_thing(scene, wanted, name, places.get(name, place), call, findings)
+        else:
+            _check_thing(scene, wanted, value.name, value.place or place, call, findings)
+
+
+def _check_thing(
+    scene: SceneReading, wanted: Property, name: str, place: f.Place, call: f.ProcedureCall, findings: Findings
+) -> None:  # fmt: skip
+    role = scene.role_of(name)
+    description = scene.description
+    if role == wanted.kind or description is None:
+        return
+    things = {"robot": description.robots, "body": description.bodies, "region": description.regions}[wanted.kind]
+    called = f"{spell(call)} at {spell_place(call.place)}" if call.place is not None else spell(call)
+    hint = findings.near(name, things.keys()) or f"the {wanted.kind}s of the scene: {', '.join(things) or 'none'}"
+    if role is None and name in scene.places:
+        return  # it is there, but something is wrong with it, which was reported
+    problem = f"is a {role} of the scene" if role is not None else f"is no {wanted.kind} of the scene"
+    findings.add(place, f'"{name}" {problem}; {called} needs a {wanted.kind}', hint)
+
+
+def _check_family(scene: SceneReading, wanted: Property, value: f.Constant, findings: Findings) -> None:
+    description, place = scene.description, value.place
+    if description is None or place is None:
+        return
+    if wanted.kind == "motion_constraint":
+        names = set(description.motion_constraints)
+    elif wanted.kind == "grasp":
+        names = {"any"}.union(*(body.grasps for body in description.bodies.values()))
+    else:
+        names = {"any"}.union(*(body.placements for body in description.bodies.values()))
+    if value.name not in names:
+        kind = wanted.kind.replace("_", " ") + (" family" if wanted.kind == "grasp" else "")
+        hint = findings.near(value.name, names) or f"there are {', '.join(sorted(names)) or 'none'}"
+        findings.add(place, f'the scene has no {kind} "{value.name}"', hint)

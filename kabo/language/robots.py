@@ -1,0 +1,118 @@
+"""Robots of a scene: URDF, base, planned joints, gripper, tool, configurations [LANGUAGE 4]."""
+
+from collections.abc import Mapping as MappingType
+from dataclasses import dataclass
+from pathlib import Path
+
+from kabo.language.bodies import BodyReader
+from kabo.language.documents import Mapping, Node
+from kabo.language.features import read_features
+from kabo.language.paths import read_file_path
+from kabo.language.poses import read_pose
+from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
+from kabo.language.values import Reader
+
+ROBOT_MODEL_KEYS = ("urdf", "base", "joints", "inverse_kinematics", "gripper", "tool", "configurations")
+ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
+GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
+TOOL_KEYS = ("frame", "features")
+
+
+@dataclass(frozen=True)
+class RobotReader:
+    """Reads the robots of one scene."""
+
+    reader: Reader
+    bodies: BodyReader
+    packages: MappingType[str, Path]
+
+    def robot(self, name: str, mapping: Mapping, model: str | None, *, complete: bool) -> RobotDescription | None:
+        """A robot, or a model of one, which need not be `complete`; None without a URDF."""
+        reader = self.reader
+        reader.keys(
+            mapping, ROBOT_KEYS if complete else ROBOT_MODEL_KEYS, "a robot" if complete else "a robot model"
+        )
+        node = reader.require(mapping, "urdf", "a robot") if complete else mapping.get("urdf")
+        urdf = read_file_path(reader, node, "URDF", self.packages)
+        base = read_pose(reader, mapping.get("base"))
+        joints = self._words(mapping.get("joints"), "joint")
+        self._inverse_kinematics(mapping.get("inverse_kinematics"))
+        gripper = self._gripper(mapping.get("gripper"))
+        frame, features = self._tool(mapping.get("tool"))
+        configurations = self._configurations(mapping.get("configurations"), joints)
+        return RobotDescription(
+            name, urdf or Path(), base, joints, "projection", gripper, frame, features, configurations, model,
+            mapping.place,
+        )  # fmt: skip
+
+    def _inverse_kinematics(self, node: Node | None) -> None:
+        word = self.reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
+        if word == "analytic" and node is not None:
+            hint = "write `projection`, or leave the key out"
+            self.reader.findings.add(
+                node.place, "closed-form inverse kinematics (`analytic`) do not exist yet", hint
+            )
+
+    def _words(self, node: Node | None, what: str) -> tuple[str, ...] | None:
+        """Names that other programs gave, each once; None if absent."""
+        if node is None:
+            return None
+        words: list[str] = []
+        for item in self.reader.items(node, f"the list of {what}s"):
+            word = self.reader.text(item, f"the name of a {what}")
+            if word is not None and word in words:
+                self.reader.findings.add(item.place, f'"{word}" stands twice in the list')
+            elif word is not None:
+                words.append(word)
+        return tuple(words)
+
+    def _gripper(self, node: Node | None) -> GripperDescription | None:
+        mapping = self.reader.mapping(node, "a gripper")
+        if mapping is None:
+            return None
+        reader = self.reader
+        reader.keys(mapping, GRIPPER_KEYS, "a gripper")
+        urdf = read_file_path(reader, mapping.get("urdf"), "URDF", self.packages)
+        mount = reader.text(mapping.get("mount"), "`mount`")
+        joints = self._words(mapping.get("joints"), "joint")
+        if "urdf" in mapping.entries:
+            reader.require(mapping, "mount", "a gripper with a URDF of its own")
+        elif "mount" in mapping.entries:
+            reader.findings.add(mapping.key("mount").place, "only a gripper with a URDF of its own has a `mount`")
+        elif "joints" not in mapping.entries:
+            reader.findings.add(
+                mapping.place, "a gripper needs `urdf` and `mount`, or `joints` of the robot's URDF"
+            )
+        opened = self._joint_values(mapping, "open", joints)
+        closed = self._joint_values(mapping, "closed", joints)
+        links = self._words(mapping.get("touch_links"), "link") or ()
+        return GripperDescription(urdf, mount, joints, opened, closed, links, mapping.place)
+
+    def _joint_values(self, mapping: Mapping, key: str, joints: tuple[str, ...] | None) -> dict[str, float]:
+        node = self.reader.require(mapping, key, "a gripper")
+        values = self.bodies.joint_values(node, f"`{key}`") or {}
+        if joints is not None and isinstance(node, Mapping):
+            for name in values:
+                if name not in joints:
+                    hint = self.reader.findings.near(name, joints)
+                    self.reader.findings.add(node.key(name).place, f'"{name}" is no joint of the gripper', hint)
+        return values
+
+    def _tool(self, node: Node | None) -> tuple[str | None, dict[str, Feature]]:
+        mapping = self.reader.mapping(node, "a tool")
+        if mapping is None:
+            return None, {}
+        self.reader.keys(mapping, TOOL_KEYS, "a tool")
+        frame = self.reader.text(self.reader.require(mapping, "frame", "a tool"), "the frame of a tool")
+        return frame, read_features(self.reader, mapping.get("features"))
+
+    def _configurations(self, node: Node | None, joints: tuple[str, ...] | None) -> dict[str, tuple[float, ...]]:
+        found: dict[str, tuple[float, ...]] = {}
+        count = None if joints is None else len(joints)
+        for name, key, value in self.reader.entries(node, "the configurations"):
+            self.reader.check_name(key, "a configuration")
+            values = self.reader.numbers(value, f'the configuration "{name}"', count, angle=True)
+            if values is not None:
+                found[name] = values
+                count = len(values)
+        return found

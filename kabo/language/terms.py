@@ -1,0 +1,327 @@
+"""Terms, atoms, claims and procedure calls: parse trees with every name resolved and every type checked.
+
+A function returns None after reporting what is wrong, and goes on with the parts beside it.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import lark
+
+from kabo.language import formulas as f
+from kabo.language.findings import Findings, spell_place
+from kabo.language.procedures import Property, spell_signature
+from kabo.language.syntax import Parsed, Token, Tree
+from kabo.language.values import NAME, proper_name
+from kabo.language.vocabulary import NUMBER, Kind, Scope, Symbol, Vocabulary, term_of
+
+
+@dataclass(frozen=True)
+class Context:
+    """What is known around a piece of a formula.
+
+    Attributes:
+        where: completes "unknown predicate "p" …": `in a precondition of action "pick_up"`.
+        procedures: what geometric procedures there are.
+        hint_of: remedies for names that would be known elsewhere in the same formula.
+        in_update: inside an atom of add or del, where no run-time variable may stand.
+    """
+
+    parsed: Parsed
+    scope: Scope
+    where: str
+    procedures: Mapping[str, tuple[Property, ...]]
+    hint_of: Mapping[str, str]
+    in_update: bool = False
+
+    @property
+    def findings(self) -> Findings:
+        """Where findings go."""
+        return self.scope.vocabulary.findings
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """Types and declared names."""
+        return self.scope.vocabulary
+
+    def report(self, piece: Tree | Token, message: str, hint: str | None = None) -> None:
+        """Reports something at a piece of the formula."""
+        self.findings.add(self.parsed.place(piece), message, hint)
+
+    def inside(self, scope: Scope) -> "Context":
+        """This context with another scope."""
+        return replace(self, scope=scope)
+
+    def unknown(self, token: Tree | Token, role: str, *roles: str) -> None:
+        """Reports an unknown name that should be one of `roles`."""
+        known = self.scope.names(*roles)
+        hint = self.hint_of.get(str(token)) or self.findings.near(str(token), known.keys(), known)
+        if hint is None and roles:
+            everything = self.scope.names()
+            hint = self.findings.near(str(token), everything.keys(), everything)
+        self.report(token, f'unknown {role} "{token}" {self.where}', hint)
+
+
+def kind_with_article(kind: Kind) -> str:
+    """`a bottle`, `an object`, `one of {oslo, rome}`."""
+    if not isinstance(kind, str):
+        return f"one of {kind}"
+    return f"{'an' if kind[:1] in 'aeiou' else 'a'} {kind}"
+
+
+# --------------------------------------------------------------------------------------------------------- terms
+def read_term(context: Context, tree: Tree) -> tuple[f.Term | None, Kind]:
+    """A term and what its values are; (None, None) after a report."""
+    place = context.parsed.place(tree)
+    if tree.data == "number":
+        return _number(context, tree, 1.0)
+    if tree.data == "signed":
+        return _signed(context, tree)
+    if tree.data == "arithmetic":
+        left, right = _numeric(context, tree.children[0]), _numeric(context, tree.children[2])
+        if left is None or right is None:
+            return None, None
+        return f.Arithmetic(str(tree.children[1]), left, right, place), NUMBER  # type: ignore[arg-type]
+    return _named_term(context, tree)
+
+
+def _number(context: Context, tree: Tree, sign: float) -> tuple[f.Term | None, Kind]:
+    value = sign * float(str(tree.children[0])) + 0.0
+    if not math.isfinite(value):
+        context.report(tree, "this number is too large")
+        return None, None
+    return f.Number(value, context.parsed.place(tree)), NUMBER
+
+
+def _signed(context: Context, tree: Tree) -> tuple[f.Term | None, Kind]:
+    sign, inner = tree.children
+    term = _numeric(context, inner)
+    if term is None or sign == "+":
+        return term, NUMBER
+    place = context.parsed.place(tree)
+    if isinstance(term, f.Number):
+        return f.Number(-term.value + 0.0, place), NUMBER
+    return f.Arithmetic("-", f.Number(0.0, place), term, place), NUMBER
+
+
+def _numeric(context: Context, tree: Tree) -> f.Term | None:
+    term, kind = read_term(context, tree)
+    if term is not None and kind not in (NUMBER, None):
+        context.report(tree, f"a number must stand here, this is {kind_with_article(kind)}")
+        return None
+    return term
+
+
+def _named_term(context: Context, tree: Tree) -> tuple[f.Term | None, Kind]:
+    name = tree.children[0]
+    symbol = context.scope.find(str(name))
+    if symbol is None:
+        context.unknown(name, "name" if len(tree.children) == 1 else "function")
+        for argument in tree.children[1:]:
+            read_term(context, argument)
+        return None, None
+    if symbol.role == "predicate":
+        context.report(name, f'"{name}" is a predicate: it is true or false, and no value')
+        return None, None
+    if symbol.role == "function":
+        arguments = read_arguments(context, tree, symbol)
+        if arguments is None:
+            return None, None
+        return f.Application(str(name), arguments, context.parsed.place(tree)), symbol.kind
+    if len(tree.children) > 1:
+        context.report(name, f'"{name}" is {symbol.description} and takes no arguments')
+        return None, None
+    if symbol.role == "run-time variable" and context.in_update:
+        hint = "compare it instead: add(Kf, f(x) = c), or `when f(x) = c then …`"
+        context.report(name, f'the run-time variable "{name}" may not stand inside an atom of add or del', hint)
+        return None, None
+    return term_of(symbol, context.parsed.place(tree)), symbol.kind
+
+
+def read_arguments(context: Context, tree: Tree, symbol: Symbol) -> tuple[f.Term, ...] | None:
+    """The arguments of a predicate or function, checked against its declaration."""
+    given = tree.children[1:]
+    terms = [read_term(context, argument) for argument in given]
+    if len(given) != len(symbol.arguments):
+        count = len(symbol.arguments)
+        message = (
+            f"{symbol.name} takes {count or 'no'} argument{'' if count == 1 else 's'}, not {len(given) or 'none'}"
+        )
+        hint = f"{symbol.signature} is declared at {spell_place(symbol.place)}"
+        context.report(tree.children[0], message, hint)
+        return None
+    for number, (argument, (term, kind), wanted) in enumerate(zip(given, terms, symbol.arguments, strict=True), 1):
+        if term is not None and not context.vocabulary.fits(kind, wanted):
+            what = f"argument {number} of {symbol.name}" if len(given) > 1 else f"the argument of {symbol.name}"
+            message = f"{what} must be {kind_with_article(wanted)}, this is {kind_with_article(kind)}"
+            context.report(argument, message, f"{symbol.signature} is declared at {spell_place(symbol.place)}")
+            return None
+    return tuple(term for term, _ in terms if term is not None) if all(term for term, _ in terms) else None
+
+
+# -------------------------------------------------------------------------------------------------------- claims
+def read_atom(context: Context, tree: Tree) -> f.Atom | None:
+    """A predicate with its arguments."""
+    if tree.data != "term":
+        context.report(tree, "a predicate must stand here, this is a number")
+        return None
+    name = tree.children[0]
+    symbol = context.scope.find(str(name))
+    if symbol is None:
+        context.unknown(name, "predicate", "predicate")
+    elif symbol.role == "function":
+        context.report(name, f'"{name}" is a function: compare its value, {name}… = value, or ask Kv({name}…)')
+    elif symbol.role != "predicate":
+        context.report(name, f'"{name}" is {symbol.description}, not a predicate')
+    else:
+        arguments = read_arguments(context, tree, symbol)
+        return None if arguments is None else f.Atom(str(name), arguments, context.parsed.place(tree))
+    for argument in tree.children[1:]:
+        read_term(context, argument)
+    return None
+
+
+def read_function_term(context: Context, tree: Tree) -> f.Application | None:
+    """A function with its arguments, as Kv takes it."""
+    if tree.data == "term":
+        name = tree.children[0]
+        symbol = context.scope.find(str(name))
+        if symbol is None:
+            context.unknown(name, "function", "function")
+            return None
+        if symbol.role == "predicate":
+            context.report(name, f'"{name}" is a predicate', f"Kv is for functions: write Kw({name}…)")
+            return None
+        if symbol.role == "function":
+            term, _ = read_term(context, tree)
+            return term if isinstance(term, f.Application) else None
+    context.report(tree, "a function must stand here")
+    return None
+
+
+def read_claim(context: Context, tree: Tree) -> f.Claim | None:
+    """A literal or a comparison."""
+    place = context.parsed.place(tree)
+    if tree.data == "compare":
+        return _comparison(context, tree)
+    if tree.data == "denial":
+        atom = read_atom(context, tree.children[0])
+        return None if atom is None else f.Literal(atom, False, place)
+    atom = read_atom(context, tree)
+    return None if atom is None else f.Literal(atom, True, place)
+
+
+def _comparison(context: Context, tree: Tree) -> f.Comparison | None:
+    left_tree, operator, right_tree = tree.children
+    free = replace(context, in_update=False)  # a value may be a run-time variable, an atom's argument may not
+    left, left_kind = read_term(free, left_tree)
+    right, right_kind = read_term(free, right_tree)
+    if left is None or right is None:
+        return None
+    if operator not in ("=", "!="):
+        for piece, kind in ((left_tree, left_kind), (right_tree, right_kind)):
+            if kind not in (NUMBER, None):
+                context.report(piece, f'"{operator}" compares numbers, this is {kind_with_article(kind)}')
+                return None
+    elif not context.vocabulary.comparable(left_kind, right_kind):
+        kinds = f"{kind_with_article(left_kind)}, the other {kind_with_article(right_kind)}"
+        context.report(tree, f"these can never be equal: one side is {kinds}")
+        return None
+    return f.Comparison(str(operator), left, right, context.parsed.place(tree))  # type: ignore[arg-type]
+
+
+# ------------------------------------------------------------------------------------------------------ variables
+def read_variables(context: Context, tree: Tree) -> tuple[tuple[f.Variable, ...], Context]:
+    """The variables of a quantifier, and the context in which they are bound."""
+    found: dict[str, Symbol] = {}
+    pairs = list(zip(tree.children[::2], tree.children[1::2], strict=True))
+    for kind, name in pairs:
+        known = context.vocabulary.check_type(str(kind), context.parsed.place(kind), context.where)
+        if not NAME.fullmatch(str(name)):
+            context.report(name, f'"{name}" cannot be the name of a variable', f'write "{proper_name(str(name))}"')
+        symbol = Symbol("variable", str(name), context.parsed.place(name), str(kind) if known else None)
+        if str(name) in found:
+            context.vocabulary.report_taken(symbol, found[str(name)])
+        found[str(name)] = symbol
+    variables = tuple(f.Variable(str(name), str(kind), context.parsed.place(name)) for kind, name in pairs)
+    return variables, context.inside(context.scope.with_bound(found))
+
+
+# ----------------------------------------------------------------------------------------------- procedure calls
+def read_call(context: Context, tree: Tree) -> f.ProcedureCall | None:
+    """A call of a geometric procedure: its name, and arguments that its properties have room for."""
+    name = tree.children[0]
+    properties = context.procedures.get(str(name))
+    arguments = [_argument(context, piece) for piece in tree.children[1:]]
+    if properties is None:
+        hint = context.findings.near(str(name), context.procedures)
+        hint = hint or f"the procedures are {', '.join(sorted(context.procedures))}"
+        context.report(name, f'unknown procedure "{name}" {context.where}', hint)
+        return None
+    if None in arguments:
+        return None
+    given = [argument for argument in arguments if argument is not None]
+    if not _check_properties(context, tree, properties, given):
+        return None
+    return f.ProcedureCall(str(name), tuple(given), context.parsed.place(tree))
+
+
+def _argument(context: Context, tree: Tree) -> f.Argument | None:
+    place = context.parsed.place(tree)
+    if tree.data in ("term", "number") and len(tree.children) == 1:  # in a test inside a formula
+        tree = lark.Tree("argument", list(tree.children), tree.meta)
+    if tree.data != "argument":
+        context.report(tree, "an argument of a procedure is a parameter, a name or a number")
+        return None
+    value = tree.children[-1]
+    if not isinstance(value, lark.Token):
+        return None
+    named = str(tree.children[0]) if len(tree.children) == 2 else None
+    if value.type == "NUMBER":
+        return f.Argument(f.Number(float(str(value)), context.parsed.place(value)), named, place)
+    symbol = context.scope.find(str(value))
+    if symbol is not None and symbol.role in ("predicate", "function") and named is None:
+        context.report(value, f'"{value}" is {symbol.description}, and no argument of a procedure')
+        return None
+    if symbol is not None and symbol.role == "run-time variable":
+        context.report(value, f'the run-time variable "{value}" has no value yet and may not stand in `geometry`')
+        return None
+    if symbol is None or symbol.role in ("predicate", "function"):
+        return f.Argument(f.Constant(str(value), context.parsed.place(value)), named, place)
+    term = term_of(symbol, context.parsed.place(value))
+    return f.Argument(term, named, place)
+
+
+def _check_properties(
+    context: Context, tree: Tree, properties: Sequence[Property], given: Sequence[f.Argument]
+) -> bool:
+    signature = spell_signature(str(tree.children[0]), tuple(properties))
+    positional = [argument for argument in given if argument.name is None]
+    filled = [each.name for each in properties[: len(positional)]]
+    by_name = {each.name: each for each in properties}
+    for number, (argument, piece) in enumerate(zip(given, tree.children[1:], strict=True)):
+        if argument.name is None:
+            if number >= len(positional):
+                context.report(piece, "arguments by position stand before those by name")
+                return False
+            wanted: Property | None = properties[number] if number < len(properties) else None
+        else:
+            wanted = by_name.get(argument.name)
+            if wanted is None:
+                hint = context.findings.near(argument.name, by_name) or f"it is {signature}"
+                context.report(piece, f'{tree.children[0]} has no property "{argument.name}"', hint)
+                return False
+            if argument.name in filled:
+                context.report(piece, f'"{argument.name}" is given twice')
+                return False
+            filled.append(argument.name)
+        if wanted is not None and isinstance(argument.value, f.Number):
+            context.report(piece, f'the property "{wanted.name}" takes a name, not a number')
+            return False
+    missing = [each.name for each in properties if each.required and each.name not in filled]
+    if missing or len(positional) > len(properties):
+        problem = f'lacks "{missing[0]}"' if missing else f"takes at most {len(properties)} arguments"
+        context.report(tree.children[0], f"{tree.children[0]} {problem}", f"it is {signature}")
+        return False
+    return True
