@@ -1,0 +1,22 @@
+"""The verifier: replays what a plan claims to know and re-proves every motion, sharing no code with the planner.
+
+It knows the problem's language, the plan, the scene, pinocchio and coal; it judges with dictionaries and sets, and
+with the original triangle meshes. What is wrong is a finding with its node, not an error.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from kabo.verify.report import Finding, Least, Report
+
+if TYPE_CHECKING:
+    from kabo.verify.verification import verify_plan
+
+__all__ = ["Finding", "Least", "Report", "verify_plan"]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "verify_plan":
+        from kabo.verify.verification import verify_plan
+
+        return verify_plan
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

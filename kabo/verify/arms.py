@@ -1,0 +1,107 @@
+"""A robot for the verifier: poses by pinocchio, and bounds of how far its parts move, derived here on their own.
+
+A point that hangs on joint k moves, while coordinates change by dq, at most by the sum over the joints j from the
+base to k of |dq_j| times the distance that it can have from joint j (1 for a prismatic joint).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.scene import Robot
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where something hangs on a robot: pinocchio's joint (0: the base) and its pose in the joint's frame."""
+
+    joint: int
+    joint_T_body: Array  # (4, 4)
+
+
+class Arm:
+    """Poses and motion bounds of one robot of the scene."""
+
+    def __init__(self, robot: Robot) -> None:
+        import pinocchio
+
+        self.robot = robot
+        self._pinocchio = pinocchio
+        self._model, self._data = robot.model, robot.model.createData()
+        self.mounts = {
+            frame.name: Mount(int(frame.parentJoint), np.array(frame.placement.homogeneous))
+            for frame in self._model.frames
+            if frame.type == pinocchio.FrameType.BODY and frame.name in robot.links
+        }
+        count = self._model.njoints
+        self.parents = [int(self._model.parents[j]) for j in range(count)]
+        self.revolute = [not self._model.joints[j].shortname().startswith("JointModelP") for j in range(count)]
+        self.chains = [self._chain(j) for j in range(count)]
+        self._offsets = [self._offset(j) for j in range(count)]
+
+    def _chain(self, joint: int) -> frozenset[int]:
+        """The joints that move what hangs on this one."""
+        result = set()
+        while joint > 0:
+            if self.robot.actuation.ratio[joint] != 0.0:
+                result.add(joint)
+            joint = self.parents[joint]
+        return frozenset(result)
+
+    def _offset(self, joint: int) -> float:
+        """How far the origin of a joint can be from that of its parent [m]."""
+        if joint == 0:
+            return 0.0
+        offset = float(np.linalg.norm(self._model.jointPlacements[joint].translation))
+        if self.revolute[joint]:
+            return offset
+        actuation, i = self.robot.actuation, self.robot.actuation.source[joint]
+        ends = np.array([self.robot.tree.lower[i], self.robot.tree.upper[i]])
+        travel = np.abs(actuation.ratio[joint] * ends + actuation.shift[joint]).max()
+        return offset + float(travel)
+
+    @property
+    def extent(self) -> float:
+        """How far any joint can be from the world's origin [m]."""
+        return sum(self._offsets)
+
+    def joint_poses(self, q: Sequence[float]) -> Array:
+        """The poses world_T_joint (J, 4, 4) of pinocchio's joints; joint 0 is the world."""
+        self._pinocchio.forwardKinematics(self._model, self._data, self.robot.expand(q))
+        return np.array([placement.homogeneous for placement in self._data.oMi])
+
+    def pose(self, q: Sequence[float], mount: Mount) -> Array:
+        """The pose (4, 4) in the world of what hangs there."""
+        result: Array = self.joint_poses(q)[mount.joint] @ mount.joint_T_body
+        return result
+
+    def reach(self, joint: int, radius: float, joints: frozenset[int]) -> Array:
+        """How far a point moves at most, by each coordinate of a configuration [m/rad or m/m], shape (n,).
+
+        Args:
+            joint: what the point hangs on.
+            radius: its distance from that joint's origin [m].
+            joints: the joints that count; others are taken to stand.
+        """
+        result = np.zeros(len(self.robot.joint_names))
+        lever = radius
+        while joint > 0:
+            if joint in joints:
+                actuation = self.robot.actuation
+                share = abs(actuation.ratio[joint]) * (lever if self.revolute[joint] else 1.0)
+                result[actuation.source[joint]] += share
+            lever += self._offsets[joint]
+            joint = self.parents[joint]
+        return result
+
+    def turning(self, joint: int) -> Array:
+        """By how much what hangs on a joint turns at most, by each coordinate [rad/rad or rad/m], shape (n,)."""
+        result = np.zeros(len(self.robot.joint_names))
+        for j in self.chains[joint]:
+            if self.revolute[j]:
+                result[self.robot.actuation.source[j]] += abs(self.robot.actuation.ratio[j])
+        return result

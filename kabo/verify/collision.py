@@ -1,0 +1,122 @@
+"""One stretch of motion against everything else: which pairs can meet, and the proof that they do not."""
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kabo.verify.contacts import RAISED, Permits
+from kabo.verify.report import Finding, Least
+from kabo.verify.surfaces import hull_depth
+from kabo.verify.sweep import Contact, Pair, Path, Proof, Thing, open_stretches
+from kabo.verify.world import World
+
+
+@dataclass
+class Tally:
+    """What has been looked at so far."""
+
+    pairs: int = 0
+    distances: int = 0
+    least: Least | None = None
+    known: dict[bytes, Proof] = field(default_factory=dict)
+
+
+def check_collision(
+    node: str,
+    path: Path,
+    moving: Sequence[Thing],
+    standing: Sequence[Thing],
+    permits: Permits,
+    world: World,
+    tally: Tally,
+) -> Iterator[Finding]:
+    """Proves that what moves along a path touches nothing but what it may.
+
+    Args:
+        node: the id of the node.
+        path: the path of the moving robot.
+        moving: its links and all that it carries.
+        standing: everything else; one name may stand at several places.
+        permits: the contacts that the segment permits.
+        world: the scene.
+        tally: what was proven before, and the figures; both grow.
+    """
+    pairs = [pair for pair in _pairs(path, moving, standing, permits, world) if pair.length > 0.0]
+    tally.pairs += len(pairs)
+    for pair, stretches in zip(pairs, open_stretches(pairs), strict=True):
+        if not stretches:
+            continue
+        names = pair.first.name, pair.second.name
+        shift = _raise(names, permits)
+        key = _key(pair, shift)
+        if key not in tally.known:
+            tally.known[key] = _prove(pair, stretches, shift)
+        proof = tally.known[key]
+        tally.distances += proof.distances
+        if (
+            shift is None
+            and np.isfinite(proof.least)
+            and (tally.least is None or proof.least < tally.least.distance)
+        ):
+            tally.least = Least(max(0.0, proof.least), names, node, proof.time)
+        if proof.contact is not None:
+            yield _finding(node, names, proof)
+
+
+def _pairs(
+    path: Path, moving: Sequence[Thing], standing: Sequence[Thing], permits: Permits, world: World
+) -> Iterator[Pair]:
+    for i, first in enumerate(moving):
+        for second in (*moving[i + 1 :], *standing):
+            names = frozenset((first.name, second.name))
+            if (
+                len(names) == 2
+                and names not in permits.loose
+                and not world.scene.never_collide(first.name, second.name)
+            ):
+                yield Pair(path, first, second)
+
+
+def _raise(names: tuple[str, str], permits: Permits) -> np.ndarray | None:
+    """By what the first body is moved before distances are taken: the object that is lifted is the one that moves."""
+    return np.array([0.0, 0.0, RAISED]) if frozenset(names) in permits.raised else None
+
+
+def _prove(pair: Pair, stretches: Sequence[tuple[float, float]], shift: np.ndarray | None) -> Proof:
+    if stretches[0][0] == 0.0 and shift is None and pair.contained():
+        a, b = pair.poses(0.0)
+        depth = hull_depth(pair.first.surface, a, pair.second.surface, b)
+        return Proof(Contact(float(pair.path.times[0]), None, depth, True), 0.0, float(pair.path.times[0]))
+    return pair.advance(stretches, shift)
+
+
+def _key(pair: Pair, shift: np.ndarray | None) -> bytes:
+    digest = hashlib.sha256(pair.path.arm.robot.name.encode())
+    digest.update(pair.path.configurations.tobytes() + pair.path.times.tobytes())
+    for thing in (pair.first, pair.second):
+        digest.update(thing.surface.digest.encode())
+        if thing.mount is not None:
+            digest.update(b"on %d" % thing.mount.joint + thing.mount.joint_T_body.tobytes())
+        elif thing.world_T is not None:
+            digest.update(b"at" + thing.world_T.tobytes())
+    digest.update(b"raised" if shift is not None else b"")
+    return digest.digest()
+
+
+def _finding(node: str, names: tuple[str, str], proof: Proof) -> Finding:
+    contact = proof.contact
+    assert contact is not None
+    first, second = names
+    if contact.distance is not None:
+        text = f"{first} and {second}: cannot be decided, closer than {contact.distance:.2g} m"
+        return Finding(node, text, contact.time, names, 0.0)
+    if contact.inside:
+        return Finding(
+            node, f"{first} and {second}: one lies inside the other", contact.time, names, contact.depth
+        )
+    text = f"{first} and {second} collide"
+    if contact.depth > 0:
+        text += f" (about {1000 * contact.depth:.2g} mm deep)"
+    return Finding(node, text, contact.time, names, contact.depth)

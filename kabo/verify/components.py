@@ -1,0 +1,80 @@
+"""The values that the components of the geometric state can have at every node, by following `after` from `start`.
+
+A component is one robot's configuration, or one object's parent and pose. Where branches have met, a component may
+have several values; values of several components at once are followed together, so that what occurs together is
+exact [LANGUAGE section 6]. Work grows with the possibilities of the components that are asked for, not with all.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+from kabo.plan import ObjectPose, Plan, StateChange
+from kabo.scene import Scene
+
+Configuration = tuple[float, ...]
+ComponentValue = Configuration | ObjectPose
+
+
+class Components:
+    """Possible values of components at the nodes of a plan."""
+
+    def __init__(self, plan: Plan, scene: Scene, order: Sequence[str]) -> None:
+        self.plan, self.scene, self.order = plan, scene, order
+        self._followed: dict[tuple[str, ...], dict[str, frozenset[tuple[ComponentValue, ...]]]] = {}
+
+    def values(self, node: str, names: tuple[str, ...]) -> frozenset[tuple[ComponentValue, ...]]:
+        """The values that these components can have together at the start of a node."""
+        if names not in self._followed:
+            self._followed[names] = self._follow(names)
+        return self._followed[names].get(node, frozenset())
+
+    def supports(self, name: str) -> tuple[str, ...]:
+        """The components that decide where an object is: itself and all that it may hang on, directly or not."""
+        result, open_ = [name], [name]
+        while open_:
+            for parent in self._parents.get(open_.pop(), ()):
+                component = parent.partition(".")[0]
+                if component not in result and (component in self.scene.robots or component in self._parents):
+                    result.append(component)
+                    open_.append(component)
+        return tuple(result)
+
+    @cached_property
+    def _parents(self) -> Mapping[str, list[str]]:
+        """object -> every parent that it has anywhere in the plan."""
+        result: dict[str, list[str]] = {name: [] for name in self.scene.movable}
+        changes = [node.after for node in self.plan.nodes.values()]
+        for change in (self.plan.start, *changes):
+            for name, pose in {} if change is None else change.objects.items():
+                if name in result and pose.parent not in result[name]:
+                    result[name].append(pose.parent)
+        return result
+
+    def _follow(self, names: tuple[str, ...]) -> dict[str, frozenset[tuple[ComponentValue, ...]]]:
+        start = self.plan.start or StateChange()
+        first = tuple(self._changed(name, None, start) for name in names)
+        if any(value is None for value in first):
+            return {}
+        arriving: dict[str, set[tuple[ComponentValue, ...]]] = {name: set() for name in self.order}
+        arriving[self.plan.root].add(first)  # type: ignore[arg-type]
+        for name in self.order:
+            node = self.plan.nodes[name]
+            leaving = arriving[name]
+            if node.after is not None:
+                leaving = {
+                    tuple(self._changed(n, v, node.after) for n, v in zip(names, values, strict=True))
+                    for values in leaving
+                }  # type: ignore[misc]
+            for successor in node.successors:
+                if successor in arriving:
+                    arriving[successor] |= leaving
+        return {name: frozenset(values) for name, values in arriving.items()}
+
+    def _changed(self, name: str, value: ComponentValue | None, change: StateChange) -> ComponentValue | None:
+        if name in change.objects:
+            return change.objects[name]
+        if name not in change.robots:
+            return value
+        joints, names = change.robots[name], self.scene.robots[name].joint_names
+        before = value if isinstance(value, tuple) else (0.0,) * len(names)
+        return tuple(joints.get(joint, old) for joint, old in zip(names, before, strict=True))

@@ -1,0 +1,155 @@
+"""What the constraints of a scene measure, in plain numpy: lengths and angles between features, and their bounds.
+
+Every constraint becomes measures, each a length or an angle with bounds. Lines and planes coincide and are parallel
+in either sense; `aligned` and `opposed` fix the sense [LANGUAGE section 4; K Table 5.1].
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.language.scene_description import Constraint, Feature, FeatureName
+
+Array = npt.NDArray[np.float64]
+
+LENGTH, ANGLE = 1e-3, 1e-3  # what a constraint may be missed by [m], [rad]
+
+
+@dataclass(frozen=True)
+class Role:
+    """Who plays a role in constraints: its features, its pose world_T (4, 4)."""
+
+    features: Mapping[str, Feature]
+    world_T: Array
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A length [m] or angle [rad] and what it must lie between."""
+
+    kind: Literal["length", "angle"]
+    value: float
+    lower: float
+    upper: float
+
+    @property
+    def excess(self) -> float:
+        """By how much the bounds are missed; negative inside."""
+        return max(self.lower - self.value, self.value - self.upper)
+
+    @property
+    def tolerance(self) -> float:
+        """What it may be missed by."""
+        return LENGTH if self.kind == "length" else ANGLE
+
+
+@dataclass(frozen=True)
+class _Placed:
+    kind: str
+    origin: Array
+    direction: Array
+
+
+WORLD = Role(
+    {
+        "origin": Feature("point", (0.0, 0.0, 0.0)),
+        "up": Feature("line", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        "floor": Feature("plane", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    },
+    np.eye(4),
+)
+
+
+class UnknownFeatureError(Exception):
+    """A constraint names a role or feature that nobody has."""
+
+
+def missed(constraints: Sequence[Constraint], roles: Mapping[str, Role]) -> tuple[Constraint, Measure] | None:
+    """The constraint that is missed by more than its tolerance, the worst of all; None if all hold.
+
+    `inside` is not among them: it is a predicate on whole bodies.
+    """
+    worst: tuple[Constraint, Measure] | None = None
+    for constraint in constraints:
+        for measure in measures(constraint, roles):
+            over = measure.excess / measure.tolerance
+            if over > 1.0 and (worst is None or over > worst[1].excess / worst[1].tolerance):
+                worst = constraint, measure
+    return worst
+
+
+def measures(constraint: Constraint, roles: Mapping[str, Role]) -> Iterator[Measure]:
+    """The measures of a constraint."""
+    if constraint.kind == "inside":
+        return
+    a, b = _placed(constraint.first, roles), _placed(constraint.second, roles)
+    low = -np.inf if constraint.lower is None else constraint.lower
+    high = np.inf if constraint.upper is None else constraint.upper
+    if constraint.kind == "distance":
+        yield Measure("length", _distance(a, b), low, high)
+    elif constraint.kind == "height":
+        point, plane = (a, b) if b.kind == "plane" else (b, a)
+        yield Measure("length", float((point.origin - plane.origin) @ plane.direction), low, high)
+    elif constraint.kind == "angle":
+        yield Measure("angle", _angle(a.direction, b.direction), low, high)
+    elif constraint.kind == "coincident":
+        yield from _coincident(a, b)
+    else:
+        yield _directed(constraint.kind, a, b)
+
+
+def _placed(name: FeatureName, roles: Mapping[str, Role]) -> _Placed:
+    role = WORLD if name.owner == "world" else roles.get(name.owner)
+    feature = None if role is None or name.feature is None else role.features.get(name.feature)
+    if role is None or feature is None:
+        raise UnknownFeatureError(str(name))
+    rotation = role.world_T[:3, :3]
+    direction = np.zeros(3) if feature.direction is None else rotation @ np.asarray(feature.direction)
+    return _Placed(feature.kind, rotation @ np.asarray(feature.origin) + role.world_T[:3, 3], direction)
+
+
+def _angle(first: Array, second: Array) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))
+
+
+def _either_sense(first: Array, second: Array) -> float:
+    angle = _angle(first, second)
+    return min(angle, np.pi - angle)
+
+
+def _distance(a: _Placed, b: _Placed) -> float:
+    """The distance of a point from a point, a line or a plane."""
+    if a.kind != "point":
+        a, b = b, a
+    between = a.origin - b.origin
+    if b.kind == "point":
+        return float(np.linalg.norm(between))
+    along = float(between @ b.direction)
+    return abs(along) if b.kind == "plane" else float(np.linalg.norm(between - along * b.direction))
+
+
+def _coincident(a: _Placed, b: _Placed) -> Iterator[Measure]:
+    if "point" in (a.kind, b.kind):
+        yield Measure("length", _distance(a, b), 0.0, 0.0)
+        return
+    yield Measure("angle", _either_sense(a.direction, b.direction), 0.0, 0.0)
+    yield Measure("length", _distance(_Placed("point", a.origin, a.direction), b), 0.0, 0.0)
+
+
+def _directed(kind: str, a: _Placed, b: _Placed) -> Measure:
+    """Parallel, aligned, opposed, perpendicular.
+
+    Between a line and a plane the line itself is meant for `parallel`, which then lies at right angles to the
+    normal; `aligned`, `opposed` and `perpendicular` put the line along the normal.
+    """
+    mixed = {a.kind, b.kind} == {"line", "plane"}
+    if kind == "aligned":
+        return Measure("angle", _angle(a.direction, b.direction), 0.0, 0.0)
+    if kind == "opposed":
+        return Measure("angle", np.pi - _angle(a.direction, b.direction), 0.0, 0.0)
+    if (kind == "parallel") != mixed:
+        return Measure("angle", _either_sense(a.direction, b.direction), 0.0, 0.0)
+    return Measure("angle", _angle(a.direction, b.direction), np.pi / 2, np.pi / 2)

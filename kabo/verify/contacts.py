@@ -1,0 +1,57 @@
+"""Which contacts a segment may permit: fingers and what they hold; what is held and what it stands on, at its ends."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from kabo.plan import Segment
+from kabo.scene import Scene
+
+RAISED = 2e-3  # [m] held up by this much, an object must be clear of what it is lifted from or lowered to
+
+
+@dataclass(frozen=True)
+class Permits:
+    """What a segment permits: `loose` pairs need no check, `raised` ones only that the object stays above."""
+
+    loose: frozenset[frozenset[str]] = frozenset()
+    raised: frozenset[frozenset[str]] = frozenset()
+    refused: tuple[tuple[str, str], ...] = ()
+
+
+def permits(
+    segment: Segment,
+    scene: Scene,
+    *,
+    gripper_moves: bool,
+    objects: Iterable[str],
+    supports: Iterable[tuple[str, str]],
+) -> Permits:
+    """What of a segment's allowed contacts is granted.
+
+    Args:
+        segment: the segment.
+        scene: with the contacts that are always permitted.
+        gripper_moves: whether only the gripper moves: then fingers may touch what they hold. When the arm moves,
+            fingers and what they hold do not move against each other, and what they do not hold they must not touch.
+        objects: what the robot holds, takes or lets go in this node.
+        supports: (object, body) that the object stands on at the beginning or end of this segment.
+    """
+    gripper = scene.robots[segment.robot].gripper
+    fingers = () if gripper is None else gripper.touch_links
+    held = {frozenset((finger, name)) for finger in fingers for name in objects}
+    standing = {frozenset(pair) for pair in supports}
+    loose, raised, refused = set(), set(), []
+    for first, second in segment.allowed_contacts:
+        pair = frozenset((first, second))
+        if pair in held:
+            loose |= {pair} if gripper_moves else set()
+        elif pair in standing:
+            raised.add(pair)
+        elif not (_exists(scene, first) and _exists(scene, second) and scene.never_collide(first, second)):
+            refused.append((first, second))
+    return Permits(frozenset(loose), frozenset(raised), tuple(refused))
+
+
+def _exists(scene: Scene, name: str) -> bool:
+    robot, dot, link = name.partition(".")
+    return link in scene.robots[robot].links if dot and robot in scene.robots else name in scene.bodies

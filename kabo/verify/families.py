@@ -1,0 +1,111 @@
+"""Whether an object is held as one of its grasp families says, or stands as one of its placements says."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.language.scene_description import Constraint, Feature, GraspFamily
+from kabo.scene import Region
+from kabo.verify.calls import Call
+from kabo.verify.constraints import Role, UnknownFeatureError, missed
+from kabo.verify.report import Finding
+from kabo.verify.world import World
+
+Array = npt.NDArray[np.float64]
+
+FINGERS = 1e-3  # [m or rad] how near the gripper's joints must be to the family's
+OUTSIDE = 1e-6  # [m] how far a body may reach out of its region
+
+
+def check_grasp(
+    node: str, time: float, call: Call, world: World, q: tuple[float, ...], world_T_object: Array
+) -> Iterator[Finding]:
+    """The object is taken as one of its grasp families allows for this robot."""
+    robot, name = call.roles["robot"], call.roles["object"]
+    tool, body = world.tool_role(robot, q), world.scene.bodies[name]
+    families = {n: f for n, f in body.grasps.items() if call.grasp in (None, n) and robot in (f.robots or [robot])}
+    roles = {"this": world.role(name, world_T_object)} | ({} if tool is None else {"tool": tool})
+    failures = []
+    for family in families.values():
+        reason = _why_not(family.constraints, roles) or _wrong_fingers(family, world, robot, q)
+        if reason is None:
+            return
+        failures.append(f"{family.name}: {reason}")
+    text = f"{name} is not taken as any of its grasp families says ({'; '.join(failures) or 'none fits'})"
+    yield Finding(node, text, time, (robot, name))
+
+
+def _wrong_fingers(family: GraspFamily, world: World, robot: str, q: tuple[float, ...]) -> str | None:
+    gripper = world.scene.robots[robot].gripper
+    if gripper is None:
+        return None
+    names = world.scene.robots[robot].joint_names
+    for joint, value in (family.fingers if family.fingers is not None else gripper.closed).items():
+        if joint in names and abs(q[names.index(joint)] - value) > FINGERS:
+            return f"{joint} is at {q[names.index(joint)]:.4g}, not {value:.4g}"
+    return None
+
+
+def check_placement(
+    node: str, time: float, call: Call, world: World, world_T_object: Array, poses: Mapping[str, Array]
+) -> Iterator[Finding]:
+    """The object stands as one of its placements allows, inside the region that is named.
+
+    Args:
+        node, time: where in the plan.
+        call: with the region, or the support.
+        world: the scene.
+        world_T_object: where the object is.
+        poses: of movable supports.
+    """
+    name, region = call.roles["object"], call.roles.get("region")
+    if region is not None and region not in world.scene.regions:
+        yield Finding(node, f"{region} is no region of the scene", time)
+        return
+    support = call.roles.get("support") or (None if region is None else world.scene.regions[region].support)
+    roles = {"this": world.role(name, world_T_object)}
+    if support is not None:
+        roles["support"] = world.role(support, poses[support])
+    if region is not None:
+        roles["region"] = _region_role(world.scene.regions[region])
+        out = world.outside(name, world_T_object, region)
+        if out > OUTSIDE:
+            yield Finding(
+                node, f"{name} ends outside of {region}, by {1000 * out:.3g} mm", time, (name, region), out
+            )
+    failures = []
+    for family in world.scene.bodies[name].placements.values():
+        if call.placement in (None, family.name):
+            reason = _why_not(family.constraints, roles)
+            if reason is None:
+                return
+            failures.append(f"{family.name}: {reason}")
+    text = f"{name} is not put down as any of its placements says ({'; '.join(failures) or 'none fits'})"
+    yield Finding(node, text, time, (name,) if support is None else (name, support))
+
+
+def _region_role(region: Region) -> Role:
+    half = region.size[2]
+    up = (0.0, 0.0, 1.0)
+    features = {
+        "center": Feature("point", (0.0, 0.0, 0.0)),
+        "axis": Feature("line", (0.0, 0.0, 0.0), up),
+        "up": Feature("line", (0.0, 0.0, 0.0), up),
+        "top": Feature("plane", (0.0, 0.0, half), up),
+        "bottom": Feature("plane", (0.0, 0.0, -half), up),
+    }
+    return Role(features, region.world_T_region)
+
+
+def _why_not(constraints: Sequence[Constraint], roles: Mapping[str, Role]) -> str | None:
+    """What is missed, for people; None if all constraints hold."""
+    try:
+        found = missed(constraints, roles)
+    except UnknownFeatureError as error:
+        return f"there is no {error}"
+    if found is None:
+        return None
+    constraint, measure = found
+    by = f"{1000 * measure.excess:.3g} mm" if measure.kind == "length" else f"{np.degrees(measure.excess):.3g} deg"
+    return f"{constraint.kind}({constraint.first}, {constraint.second}) is missed by {by}"

@@ -1,0 +1,36 @@
+"""Whether the plan was made for these very files: every hash that it records against the file as it is now."""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from kabo.plan import Plan
+from kabo.verify.report import Finding
+
+
+def check_files(plan: Plan, name: str, folder: Path, files: Mapping[str, str]) -> Iterator[Finding]:
+    """What differs between the files that the plan was made for and those of the problem.
+
+    Args:
+        plan: the plan with its recorded hashes.
+        name: the problem's name.
+        folder: the problem's folder; recorded paths are relative to it.
+        files: path relative to `folder` -> hash, for every file that was read now.
+    """
+    if plan.problem != name:
+        yield Finding(None, f'made for another problem: "{plan.problem}", not "{name}"')
+    for path, recorded in sorted(plan.files.items()):
+        now = files.get(path) or _hash(folder / path)
+        if now is None:
+            yield Finding(None, f"made for other files: {path} does not exist any more")
+        elif now != recorded:
+            yield Finding(None, f"made for other files: {path} has changed since")
+    for path in sorted(files.keys() - plan.files.keys()):
+        yield Finding(None, f"made for other files: {path} is not recorded in the plan")
+
+
+def _hash(path: Path) -> str | None:
+    try:
+        return "sha256:" + hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None

@@ -1,0 +1,50 @@
+"""Every motion of a plan in its scene."""
+
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from kabo.language import Problem
+from kabo.plan import Plan
+from kabo.scene import load_scene
+from kabo.verify.collision import Tally
+from kabo.verify.components import Components
+from kabo.verify.motions import check_motion
+from kabo.verify.report import Finding
+from kabo.verify.situation import check_start
+from kabo.verify.world import World
+
+
+def check_geometry(
+    problem: Problem, plan: Plan, order: Sequence[str]
+) -> tuple[dict[str, str], list[Finding], dict[str, Any]]:
+    """All files that were read with their hashes, what is wrong with the motions, and the figures for the report.
+
+    Raises:
+        InputError: the scene's meshes or URDFs do not load.
+    """
+    assert problem.scene is not None
+    if plan.start is None:
+        text = "the plan has no motions (made with --geometry none?), but the problem has a scene: use --knowledge-only"
+        return dict(problem.files), [Finding(None, text)], {}
+    scene = load_scene(problem.scene)
+    files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
+    world, components, tally = World(scene), Components(plan, scene, order), Tally()
+    findings = list(check_start(components))
+    if findings:
+        return files, findings, {}
+    motions = 0
+    for name in order:
+        node = plan.nodes[name]
+        if node.action is not None:
+            findings += check_motion(name, node, problem, world, components, tally)
+            motions += bool(node.motion)
+    figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
+    return files, findings, figures
+
+
+def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:
+    """Files by their path relative to a folder, with forward slashes, as plans record them."""
+    start = folder.resolve()
+    return {Path(os.path.relpath(Path(path).resolve(), start)).as_posix(): digest for path, digest in files}

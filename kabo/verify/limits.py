@@ -1,0 +1,70 @@
+"""What the numbers of a segment must keep: its joints, where it begins, joint limits, velocities, the order of time."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import Segment
+from kabo.scene import Robot
+from kabo.verify.report import Finding
+
+JOINED = 1e-6  # [rad, m, s] how well one piece of motion must begin where the last one ended
+ROUNDED = 1e-8  # what the rounding of way points may break limits by [rad, m]
+
+
+def check_joints(node: str, segment: Segment, robot: Robot) -> Iterator[Finding]:
+    """Every segment names all planned joints, or all of the gripper's, in their order."""
+    if segment.joints not in (robot.planned_joints, robot.gripper_joints) or not segment.joints:
+        text = f"a segment of {robot.name} moves {', '.join(segment.joints)}: neither its planned joints nor its gripper's"
+        yield Finding(node, text, segment.times[0])
+
+
+def check_numbers(
+    node: str, segment: Segment, robot: Robot, start: npt.NDArray[np.float64], earliest: float
+) -> Iterator[Finding]:
+    """Continuity, time, limits and velocities of a segment.
+
+    Args:
+        node: the id of its node.
+        segment: the segment, whose joints fit the robot.
+        robot: the robot.
+        start: the configuration (n,) of all its joints in which the segment begins.
+        earliest: when the segment before has ended [s].
+    """
+    waypoints, times = np.asarray(segment.waypoints), np.asarray(segment.times)
+    index = [robot.joint_names.index(joint) for joint in segment.joints]
+    jump = np.abs(waypoints[0] - start[index])
+    if jump.max() > JOINED:
+        joint = segment.joints[int(jump.argmax())]
+        text = f"the motion jumps: {joint} of {robot.name} is {jump.max():.6g} away from where it was"
+        yield Finding(node, text, float(times[0]), depth=float(jump.max()))
+    if times[0] < earliest - JOINED:
+        yield Finding(
+            node, f"a segment of {robot.name} begins before the one before it has ended", float(times[0])
+        )
+    steps = np.diff(times)
+    if (steps <= 0).any():
+        yield Finding(node, "times do not increase", float(times[int((steps <= 0).argmax())]))
+    else:
+        yield from _check_velocities(node, segment, robot, waypoints, times, index)
+    yield from _check_limits(node, segment, robot, waypoints, times, index)
+
+
+def _check_velocities(node, segment, robot, waypoints, times, index) -> Iterator[Finding]:  # type: ignore[no-untyped-def]
+    steps = np.diff(times)[:, None]
+    over = np.abs(np.diff(waypoints, axis=0)) - robot.tree.velocity[index] * steps - ROUNDED
+    k, j = np.unravel_index(int(over.argmax()), over.shape)
+    if over[k, j] > 0:
+        speed = abs(waypoints[k + 1, j] - waypoints[k, j]) / steps[k, 0]
+        limit = robot.tree.velocity[index[j]]
+        text = f"{segment.joints[j]} of {robot.name} moves at {speed:.4g} per second, its limit is {limit:.4g}"
+        yield Finding(node, text, float(times[k]), depth=float(speed - limit))
+
+
+def _check_limits(node, segment, robot, waypoints, times, index) -> Iterator[Finding]:  # type: ignore[no-untyped-def]
+    over = np.maximum(robot.tree.lower[index] - waypoints, waypoints - robot.tree.upper[index]) - ROUNDED
+    k, j = np.unravel_index(int(over.argmax()), over.shape)
+    if over[k, j] > 0:
+        text = f"{segment.joints[j]} of {robot.name} is at {waypoints[k, j]:.6g}, beyond its limit by {over[k, j]:.3g}"
+        yield Finding(node, text, float(times[k]), depth=float(over[k, j]))

@@ -1,0 +1,109 @@
+"""What verification answers: whether everything holds, what was checked, and every finding with its place."""
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that does not hold.
+
+    `time` counts from the start of the node's motion [s]; `depth` says by how much it fails: metres that bodies
+    overlap (0: they touch, or how deep is not known), or what a limit is exceeded by.
+    """
+
+    node: str | None
+    message: str
+    time: float | None = None
+    bodies: tuple[str, ...] = ()
+    depth: float | None = None
+
+    def __str__(self) -> str:
+        """`n3 at 1.250 s: left.finger and crate collide (2.1 mm deep)`."""
+        place = [] if self.node is None else [self.node]
+        if self.time is not None:
+            place.append(f"at {self.time:.3f} s")
+        return f"{' '.join(place)}: {self.message}" if place else self.message
+
+    def to_dict(self) -> dict[str, Any]:
+        """The finding as JSON values."""
+        return {
+            "node": self.node,
+            "time": self.time,
+            "bodies": list(self.bodies),
+            "depth": self.depth,
+            "message": self.message,
+        }
+
+
+@dataclass(frozen=True)
+class Least:
+    """The least distance that was measured between moving bodies and others [m], and where."""
+
+    distance: float
+    bodies: tuple[str, str]
+    node: str
+    time: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The distance as JSON values."""
+        return {"distance": self.distance, "bodies": list(self.bodies), "node": self.node, "time": self.time}
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcome of verification.
+
+    `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`:
+    knowledge states replayed; `motions`: nodes with motion that were proven; `pairs`: pairs of bodies that were
+    proven apart along a motion; `distances`: how many of these needed distances between meshes. `notes` say what
+    was *not* verified.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    notes: tuple[str, ...] = ()
+    knowledge_only: bool = False
+    branches: int = 0
+    leaves: int = 0
+    states: int = 0
+    motions: int = 0
+    pairs: int = 0
+    distances: int = 0
+    least: Least | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing was found."""
+        return not self.findings
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report as JSON values."""
+        return {
+            "ok": self.ok,
+            "knowledge_only": self.knowledge_only,
+            "knowledge": {"branches": self.branches, "leaves": self.leaves, "states": self.states},
+            "motions": self.motions,
+            "pairs": self.pairs,
+            "distances": self.distances,
+            "least_distance": None if self.least is None else self.least.to_dict(),
+            "findings": [finding.to_dict() for finding in self.findings],
+            "notes": list(self.notes),
+        }
+
+    def __str__(self) -> str:
+        """The report for people: the verdict, what was checked, every finding on a line of its own."""
+        count = len(self.findings)
+        verdict = "verified" if self.ok else f"NOT verified: {count} finding{'s' if count != 1 else ''}"
+        lines = [
+            verdict,
+            f"knowledge: {self.leaves} leaves, {self.branches} branching nodes, {self.states} states",
+        ]
+        if not self.knowledge_only:
+            lines.append(f"geometry: {self.motions} motions, {self.pairs} pairs of bodies along them")
+        if self.least is not None:
+            first, second = self.least.bodies
+            where = f"{first} and {second}, {self.least.node} at {self.least.time:.3f} s"
+            lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm ({where})")
+        lines.extend(f"note: {note}" for note in self.notes)
+        lines.extend(f"- {finding}" for finding in self.findings)
+        return "\n".join(lines) + "\n"

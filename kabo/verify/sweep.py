@@ -1,0 +1,212 @@
+"""Whether two bodies stay apart along a whole path: conservative advancement, each pair at its own pace.
+
+A path is straight between way points. Along it a pair approaches by no more than its bounded relative motion, in
+metres; a distance d measured at one place therefore proves the path for d metres to both sides. Balls settle most
+pairs at once, hulls most of the rest, meshes what is left. A pair is free only if every stretch is proven.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.verify.arms import Arm, Mount
+from kabo.verify.surfaces import Surface, encloses, hull_depth, hull_gap, mesh_distance
+
+Array = npt.NDArray[np.float64]
+
+LEAST = 1e-7  # [m] bodies nearer than this count as touching
+VANISHING = 1e-6  # a step smaller than this share of a pair's whole motion decides nothing
+SPACING = 0.04  # [m] about how far bodies move between the places where balls are compared
+STATIONS = 400  # of these places, at most
+
+
+@dataclass(frozen=True)
+class Thing:
+    """A body at its place: in the world, or on the moving robot."""
+
+    name: str
+    surface: Surface
+    world_T: Array | None = None  # (4, 4) if it stands
+    mount: Mount | None = None  # if it hangs on the moving robot
+
+    def pose(self, joint_poses: Array) -> Array:
+        """Its pose in the world, given those of the robot's joints."""
+        if self.mount is None:
+            assert self.world_T is not None
+            return self.world_T
+        result: Array = joint_poses[self.mount.joint] @ self.mount.joint_T_body
+        return result
+
+
+class Path:
+    """A path of the moving robot: configurations (m, n) of all its joints and their times (m,)."""
+
+    def __init__(self, arm: Arm, configurations: Array, times: Sequence[float]) -> None:
+        self.arm, self.configurations, self.times = arm, configurations, np.asarray(times)
+        self.steps = np.abs(np.diff(configurations, axis=0))  # (m - 1, n)
+
+    def at(self, piece: int, share: float) -> Array:
+        """The configuration in a piece, `share` between 0 and 1 of the way."""
+        first, last = self.configurations[piece], self.configurations[piece + 1]
+        return np.asarray((1.0 - share) * first + share * last)
+
+    def time(self, piece: int, share: float) -> float:
+        """When the robot is there [s]."""
+        return float((1.0 - share) * self.times[piece] + share * self.times[piece + 1])
+
+    def poses(self, piece: int, share: float) -> Array:
+        """The poses of the robot's joints there (J, 4, 4)."""
+        return self.arm.joint_poses(self.at(piece, share).tolist())
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Where a pair is not proven apart: `distance` is None where it touches, else too little to decide."""
+
+    time: float
+    distance: float | None
+    depth: float
+    inside: bool = False
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What became of one pair: a contact or None, the least distance that was measured and when."""
+
+    contact: Contact | None = None
+    least: float = np.inf
+    time: float = 0.0
+    distances: int = 0
+
+
+class Pair:
+    """Two bodies along a path; `weights` (n,) bounds their relative motion by each coordinate."""
+
+    def __init__(self, path: Path, first: Thing, second: Thing) -> None:
+        self.path, self.first, self.second = path, first, second
+        self.weights = _weights(path.arm, first, second)
+        self.ends = np.concatenate([[0.0], np.cumsum(path.steps @ self.weights)])  # metres at every way point
+
+    @property
+    def length(self) -> float:
+        """How far the two move relative to each other, at most [m]."""
+        return float(self.ends[-1])
+
+    def place(self, s: float) -> tuple[int, float]:
+        """The piece and the share in it where the pair has moved `s` metres."""
+        piece = min(int(np.searchsorted(self.ends, s, side="right")) - 1, len(self.ends) - 2)
+        piece = max(piece, 0)
+        width = self.ends[piece + 1] - self.ends[piece]
+        return piece, float(min(1.0, max(0.0, (s - self.ends[piece]) / width))) if width > 0 else 0.0
+
+    def poses(self, s: float) -> tuple[Array, Array]:
+        """The poses of both bodies where the pair has moved `s` metres."""
+        joints = self.path.poses(*self.place(s))
+        return self.first.pose(joints), self.second.pose(joints)
+
+    def contained(self) -> bool:
+        """Whether one body begins inside the other."""
+        a, b = self.poses(0.0)
+        return encloses(self.first.surface, a, self.second.surface, b) or encloses(
+            self.second.surface, b, self.first.surface, a
+        )
+
+    def advance(self, stretches: Sequence[tuple[float, float]], shift: Array | None = None) -> Proof:
+        """Proves stretches [from, to] in metres of the pair's own motion.
+
+        Args:
+            stretches: what is left to prove.
+            shift: moves the first body by this vector in the world before distances are taken.
+        """
+        least, when, count = np.inf, 0.0, 0
+        stack = [stretch for stretch in reversed(stretches)]
+        shortest = VANISHING * self.length
+        while stack:
+            start, end = stack.pop()
+            middle, half = (start + end) / 2, (end - start) / 2
+            a, b = self.poses(middle)
+            if shift is not None:
+                a = a.copy()
+                a[:3, 3] += shift
+            distance = hull_gap(self.first.surface, a, self.second.surface, b)
+            if distance <= half and distance < 0.5 * half + LEAST or distance <= LEAST:
+                distance = max(distance, mesh_distance(self.first.surface, a, self.second.surface, b))
+            count += 1
+            if distance < least:
+                least, when = distance, self.path.time(*self.place(middle))
+            if distance <= LEAST:
+                depth = hull_depth(self.first.surface, a, self.second.surface, b)
+                return Proof(Contact(when, None, depth), least, when, count)
+            if distance > half:
+                continue
+            if distance < shortest:
+                return Proof(Contact(when, distance, 0.0), least, when, count)
+            # The later half first onto the stack: contacts are then found in the order of time.
+            stack.append((middle + distance, end))
+            stack.append((start, middle - distance))
+        return Proof(None, least, when, count)
+
+
+def _weights(arm: Arm, first: Thing, second: Thing) -> Array:
+    """Bounds of the relative motion by each coordinate: only joints that move one of the two count."""
+    chains = [arm.chains[thing.mount.joint] if thing.mount else frozenset() for thing in (first, second)]
+    total = np.zeros(len(arm.robot.joint_names))
+    for thing, joints in ((first, chains[0] - chains[1]), (second, chains[1] - chains[0])):
+        if thing.mount is not None and joints:
+            surface, placed = thing.surface, thing.mount.joint_T_body
+            centre = placed[:3, :3] @ surface.centre + placed[:3, 3]
+            total += arm.reach(thing.mount.joint, float(np.linalg.norm(centre)) + surface.radius, joints)
+    return total
+
+
+def open_stretches(pairs: Sequence[Pair]) -> list[list[tuple[float, float]]]:
+    """For each pair of one path, the stretches [m, m] that balls around the bodies do not prove apart."""
+    if not pairs:
+        return []
+    path = pairs[0].path
+    places = _stations(path, np.max([pair.weights for pair in pairs], axis=0))
+    joints = [path.poses(*place) for place in places]
+    things = {id(t): t for pair in pairs for t in (pair.first, pair.second)}
+    centres = {key: _centres(thing, joints) for key, thing in things.items()}
+    result = []
+    for pair in pairs:
+        apart = np.linalg.norm(centres[id(pair.first)] - centres[id(pair.second)], axis=1)
+        apart -= pair.first.surface.radius + pair.second.surface.radius + 1e-9
+        s = np.array([pair.ends[k] + share * (pair.ends[k + 1] - pair.ends[k]) for k, share in places])
+        result.append(_uncovered(s, apart, pair.length))
+    return result
+
+
+def _stations(path: Path, weights: Array) -> list[tuple[int, float]]:
+    """Places along the path about `SPACING` of motion apart, every way point among them."""
+    lengths = path.steps @ weights
+    spacing = max(SPACING, float(lengths.sum()) / STATIONS)
+    result: list[tuple[int, float]] = []
+    for piece, length in enumerate(lengths):
+        count = max(1, int(np.ceil(length / spacing)))
+        result.extend((piece, k / count) for k in range(count))
+    return [*result, (len(lengths) - 1, 1.0)]
+
+
+def _centres(thing: Thing, joints: Sequence[Array]) -> Array:
+    return np.array([pose[:3, :3] @ thing.surface.centre + pose[:3, 3] for pose in map(thing.pose, joints)])
+
+
+def _uncovered(s: Array, apart: Array, length: float) -> list[tuple[float, float]]:
+    """What of [0, length] no ball (s - apart, s + apart) covers."""
+    result: list[tuple[float, float]] = []
+    reached = 0.0  # everything before is covered
+    for centre, radius in zip(s, apart, strict=True):
+        if radius <= 0.0:
+            continue
+        if centre - radius > reached:
+            result.append((reached, float(centre - radius)))
+        reached = max(reached, float(centre + radius))
+    if reached < length or not (apart > 0).any():
+        result.append((reached, length))
+    return result
+
+
+Told = Callable[[str, str, Contact], None]

@@ -1,0 +1,51 @@
+"""Verifies a plan: the graph, the files, the knowledge of every branch, and every motion."""
+
+from typing import Any
+
+from kabo.language import Problem
+from kabo.plan import Plan, plan_statistics
+from kabo.verify.files import check_files
+from kabo.verify.replay import replay
+from kabo.verify.report import Finding, Report
+from kabo.verify.structure import check_structure
+
+WITHOUT_GEOMETRY = "the plan was made with --geometry none: its motions do not exist and were not verified"
+
+
+def verify_plan(problem: Problem, plan: Plan, *, knowledge_only: bool = False) -> Report:
+    """Whether a plan solves a problem: every branch reaches the goal, and every motion is its action's and is free.
+
+    Args:
+        problem: the problem as its files say it now.
+        plan: the plan to judge.
+        knowledge_only: leave geometry out; the report says so.
+
+    Raises:
+        InputError: the scene's meshes or URDFs do not load.
+    """
+    order, findings = check_structure(plan)
+    if not order:
+        return Report(tuple(findings), knowledge_only=knowledge_only)
+    branches = sum(1 for name in order if plan.nodes[name].branches)
+    leaves = plan_statistics(plan).plan_leaves
+    played = replay(plan, problem, order)
+    findings += played.findings
+    geometry = problem.scene is not None and not knowledge_only
+    notes = [] if problem.scene is None or geometry else [_left_out(plan)]
+    figures: dict[str, Any] = {}
+    files = dict(problem.files)
+    if geometry:
+        from kabo.verify.geometry import check_geometry
+
+        files, more, figures = check_geometry(problem, plan, order)
+        findings += more
+    elif problem.scene is None and any(node.motion for node in plan.nodes.values()) or plan.start is not None:
+        findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
+    findings = [*check_files(plan, problem.name, problem.path.parent, files), *findings]
+    return Report(tuple(findings), tuple(notes), knowledge_only, branches, leaves, played.states, **figures)
+
+
+def _left_out(plan: Plan) -> str:
+    if plan.start is None:
+        return WITHOUT_GEOMETRY
+    return "only the knowledge was verified, no motion"
