@@ -7,7 +7,7 @@ cheek on one side and the upper one a cheek on the other, which gives the arm it
 import math
 
 from scripts.robot_files import LEFT, RIGHT, UP, Joint, RobotModel
-from scripts.solids import Detail, Solid, bolt_circle, bore, cut, cylinder, hub, revolved, union, upright_slab
+from scripts.solids import Detail, Solid, bolt_circle, bore, cut, cylinder, revolved, union, upright_slab
 
 BOLT = 0.003  # radius of the screw holes
 GAP = 0.002  # between the cheeks of a bend
@@ -37,19 +37,40 @@ def arm7(detail: Detail) -> RobotModel:
 
 def _joints() -> list[Joint]:
     joints = []
-    for number, (height, axis, limit, speed) in enumerate(zip(HEIGHTS, AXES, LIMITS, SPEEDS, strict=True), start=1):
+    for number, (height, axis, limit, speed) in enumerate(
+        zip(HEIGHTS, AXES, LIMITS, SPEEDS, strict=True), start=1
+    ):
         parent = "base_link" if number == 1 else f"link_{number - 1}"
         bounds = (-math.radians(limit), math.radians(limit))
-        joints.append(Joint(f"joint_{number}", parent, f"link_{number}", (0.0, 0.0, height), axis, "revolute", bounds,
-                            math.radians(speed)))
+        joints.append(
+            Joint(
+                f"joint_{number}",
+                parent,
+                f"link_{number}",
+                (0.0, 0.0, height),
+                axis,
+                "revolute",
+                bounds,
+                math.radians(speed),
+            )
+        )
     return [*joints, Joint("flange", "link_7", "tool0", (0.0, 0.0, FLANGE), kind="fixed")]
 
 
 def _base(d: Detail) -> Solid:
     """Mounting flange with its bores, and a waisted column."""
     foot = cut(cylinder(0.1, (0.0, 0.018), 0.003, d), [bolt_circle(0.09, 8, BOLT, (-0.01, 0.03), d)])
-    column = revolved([(0.04, 0.01, 0.0), (0.078, 0.01, 0.0), (0.074, 0.07, 0.03), (0.068, 0.11, 0.02),
-                       (0.068, 0.145, 0.004), (0.04, 0.145, 0.0)], d)
+    column = revolved(
+        [
+            (0.04, 0.01, 0.0),
+            (0.078, 0.01, 0.0),
+            (0.074, 0.07, 0.03),
+            (0.068, 0.11, 0.02),
+            (0.068, 0.145, 0.004),
+            (0.04, 0.145, 0.0),
+        ],
+        d,
+    )
     return union([foot, column])
 
 
@@ -92,7 +113,16 @@ def _wrist(d: Detail) -> Solid:
 
 def _flange(d: Detail) -> Solid:
     """The media flange: seven threaded holes and a shallow centring recess."""
-    disc = revolved([(0.015, 0.01, 0.0), (0.036, 0.01, 0.002), (0.036, 0.02, 0.002), (0.041, 0.023, 0.001),
-                     (0.041, FLANGE, 0.002), (0.015, FLANGE, 0.0)], d)
+    disc = revolved(
+        [
+            (0.015, 0.01, 0.0),
+            (0.036, 0.01, 0.002),
+            (0.036, 0.02, 0.002),
+            (0.041, 0.023, 0.001),
+            (0.041, FLANGE, 0.002),
+            (0.015, FLANGE, 0.0),
+        ],
+        d,
+    )
     holes = bolt_circle(0.025, 7, BOLT, (FLANGE - 0.012, FLANGE + 0.01), d)
     return cut(disc, [holes, bore(0.0157, (FLANGE - 0.003, FLANGE + 0.01), d)])

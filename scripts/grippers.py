@@ -35,10 +35,22 @@ def gripper(size: Size, detail: Detail) -> RobotModel:
     origin, limits = (0.0, 0.0, size.rail), (0.0, size.travel)
     joints = [
         Joint("finger_joint", "palm", "left_finger", origin, LEFT, "prismatic", limits, 0.15),
-        Joint("finger_joint_2", "palm", "right_finger", origin, LEFT, "prismatic", limits, 0.15,
-              mimic="finger_joint", rpy=(0.0, 0.0, math.pi)),
+        Joint(
+            "finger_joint_2",
+            "palm",
+            "right_finger",
+            origin,
+            LEFT,
+            "prismatic",
+            limits,
+            0.15,
+            mimic="finger_joint",
+            rpy=(0.0, 0.0, math.pi),
+        ),
     ]
-    return RobotModel(size.name, {"palm": _palm(size, detail), "left_finger": finger, "right_finger": finger}, joints)
+    return RobotModel(
+        size.name, {"palm": _palm(size, detail), "left_finger": finger, "right_finger": finger}, joints
+    )
 
 
 def _palm(size: Size, d: Detail) -> Solid:

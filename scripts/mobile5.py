@@ -21,7 +21,9 @@ def mobile5(detail: Detail) -> RobotModel:
     """The robot, with link solids in their own frames."""
     finger = _finger(detail)
     links: dict[str, Solid | None] = {
-        "world_link": None, "slide_x": None, "slide_y": None,
+        "world_link": None,
+        "slide_x": None,
+        "slide_y": None,
         "base_link": _platform(detail),
         "arm_link_1": _turret(detail),
         "arm_link_2": _upper_arm(detail),
@@ -45,12 +47,26 @@ def _base_joints() -> list[Joint]:
 
 
 def _arm_joints() -> list[Joint]:
-    places = [("base_link", (MOUNT, 0.0, TURRET), UP, 169.0), ("arm_link_1", (SHOULDER_OFFSET, 0.0, SHOULDER_HEIGHT), LEFT, 90.0),
-              ("arm_link_2", (0.0, 0.0, UPPER_ARM), LEFT, 150.0), ("arm_link_3", (0.0, 0.0, FOREARM), LEFT, 110.0),
-              ("arm_link_4", (0.0, 0.0, ROLL), UP, 169.0)]
-    return [Joint(f"arm_joint_{k}", parent, f"arm_link_{k}", origin, axis, "revolute",
-                  (-math.radians(limit), math.radians(limit)), math.radians(90.0))
-            for k, (parent, origin, axis, limit) in enumerate(places, start=1)]
+    places = [
+        ("base_link", (MOUNT, 0.0, TURRET), UP, 169.0),
+        ("arm_link_1", (SHOULDER_OFFSET, 0.0, SHOULDER_HEIGHT), LEFT, 90.0),
+        ("arm_link_2", (0.0, 0.0, UPPER_ARM), LEFT, 150.0),
+        ("arm_link_3", (0.0, 0.0, FOREARM), LEFT, 110.0),
+        ("arm_link_4", (0.0, 0.0, ROLL), UP, 169.0),
+    ]
+    return [
+        Joint(
+            f"arm_joint_{k}",
+            parent,
+            f"arm_link_{k}",
+            origin,
+            axis,
+            "revolute",
+            (-math.radians(limit), math.radians(limit)),
+            math.radians(90.0),
+        )
+        for k, (parent, origin, axis, limit) in enumerate(places, start=1)
+    ]
 
 
 def _gripper_joints() -> list[Joint]:
@@ -58,8 +74,18 @@ def _gripper_joints() -> list[Joint]:
     return [
         Joint("gripper_mount", "arm_link_5", "gripper_base", (0.0, 0.0, HAND), kind="fixed"),
         Joint("finger_joint", "gripper_base", "left_finger", origin, LEFT, "prismatic", limits, 0.1),
-        Joint("finger_joint_2", "gripper_base", "right_finger", origin, LEFT, "prismatic", limits, 0.1,
-              mimic="finger_joint", rpy=(0.0, 0.0, math.pi)),
+        Joint(
+            "finger_joint_2",
+            "gripper_base",
+            "right_finger",
+            origin,
+            LEFT,
+            "prismatic",
+            limits,
+            0.1,
+            mimic="finger_joint",
+            rpy=(0.0, 0.0, math.pi),
+        ),
     ]
 
 
@@ -67,7 +93,9 @@ def _platform(d: Detail) -> Solid:
     """Deck, four wheels, the column of the arm."""
     deck = block((-0.22, 0.22), (-0.15, 0.15), (0.045, DECK), 0.02, d)
     column = cylinder(0.06, (DECK - 0.02, TURRET - 0.008), 0.006, d).translate((MOUNT, 0.0, 0.0))
-    wheels = [hub((x, 0.05), 0.05, span, 0.006, d) for x in (-0.14, 0.14) for span in ((-0.19, -0.146), (0.146, 0.19))]
+    wheels = [
+        hub((x, 0.05), 0.05, span, 0.006, d) for x in (-0.14, 0.14) for span in ((-0.19, -0.146), (0.146, 0.19))
+    ]
     screws = bolt_circle(0.05, 6, BOLT, (DECK - 0.01, DECK + 0.003), d).translate((-0.10, 0.0, 0.0))
     return cut(union([deck, column, *wheels]), [screws])
 

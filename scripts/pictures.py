@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 import kabo
 from kabo.scene import Mesh, link_poses, world_T
-from scripts.generate_meshes import MESHES, ROBOTS, THINGS
 
 ROOT = Path(__file__).resolve().parent.parent
 WINDOW = (1100, 750)
@@ -52,10 +51,19 @@ def _stage(camera: tuple[float, float, float], focus: tuple[float, float, float]
     return plotter
 
 
-def _add(plotter: pyvista.Plotter, mesh: Mesh, pose: NDArray[np.float64], colour: str, opacity: float = 1.0) -> None:
+def _add(
+    plotter: pyvista.Plotter, mesh: Mesh, pose: NDArray[np.float64], colour: str, opacity: float = 1.0
+) -> None:
     surface = _surface(mesh.vertices, mesh.faces).transform(pose, inplace=False)
-    plotter.add_mesh(surface, color=colour, opacity=opacity, specular=0.3, split_sharp_edges=True, smooth_shading=True,
-                     feature_angle=25.0)
+    plotter.add_mesh(
+        surface,
+        color=colour,
+        opacity=opacity,
+        specular=0.3,
+        split_sharp_edges=True,
+        smooth_shading=True,
+        feature_angle=25.0,
+    )
 
 
 def draw_scene(view: View) -> None:

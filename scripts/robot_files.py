@@ -42,7 +42,9 @@ class RobotModel:
 def write_robot(robot: RobotModel, folder: Path) -> dict[str, int]:
     """Writes `<name>.urdf` and a mesh per link into `folder`; returns the triangles of each link."""
     folder.mkdir(parents=True, exist_ok=True)
-    counts = {name: write_stl(folder / f"{name}.stl", solid) for name, solid in robot.links.items() if solid is not None}
+    counts = {
+        name: write_stl(folder / f"{name}.stl", solid) for name, solid in robot.links.items() if solid is not None
+    }
     lines = ['<?xml version="1.0"?>', f'<robot name="{robot.name}">']
     for name, solid in robot.links.items():
         lines += [f'  <link name="{name}"/>'] if solid is None else _link(name)
@@ -54,18 +56,27 @@ def write_robot(robot: RobotModel, folder: Path) -> dict[str, int]:
 
 def _link(name: str) -> list[str]:
     geometry = f'<geometry><mesh filename="{name}.stl"/></geometry>'
-    return [f'  <link name="{name}">', f"    <visual>{geometry}</visual>",
-            f"    <collision>{geometry}</collision>", "  </link>"]
+    return [
+        f'  <link name="{name}">',
+        f"    <visual>{geometry}</visual>",
+        f"    <collision>{geometry}</collision>",
+        "  </link>",
+    ]
 
 
 def _joint(joint: Joint) -> list[str]:
-    lines = [f'  <joint name="{joint.name}" type="{joint.kind}">',
-             f'    <parent link="{joint.parent}"/>', f'    <child link="{joint.child}"/>',
-             f'    <origin xyz="{_text(joint.origin)}" rpy="{_text(joint.rpy)}"/>']
+    lines = [
+        f'  <joint name="{joint.name}" type="{joint.kind}">',
+        f'    <parent link="{joint.parent}"/>',
+        f'    <child link="{joint.child}"/>',
+        f'    <origin xyz="{_text(joint.origin)}" rpy="{_text(joint.rpy)}"/>',
+    ]
     if joint.limits is not None:
         lower, upper = joint.limits
-        lines += [f'    <axis xyz="{_text(joint.axis)}"/>',
-                  f'    <limit lower="{lower:.9g}" upper="{upper:.9g}" velocity="{joint.speed:.9g}" effort="100"/>']
+        lines += [
+            f'    <axis xyz="{_text(joint.axis)}"/>',
+            f'    <limit lower="{lower:.9g}" upper="{upper:.9g}" velocity="{joint.speed:.9g}" effort="100"/>',
+        ]
     if joint.mimic is not None:
         lines += [f'    <mimic joint="{joint.mimic}" multiplier="1" offset="0"/>']
     return [*lines, "  </joint>"]

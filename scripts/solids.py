@@ -67,8 +67,9 @@ def rounded(corners: Sequence[tuple[float, float, float]], steps: int) -> list[t
     return [*points, corners[-1][:2]]
 
 
-def _arc(before: Sequence[float], corner: Sequence[float], after: Sequence[float], radius: float, steps: int
-         ) -> list[tuple[float, float]]:
+def _arc(
+    before: Sequence[float], corner: Sequence[float], after: Sequence[float], radius: float, steps: int
+) -> list[tuple[float, float]]:
     """Points on the circle that touches both sides of a corner."""
     first = np.subtract(before, corner) / math.dist(before, corner)
     second = np.subtract(after, corner) / math.dist(after, corner)
@@ -78,12 +79,17 @@ def _arc(before: Sequence[float], corner: Sequence[float], after: Sequence[float
     start, end = (np.asarray(corner) + side * radius / math.tan(half) - centre for side in (first, second))
     turn = math.atan2(start[0] * end[1] - start[1] * end[0], float(start @ end))
     angles = [turn * k / steps for k in range(steps + 1)]
-    return [(float(centre[0] + math.cos(a) * start[0] - math.sin(a) * start[1]),
-             float(centre[1] + math.sin(a) * start[0] + math.cos(a) * start[1])) for a in angles]
+    return [
+        (
+            float(centre[0] + math.cos(a) * start[0] - math.sin(a) * start[1]),
+            float(centre[1] + math.sin(a) * start[0] + math.cos(a) * start[1]),
+        )
+        for a in angles
+    ]
 
 
 def revolved(corners: Sequence[tuple[float, float, float]], detail: Detail) -> Solid:
-    """The solid of revolution around z of an outline of (r, z, fillet radius) corners, all r > 0, bottom to top."""
+    """The solid of revolution around z of an outline of (r, z, fillet radius) corners, r > 0, from the bottom up."""
     outline = rounded(corners, detail.fillet_steps)
     turns = [2.0 * math.pi * k / detail.segments for k in range(detail.segments)]
     return lofted(np.array([[(r * math.cos(a), r * math.sin(a), z) for a in turns] for r, z in outline]))
@@ -94,7 +100,9 @@ def cylinder(radius: float, span: Box, fillet: float, detail: Detail, top_radius
     low, high = span
     top = radius if top_radius is None else top_radius
     inner, inner_top = (radius - fillet) * 0.5, (top - fillet) * 0.5
-    return revolved([(inner, low, 0.0), (radius, low, fillet), (top, high, fillet), (inner_top, high, 0.0)], detail)
+    return revolved(
+        [(inner, low, 0.0), (radius, low, fillet), (top, high, fillet), (inner_top, high, 0.0)], detail
+    )
 
 
 def bore(radius: float, span: Box, detail: Detail) -> Solid:

@@ -14,10 +14,21 @@ CRATE_WALL, CRATE_FLOOR = 0.01, 0.01
 
 
 def bottle(d: Detail) -> Solid:
-    """A beer bottle: cylindrical up to 0.15 m, shoulder, neck with a ring for the crown cap; a shallow punt below."""
-    outline = revolved([(0.01, 0.0, 0.0), (BOTTLE_RADIUS, 0.0, 0.004), (BOTTLE_RADIUS, 0.155, 0.03),
-                        (0.0135, 0.19, 0.02), (0.0125, 0.225, 0.002), (0.0145, 0.2255, 0.0005),
-                        (0.0145, 0.236, 0.0005), (0.0125, BOTTLE_HEIGHT, 0.001), (0.006, BOTTLE_HEIGHT, 0.0)], d)
+    """A beer bottle: cylindrical up to 0.148 m, shoulder, neck with a ring for the cap; a shallow punt below."""
+    outline = revolved(
+        [
+            (0.01, 0.0, 0.0),
+            (BOTTLE_RADIUS, 0.0, 0.004),
+            (BOTTLE_RADIUS, 0.155, 0.03),
+            (0.0135, 0.19, 0.02),
+            (0.0125, 0.225, 0.002),
+            (0.0145, 0.2255, 0.0005),
+            (0.0145, 0.236, 0.0005),
+            (0.0125, BOTTLE_HEIGHT, 0.001),
+            (0.006, BOTTLE_HEIGHT, 0.0),
+        ],
+        d,
+    )
     punt = cylinder(0.024, (-0.01, 0.0025), 0.002, d)
     return cut(outline, [punt])
 
@@ -36,14 +47,20 @@ def crate(d: Detail) -> Solid:
     """A low dishwasher tray: a floor and four walls, with two handles cut into opposite walls."""
     x, y, height = CRATE[0] / 2.0, CRATE[1] / 2.0, CRATE[2]
     outer = block((-x, x), (-y, y), (0.0, height), 0.004, d)
-    inner = block((CRATE_WALL - x, x - CRATE_WALL), (CRATE_WALL - y, y - CRATE_WALL), (CRATE_FLOOR, 2.0 * height), 0.004, d)
+    inner = block(
+        (CRATE_WALL - x, x - CRATE_WALL), (CRATE_WALL - y, y - CRATE_WALL), (CRATE_FLOOR, 2.0 * height), 0.004, d
+    )
     return cut(outer, [inner])
 
 
 def table(d: Detail) -> Solid:
     """A table of 0.5 x 0.85 m, 0.4 m high: a plate on four legs."""
     plate = block((-0.25, 0.25), (-0.425, 0.425), (0.37, 0.4), 0.004, d)
-    legs = [cylinder(0.025, (0.0, 0.38), 0.004, d).translate((x, y, 0.0)) for x in (-0.21, 0.21) for y in (-0.385, 0.385)]
+    legs = [
+        cylinder(0.025, (0.0, 0.38), 0.004, d).translate((x, y, 0.0))
+        for x in (-0.21, 0.21)
+        for y in (-0.385, 0.385)
+    ]
     return union([plate, *legs])
 
 
@@ -55,8 +72,17 @@ def wooden_block(d: Detail) -> Solid:
 
 def tap(d: Detail) -> Solid:
     """A beer tap on its column: what stands in the way on a bar."""
-    column = revolved([(0.02, 0.0, 0.0), (0.05, 0.0, 0.003), (0.05, 0.015, 0.003), (0.028, 0.03, 0.02),
-                       (0.026, 0.42, 0.008), (0.012, 0.42, 0.0)], d)
+    column = revolved(
+        [
+            (0.02, 0.0, 0.0),
+            (0.05, 0.0, 0.003),
+            (0.05, 0.015, 0.003),
+            (0.028, 0.03, 0.02),
+            (0.026, 0.42, 0.008),
+            (0.012, 0.42, 0.0),
+        ],
+        d,
+    )
     spout = bore(0.011, (0.0, 0.075), d).rotate((0.0, 90.0, 0.0)).translate((0.0, 0.0, 0.36))
     mouth = bore(0.01, (0.31, 0.368), d).translate((0.07, 0.0, 0.0))
     lever = cylinder(0.009, (0.40, 0.47), 0.003, d, top_radius=0.014)

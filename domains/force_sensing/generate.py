@@ -62,5 +62,7 @@ def _room(n: int) -> tuple[float, float]:
 def _body(name: str, index: int) -> str:
     row, column = index % 2, index // 2
     across = (0.0, -1.0, 1.0, -2.0, 2.0)[column] * CELL
-    return (f"  {name}: {{model: cup, pose: {{frame: source_table, "
-            f"position: [{ROWS[row]}, {across:.2f}, {TABLE_HEIGHT}]}}}}")
+    return (
+        f"  {name}: {{model: cup, pose: {{frame: source_table, "
+        f"position: [{ROWS[row]}, {across:.2f}, {TABLE_HEIGHT}]}}}}"
+    )

@@ -24,7 +24,7 @@ options: {{search: breadth-first}}
 
 
 def problem(n: int, home: str = "") -> str:
-    """The text of a problem file with n blocks, whose shortest plan has 2 n - 1 actions; `home` leads to this folder.
+    """The text of a problem with n blocks, whose shortest plan has 2 n - 1 actions; `home` leads to this folder.
 
     Raises:
         kabo.InputError: fewer than two blocks.
