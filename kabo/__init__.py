@@ -1,7 +1,7 @@
 """kabo: combined task and motion planning on the knowledge level, with bounded geometric predicates.
 
-The façade: `load_problem`, `solve`, `verify`, `load_scene`, `GeometryServer` and the data they speak of. It imports
-nothing itself; each name loads its room when it is first used, so that `import kabo` takes milliseconds.
+The façade: `load_problem`, `solve`, `verify`, `load_scene`, `GeometryServer` and the data they speak of. It
+imports nothing itself; each name loads its room when it is first used, so that `import kabo` takes milliseconds.
 """
 
 from importlib import import_module

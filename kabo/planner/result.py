@@ -5,11 +5,11 @@ the schema `kabo-result-1` speak of (LANGUAGE section 7), whichever door the req
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 from kabo.errors import Diagnostic, InputError
-from kabo.plan import Plan, plan_hash
+from kabo.plan import Plan, plan_hash, plan_statistics
 
 Status = Literal["solved", "no_plan", "exhausted"]
 
@@ -23,6 +23,7 @@ COUNTS = (
     "pair_checks",
     "positive_collision_checks",
 )
+PLAN_FIGURES = ("plan_actions", "plan_leaves", "plan_nodes", "waypoints")
 SECONDS = ("collision_s", "geometric_s", "load_s", "symbolic_s", "total_s")
 
 
@@ -105,42 +106,6 @@ def diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     return {name: getattr(diagnostic, name) for name in names}
 
 
-def plan_figures(plan: Plan | None) -> dict[str, int | None]:
-    """Size of a plan: actions on the longest branch, nodes, leaves (ways from root to goal), way points.
-
-    Nodes that several ways share are counted once in `plan_nodes` and `waypoints`, and each way in `plan_leaves`.
-    """
-    if plan is None:
-        return dict.fromkeys(("plan_actions", "plan_nodes", "plan_leaves", "waypoints"))
-    longest: dict[str, int] = {}
-    leaves: dict[str, int] = {}
-    for name in _leaves_first(plan):
-        node = plan.nodes[name]
-        acts = node.kind in ("action", "sense")
-        longest[name] = acts + max((longest[after] for after in node.successors), default=0)
-        leaves[name] = sum(leaves[after] for after in node.successors) or 1
-    waypoints = sum(len(segment.waypoints) for node in plan.nodes.values() for segment in node.motion)
-    return {
-        "plan_actions": longest[plan.root],
-        "plan_nodes": len(plan.nodes),
-        "plan_leaves": leaves[plan.root],
-        "waypoints": waypoints,
-    }
-
-
-def _leaves_first(plan: Plan) -> list[str]:
-    """Every node that the root reaches, each after all that may follow it (no recursion: plans may be long)."""
-    order: dict[str, None] = {}
-    open_nodes = [plan.root]
-    while open_nodes:
-        waiting = [after for after in plan.nodes[open_nodes[-1]].successors if after not in order]
-        if waiting:
-            open_nodes.extend(waiting)
-        else:
-            order.setdefault(open_nodes.pop())
-    return list(order)
-
-
 def _statistics(result: Result) -> dict[str, Any]:
     known = result.statistics
     figures: dict[str, Any] = {name: int(known.get(name, 0)) for name in COUNTS}
@@ -149,7 +114,8 @@ def _statistics(result: Result) -> dict[str, Any]:
         name: {"calls": int(row["calls"]), "failures": dict(row["failures"])}
         for name, row in known.get("procedures", {}).items()
     }
-    return figures | plan_figures(result.plan)
+    plan = dict.fromkeys(PLAN_FIGURES) if result.plan is None else asdict(plan_statistics(result.plan))
+    return figures | plan
 
 
 def _reason(reason: Reason) -> dict[str, Any]:

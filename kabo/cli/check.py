@@ -1,0 +1,38 @@
+"""`kabo check`: everything that is wrong in files of any kind, all at once."""
+
+import argparse
+from pathlib import Path
+
+from kabo.cli import exit_codes
+from kabo.cli.terminal import clean_standard_output, print_json, tell
+
+NAME = "check"
+HELP = "report all errors in domain, problem and scene files, with their places and remedies"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo check`."""
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="domain, problem or scene files")
+    parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints every finding; exit code 2 if one of them is an error."""
+    from kabo.planner.result import diagnostic_to_json
+    from kabo.service import check_files
+
+    with clean_standard_output():
+        found = check_files(options.files)
+    errors = sum(finding.severity == "error" for finding in found)
+    if options.json:
+        print_json({"valid": errors == 0, "diagnostics": [diagnostic_to_json(finding) for finding in found]})
+    else:
+        for finding in found:
+            tell(str(finding))
+        counts = (_count(errors, "error"), _count(len(found) - errors, "warning"))
+        tell(f"{_count(len(options.files), 'file')}: {', '.join(counts)}")
+    return exit_codes.BAD_INPUT if errors else exit_codes.DONE
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -1,0 +1,73 @@
+"""`kabo generate`: a problem of a given size, by the rule that lies beside its domain.
+
+The rule is `problem(n, home)` in `domains/<name>/generate.py`: it returns the text of a problem file, where `home`
+leads from the folder of that file to the domain's. kabo itself knows no scenario.
+"""
+
+import argparse
+import importlib.util
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import kabo
+from kabo.cli import exit_codes
+from kabo.cli.solving import natural, output_file
+from kabo.errors import Diagnostic, InputError, did_you_mean
+
+NAME = "generate"
+HELP = "write a problem file of size N for one of the domains"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo generate`."""
+    parser.add_argument("domain", metavar="DOMAIN", help="a name under domains/, or a folder with generate.py")
+    parser.add_argument("--n", type=natural, required=True, metavar="N", help="the size, as the domain counts it")
+    parser.add_argument(
+        "-o", dest="output", type=output_file, required=True, metavar="FILE", help="the problem file"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the problem with paths relative to its file, and prints the file's path."""
+    from kabo.plan import write_atomically
+
+    folder = domain_folder(options.domain)
+    text = _rule(folder)(options.n, home_from(options.output.parent, folder))
+    write_atomically(options.output, text.encode())
+    print(options.output)
+    return exit_codes.DONE
+
+
+def domain_folder(name: str) -> Path:
+    """The folder of a domain with a generator: a path, beside the current folder, or as shipped with kabo.
+
+    Raises:
+        InputError: there is none of this name; says which one may have been meant.
+    """
+    if (Path(name) / "generate.py").is_file():
+        return Path(name)
+    package = Path(kabo.__file__).parent
+    homes = [Path("domains"), package.parent / "domains", package / "data" / "domains"]
+    for home in homes:
+        if (home / name / "generate.py").is_file():
+            return home / name
+    known = sorted({found.parent.name for home in homes for found in home.glob("*/generate.py")})
+    hint = did_you_mean(name, known) or f"domains with a generator: {', '.join(known) or 'none'}"
+    raise InputError([Diagnostic(name, 1, 1, "no such domain with a generate.py", hint)])
+
+
+def home_from(start: Path, folder: Path) -> str:
+    """The way from one folder to another as a prefix of relative paths: empty, or ending with `/`."""
+    way = Path(os.path.relpath(folder.resolve(), start.resolve())).as_posix()
+    return "" if way == "." else f"{way}/"
+
+
+def _rule(folder: Path) -> Callable[[int, str], str]:
+    path = folder / "generate.py"
+    specification = importlib.util.spec_from_file_location(f"kabo_generator_{folder.name}", path)
+    assert specification is not None and specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    rule: Callable[[int, str], str] = module.problem
+    return rule

@@ -1,0 +1,70 @@
+"""The entry of `kabo`: chooses the command, and is the outer edge where every error becomes an exit code."""
+
+import argparse
+import json
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from types import ModuleType
+
+from kabo import __version__
+from kabo.cli import check, exit_codes, generate, request, serve, solve, verify
+from kabo.errors import InputError, KaboError, ServiceError
+
+COMMANDS: tuple[ModuleType, ...] = (solve, verify, check, generate, serve, request)
+REPORT = "please report it with this text and the files: it is a defect of kabo, not of your input"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit code; errors are told on standard error, in one place."""
+    options = parser().parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except KeyboardInterrupt:
+        print("kabo: interrupted; nothing was written", file=sys.stderr)
+        return exit_codes.INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, as in `kabo solve … | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return exit_codes.DONE
+    except Exception as error:  # noqa: BLE001 - the outer edge
+        return _told(error, as_json=getattr(options, "json", False))
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line as argparse sees it; `run` of the parsed options is the command."""
+    top = argparse.ArgumentParser(
+        prog="kabo",
+        description="Combined task and motion planning on the knowledge level, with bounded geometric predicates.",
+    )
+    top.add_argument("--version", action="version", version=f"kabo {__version__}")
+    commands = top.add_subparsers(metavar="COMMAND", required=True)
+    for command in COMMANDS:
+        own = commands.add_parser(command.NAME, help=command.HELP, description=command.HELP)
+        command.add_arguments(own)
+        own.set_defaults(run=command.run)
+    return top
+
+
+def _told(error: Exception, *, as_json: bool) -> int:
+    """Says what went wrong to people and (with --json) as one object `{code, message}`; returns the exit code."""
+    from kabo.service import missing_library
+
+    if isinstance(error, InputError):
+        code, message, exit_code = "bad_request", str(error), exit_codes.BAD_INPUT
+    elif isinstance(error, ServiceError):
+        code, message, exit_code = error.code, str(error), exit_codes.BY_CODE.get(error.code, exit_codes.SERVICE)
+    elif isinstance(error, OSError) and error.filename is not None:
+        code, message, exit_code = "bad_request", f"{error.filename}: {error.strerror}", exit_codes.BAD_INPUT
+    elif (remedy := missing_library(error)) is not None:
+        code, message, exit_code = "failed", remedy, exit_codes.DEFECT
+    elif isinstance(error, KaboError):
+        code, message, exit_code = "failed", str(error), exit_codes.DEFECT
+    else:
+        code, message, exit_code = "failed", f"{type(error).__name__}: {error}", exit_codes.DEFECT
+        print("".join(traceback.format_exception(error)), file=sys.stderr, end="")
+        print(f"kabo: a defect of kabo {__version__}; {REPORT}", file=sys.stderr)
+    print(message if isinstance(error, InputError) else f"kabo: {message}", file=sys.stderr)
+    if as_json:
+        print(json.dumps({"code": code, "message": message}))
+    return exit_code

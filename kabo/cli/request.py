@@ -1,0 +1,64 @@
+"""`kabo request`: `kabo solve` on a server; the same options, output and files."""
+
+import argparse
+import uuid
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kabo.cli.solving import add_search_arguments, chosen_options, finish
+from kabo.cli.terminal import shown_progress, tell
+from kabo.errors import Diagnostic, InputError
+
+if TYPE_CHECKING:
+    from kabo.service.client import ProblemFor, Reply
+
+NAME = "request"
+HELP = "ask a server to solve a problem file; the same answer as from `kabo solve`"
+DEADLINE_S = 3600.0
+LOADING_S = 60.0  # what a server may need beside the search: reading, compiling once
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo request`."""
+    add_search_arguments(parser)
+    parser.add_argument(
+        "--connect", action="append", default=[], metavar="ENDPOINT", help="e.g. tcp/127.0.0.1:7447"
+    )
+    parser.add_argument(
+        "--config", type=Path, metavar="FILE", help="a zenoh configuration (JSON5): TLS, passwords"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Sends the problem, shows the answer, and writes the plan file if there is a plan."""
+    from kabo.planner.result import invalid_to_json
+    from kabo.service import problem_for
+
+    identifier = uuid.uuid4().hex
+    try:
+        problem = problem_for(options.problem)
+    except InputError as error:  # a server would say the same
+        if not options.json:
+            tell(str(error))
+        return finish({**invalid_to_json(error), "id": identifier}, None, options)
+    reply = _asked(problem, identifier, options)
+    if not options.json:
+        for fields in reply.body["diagnostics"]:
+            tell(str(Diagnostic(**fields)))
+    return finish(reply.body, reply.plan, options)
+
+
+def _asked(problem: "ProblemFor", identifier: str, options: argparse.Namespace) -> "Reply":
+    """The reply; Ctrl-C cancels the job on the server, too."""
+    from kabo.planner.result import Progress
+    from kabo.service import Client, client_config
+
+    deadline_s = DEADLINE_S if options.timeout is None else options.timeout + LOADING_S
+    with Client(client_config(options.connect, options.config)) as client, shown_progress() as report:
+        show = None if report is None else lambda body: report(Progress(**body))
+        chosen = chosen_options(options)
+        try:
+            return client.solve(problem, chosen, deadline_s=deadline_s, identifier=identifier, on_progress=show)
+        except KeyboardInterrupt:
+            client.cancel(identifier)
+            raise

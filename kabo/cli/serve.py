@@ -1,0 +1,49 @@
+"""`kabo serve`: answers requests over zenoh until it is told to end."""
+
+import argparse
+import signal
+import threading
+from pathlib import Path
+
+from kabo.cli import exit_codes
+from kabo.cli.solving import natural
+from kabo.cli.terminal import tell
+
+NAME = "serve"
+HELP = "answer requests over zenoh; without endpoints, on the loopback default"
+PATIENCE_S = 10.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo serve`."""
+    parser.add_argument(
+        "--listen", action="append", default=[], metavar="ENDPOINT", help="e.g. tcp/127.0.0.1:7447"
+    )
+    parser.add_argument(
+        "--connect", action="append", default=[], metavar="ENDPOINT", help="a zenoh router or peer"
+    )
+    parser.add_argument("--workers", type=natural, default=2, metavar="N", help="worker processes (default: 2)")
+    parser.add_argument(
+        "--config", type=Path, metavar="FILE", help="a zenoh configuration (JSON5): TLS, access rules"
+    )
+    parser.add_argument(
+        "--root", type=Path, metavar="FOLDER", help="requests may name problem files below this folder"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serves until SIGTERM or Ctrl-C; a second one does not wait for running jobs."""
+    from kabo.service import Server, Settings, server_config
+
+    config = server_config(options.listen, options.connect, options.config)
+    server = Server(config, Settings(workers=max(1, options.workers), root=options.root))
+    told = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: told.set())
+    tell(f"kabo: {server.name} is ready")
+    told.wait()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, signal.SIG_DFL)
+    tell("kabo: finishing running jobs")
+    server.close(PATIENCE_S)
+    return exit_codes.DONE

@@ -1,0 +1,111 @@
+"""What `solve` and `request` share: the options of a search, and how its answer is shown and written."""
+
+import argparse
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from kabo.cli import exit_codes
+from kabo.cli.terminal import print_json, tell
+
+SEARCHES = ("breadth-first", "depth-first", "iterative-deepening")
+
+
+def add_search_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options that say how to search; each that is not given is left to the problem and the scene."""
+    parser.add_argument("problem", type=Path, metavar="PROBLEM", help="the problem file")
+    parser.add_argument("--search", choices=SEARCHES, help="order of the search (default: the best all-round one)")
+    parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
+    parser.add_argument(
+        "--epsilon", type=positive, metavar="E", help="tolerance of geometric predicates in metres"
+    )
+    parser.add_argument("--geometry", choices=("bounding", "exact", "none"), help="how bodies are checked")
+    parser.add_argument(
+        "--geometry-order",
+        choices=("lazy", "eager"),
+        default="lazy",
+        help="when procedures are evaluated: along a finished plan, or at every search node",
+    )
+    parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
+    parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")
+    parser.add_argument("--timeout", type=positive, metavar="S", help="seconds after which the search gives up")
+    parser.add_argument(
+        "-o",
+        dest="output",
+        type=output_file,
+        default=Path("plan.json"),
+        metavar="FILE",
+        help="the plan file (default: plan.json)",
+    )
+    parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+
+
+def chosen_options(options: argparse.Namespace) -> dict[str, Any]:
+    """The options of the search that were given, by the names of the message `SolveOptions`."""
+    names = ("search", "seed", "epsilon", "geometry", "geometry_order", "max_expansions", "max_samples", "timeout")
+    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+
+
+def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namespace) -> int:
+    """Writes the plan if there is one, shows the answer, and returns the exit code.
+
+    Without `--json` the plan's tree goes to standard output, and why there is no plan to standard error.
+    """
+    if plan is not None:
+        from kabo.plan import write_atomically
+
+        write_atomically(options.output, plan)
+        body = {**body, "plan": str(options.output)}
+    if options.json:
+        print_json(body)
+    elif plan is not None:
+        from kabo.plan import describe, plan_from_json
+
+        print(describe(plan_from_json(plan)).rstrip("\n"))
+        tell(f"{options.output}: {_size(body['statistics'])}")
+    if not options.json and body["reason"] is not None:
+        tell(_no_plan(body))
+    return exit_codes.BY_STATUS[body["status"]]
+
+
+def _size(statistics: Mapping[str, Any]) -> str:
+    outcomes = statistics["plan_leaves"]
+    return (
+        f"{statistics['plan_nodes']} nodes, {outcomes} outcome{'' if outcomes == 1 else 's'}, "
+        f"{statistics['plan_actions']} actions on the longest branch, solved in {statistics['total_s']:.1f} s"
+    )
+
+
+def _no_plan(body: Mapping[str, Any]) -> str:
+    reason = body["reason"]
+    said = {
+        "no_plan": f"no plan (proved by {reason['proved']}): ",
+        "exhausted": f"no plan found ({reason.get('budget')} exhausted): ",
+    }.get(body["status"], "")
+    return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in reason["details"])])
+
+
+def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable[[str], Any]:
+    def parsed(text: str) -> float:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value >= least) or (kind is float and value == 0):
+            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}")
+        return value
+
+    return parsed
+
+
+def output_file(text: str) -> Path:
+    """A file to write, in a folder that exists: better said now than after the search."""
+    path = Path(text)
+    if not path.parent.is_dir() or path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is no file in a folder that exists")
+    return path
+
+
+natural = _number(int, 0, "a whole number from 0 on")
+positive = _number(float, 0.0, "a number above 0")

@@ -1,0 +1,65 @@
+"""What commands share at the terminal: progress for people, and a clean standard output.
+
+Standard output carries the answer only (the plan's tree, or one JSON object); all else goes to standard error.
+"""
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from kabo.planner.result import Progress
+
+
+def tell(text: str) -> None:
+    """Says something to people."""
+    print(text, file=sys.stderr)
+
+
+def print_json(answer: Mapping[str, Any]) -> None:
+    """Prints the one JSON object of `--json`."""
+    print(json.dumps(answer, sort_keys=True, ensure_ascii=False, allow_nan=False))
+
+
+@contextmanager
+def shown_progress() -> Iterator["Callable[[Progress], None] | None"]:
+    """A function that shows progress in one line of a terminal; None where standard error is none."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        line = bar.add_task("loading")
+        yield lambda progress: bar.update(line, description=described(progress))
+
+
+def described(progress: "Progress") -> str:
+    """Progress in a line, as `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
+    done = f"{progress.doing}: {progress.expanded} nodes expanded, {progress.generated} generated"
+    return f"{done}, {progress.procedure_calls} procedure calls" if progress.procedure_calls else done
+
+
+@contextmanager
+def clean_standard_output() -> Iterator[None]:
+    """Sends to standard error what libraries in C and C++ write to descriptor 1 meanwhile."""
+    try:
+        out = sys.stdout.fileno()
+    except (OSError, ValueError):  # a test captures standard output without a descriptor
+        yield
+        return
+    sys.stdout.flush()
+    kept = os.dup(out)
+    os.dup2(2, out)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, out)
+        os.close(kept)

@@ -1,0 +1,31 @@
+"""`kabo verify`: whether a plan file keeps what it promises, judged without the planner's code."""
+
+import argparse
+from pathlib import Path
+
+from kabo.cli import exit_codes
+from kabo.cli.terminal import clean_standard_output, print_json, tell
+
+NAME = "verify"
+HELP = "replay a plan over every branch and check every motion against the original meshes"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo verify`."""
+    parser.add_argument("problem", type=Path, metavar="PROBLEM", help="the problem file")
+    parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
+    parser.add_argument("--knowledge-only", action="store_true", help="check no motions, only what is known when")
+    parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints the report; exit code 5 if any finding stands against the plan."""
+    from kabo.service import verify_file
+
+    with clean_standard_output():
+        report = verify_file(options.problem, options.plan, knowledge_only=options.knowledge_only)
+    if options.json:
+        print_json(report.to_dict())
+    else:
+        tell(f"{options.plan}: {report}".rstrip("\n"))
+    return exit_codes.DONE if report.ok else exit_codes.VERIFICATION_FAILED

@@ -1,0 +1,125 @@
+"""What a request means, free of any door: files in, the object of `--json` out.
+
+The command line and the workers of the service call the same functions, so they answer alike.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from kabo.errors import Diagnostic, InputError
+from kabo.planner.result import Progress, invalid_to_json, result_to_json
+from kabo.service.messages import SolveOptions
+
+if TYPE_CHECKING:
+    from kabo.language.problem import Problem
+    from kabo.verify import Report
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer to `solve`: the object (without the plan's path), the plan file's bytes, what was wrong."""
+
+    body: Mapping[str, Any]
+    plan: bytes | None = None
+    error: InputError | None = None
+
+
+def solve_file(
+    path: Path,
+    options: SolveOptions,
+    *,
+    workers: int = 1,
+    within: Path | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Answer:
+    """Solves the problem in a file; bad input is an answer, too (status "invalid").
+
+    Args:
+        path: the problem file.
+        options: what the caller asks for; None where problem and scene decide.
+        workers: processes that the planner may use; does not change the answer.
+        within: if given, no file outside of this folder is opened.
+        progress: called now and then.
+        cancelled: asked now and then; True ends planning soon, with status "exhausted".
+    """
+    from kabo.plan import plan_to_json
+    from kabo.planner import solve
+
+    try:
+        problem = read_problem(path, within)
+        chosen = msgspec.structs.asdict(options)
+        result = solve(problem, **chosen, workers=workers, progress=progress, cancelled=cancelled)
+    except InputError as error:
+        return Answer(invalid_to_json(error), error=error)
+    return Answer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
+
+
+def read_problem(path: Path, within: Path | None = None) -> "Problem":
+    """The problem in a file, with every file that it names inside the folder `within` (if given).
+
+    Raises:
+        InputError: all that is wrong in the files; or the files outside of `within`, none of them opened.
+    """
+    from kabo.language import load_problem
+    from kabo.service.inline import refuse_outside
+
+    if within is None:
+        return load_problem(path)
+    problem = load_problem(path, within=within)
+    refuse_outside(problem, within)
+    return problem
+
+
+def verify_file(problem: Path, plan: Path, *, knowledge_only: bool = False) -> "Report":
+    """Verifies the plan in a file for the problem in a file.
+
+    Raises:
+        InputError: all that is wrong in the problem's files, or in the form of the plan.
+        OSError: the plan file cannot be read.
+    """
+    from kabo.language import load_problem
+    from kabo.plan import load_plan
+    from kabo.verify import verify_plan
+
+    return verify_plan(load_problem(problem), load_plan(plan), knowledge_only=knowledge_only)
+
+
+def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
+    """All findings in files of any kind; scenes of error-free problems are loaded with their meshes and URDFs."""
+    from kabo.language import check_files as findings_in
+
+    named = list(paths)
+    found = list(findings_in(named))
+    faulty = {finding.file for finding in found if finding.severity == "error"}
+    for path in named:
+        if str(path) not in faulty:
+            found += _geometry_findings(path)
+    return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
+
+
+def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
+    from kabo.language import load_problem
+    from kabo.scene import load_scene
+
+    try:
+        problem = load_problem(path)
+        if problem.scene is not None:
+            load_scene(problem.scene)
+    except InputError as error:
+        return error.diagnostics
+    return ()
+
+
+def missing_library(error: BaseException) -> str | None:
+    """The remedy in one line if `error` is a shared library that the system lacks, else None."""
+    text = str(error)
+    if not isinstance(error, ImportError) or "cannot open shared object file" not in text:
+        return None
+    library = text.split(":", maxsplit=1)[0].strip()
+    package = {"libgomp.so.1": "libgomp1"}.get(library, library)
+    return f"the system library {library} is missing: install it, e.g. with `apt-get install {package}`"

@@ -1,0 +1,226 @@
+"""The client: picks a live server, sends, and sends again elsewhere with the same id when a server is lost.
+
+Zenoh answers with nothing when a server is dead, denied or absent; so "nothing" means "not this server", and the
+liveliness tokens say which others there are.
+"""
+
+import json
+import random
+import threading
+import time
+import uuid
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import zenoh
+
+from kabo.errors import ServiceError
+from kabo.service import keys
+from kabo.service.messages import Status
+from kabo.service.session import open_session
+
+ELSEWHERE = frozenset({"busy", "shutting_down", "worker_died"})  # another server, or the same one later, may do it
+MAX_WORKER_DEATHS = 4  # each stands for two: a poisonous request must not go round for ever
+ANSWER_MARGIN_S = 2.0  # the server answers at the deadline; this is for the way back
+STATUS_TIMEOUT_S = 5.0
+
+ProblemFor = Callable[[Status], Mapping[str, Any]]
+OnProgress = Callable[[dict[str, Any]], None]
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A server's answer: the object of `solve --json` with the id, and the plan file's bytes (None: no plan)."""
+
+    body: dict[str, Any]
+    plan: bytes | None
+    server: str
+
+
+@dataclass(frozen=True)
+class _Lost:
+    """No answer from this server: try again, for the reason `code`."""
+
+    code: str
+    message: str
+    retry_after_s: float = 0.02
+
+
+class Client:
+    """A session that watches which servers are alive, and asks them.
+
+    Args:
+        config: of the zenoh session.
+        patience_s: how long it is endured that there is no server, or only busy ones.
+    """
+
+    def __init__(self, config: zenoh.Config, patience_s: float = 5.0) -> None:
+        self._patience_s = patience_s
+        self._lock = threading.Condition()
+        self._load: dict[str, int] = {}  # live server -> our requests there
+        self._open: dict[str, set[zenoh.CancellationToken]] = {}
+        self._session = open_session(config)
+        watch = self._session.liveliness().declare_subscriber
+        self._watch = watch(keys.ALIVE, self._seen, history=True)
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the session; requests under way end without an answer."""
+        self._watch.undeclare()
+        self._session.close()
+
+    def servers(self) -> list[str]:
+        """The names of the live servers."""
+        with self._lock:
+            return sorted(self._load)
+
+    def status(self, server: str) -> Status | None:
+        """What a server says of itself; None if it does not answer."""
+        answer = self._ask(server, "status", b"", STATUS_TIMEOUT_S)
+        return (
+            msgspec.json.decode(answer.payload.to_bytes(), type=Status)
+            if isinstance(answer, zenoh.Sample)
+            else None
+        )
+
+    def cancel(self, identifier: str) -> bool:
+        """Cancels the request with this id wherever it is; whether any server knew it."""
+        payload = msgspec.json.encode({"id": identifier})
+        answers = [self._ask(server, "cancel", payload, STATUS_TIMEOUT_S) for server in self.servers()]
+        return any(isinstance(a, zenoh.Sample) and json.loads(a.payload.to_bytes())["known"] for a in answers)
+
+    def solve(
+        self,
+        problem_for: ProblemFor,
+        options: Mapping[str, Any],
+        *,
+        deadline_s: float,
+        identifier: str | None = None,
+        on_progress: OnProgress | None = None,
+    ) -> Reply:
+        """Asks a server to solve a problem, and another if that one is lost or busy.
+
+        Args:
+            problem_for: the `problem` of the request for a server with this status (its files, or a path).
+            options: of `solve`.
+            deadline_s: after this time the server answers with the error `deadline`.
+            identifier: the request's id; a new one if None. The same id and request is worked on only once.
+            on_progress: called with every progress message, from another thread.
+
+        Raises:
+            ServiceError: no server in time, all busy, cancelled, deadline, or the request was refused.
+        """
+        identifier = identifier or uuid.uuid4().hex
+        until = time.monotonic() + deadline_s
+        patient_until = time.monotonic() + self._patience_s
+        avoid: set[str] = set()
+        lost, deaths = _Lost("unavailable", "no server answers"), 0
+        while time.monotonic() < until:
+            server = self._pick(avoid, min(patient_until, until))
+            if server is None:
+                break
+            left = until - time.monotonic()
+            answer = self._attempt(
+                server, problem_for, {"id": identifier, "deadline_s": left, "options": options}, on_progress
+            )
+            if isinstance(answer, Reply):
+                return answer
+            lost, deaths = answer, deaths + (answer.code == "worker_died")
+            if deaths == MAX_WORKER_DEATHS or (lost.code == "busy" and time.monotonic() > patient_until):
+                break
+            if lost.code != "busy":
+                patient_until = time.monotonic() + self._patience_s
+            avoid = {server}
+            time.sleep(lost.retry_after_s * random.uniform(0.5, 1.5))  # noqa: S311 - spreads clients
+        raise ServiceError(lost.code, lost.message, request=identifier, retry_after_s=lost.retry_after_s)
+
+    def _attempt(
+        self, server: str, problem_for: ProblemFor, message: dict[str, Any], on_progress: OnProgress | None
+    ) -> Reply | _Lost:
+        status = self.status(server)
+        if status is None:
+            return _Lost("unavailable", f"the server {server} does not answer")
+        payload = msgspec.json.encode({**message, "problem": problem_for(status)})
+        identifier = message["id"]
+        if len(payload) > status.max_request_bytes:
+            limit = f"{len(payload)} bytes, but {server} takes {status.max_request_bytes}"
+            raise ServiceError("too_large", f"the request has {limit}", request=identifier)
+        with self._progress(server, identifier, on_progress):
+            answer = self._ask(server, "solve", payload, message["deadline_s"] + ANSWER_MARGIN_S)
+        if isinstance(answer, zenoh.Sample):
+            plan = None if answer.attachment is None else answer.attachment.to_bytes()
+            return Reply(json.loads(answer.payload.to_bytes()), plan, server)
+        if answer is None or str(answer.encoding) != "application/json":  # zenoh's own: the time is up
+            return _Lost("unavailable", f"the server {server} was lost")
+        error = json.loads(answer.payload.to_bytes())
+        if error["code"] in ELSEWHERE:
+            return _Lost(error["code"], error["message"], error.get("retry_after_s", 0.02))
+        raise ServiceError(error["code"], error["message"], request=identifier)
+
+    def _progress(self, server: str, identifier: str, on_progress: OnProgress | None) -> Any:
+        """A subscription to the progress of a request, or nothing, as a context."""
+        if on_progress is None:
+            return nullcontext()
+        seen = on_progress
+        key = keys.progress(server, identifier)
+        return self._session.declare_subscriber(key, lambda sample: seen(json.loads(sample.payload.to_bytes())))
+
+    def _ask(
+        self, server: str, verb: str, payload: bytes, timeout_s: float
+    ) -> "zenoh.Sample | zenoh.ReplyError | None":
+        """The one reply of a server; None if there is none, for whatever reason."""
+        token = zenoh.CancellationToken()
+        with self._lock:
+            if server not in self._load:
+                return None
+            self._load[server] += 1
+            self._open.setdefault(server, set()).add(token)
+        try:
+            replies = self._session.get(
+                keys.verb(server, verb),
+                payload=payload,
+                timeout=timeout_s,
+                cancellation_token=token,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+            )
+            answer = None
+            for reply in replies:
+                answer = reply.ok if reply.ok is not None else reply.err
+            return answer
+        except zenoh.ZError:
+            return None
+        finally:
+            with self._lock:
+                self._open.get(server, set()).discard(token)
+                if server in self._load:
+                    self._load[server] -= 1
+
+    def _pick(self, avoid: set[str], until: float) -> str | None:
+        """The live server with the fewest of our requests, rather none of `avoid`; waits if there is none."""
+        with self._lock:
+            while not self._load:
+                if not self._lock.wait(min(0.1, max(0.0, until - time.monotonic()))) and time.monotonic() >= until:
+                    return None
+            names = [name for name in self._load if name not in avoid] or list(self._load)
+            least = min(self._load[name] for name in names)
+            return random.choice([name for name in names if self._load[name] == least])  # noqa: S311
+
+    def _seen(self, sample: zenoh.Sample) -> None:
+        server = keys.server_of(str(sample.key_expr))
+        with self._lock:
+            if sample.kind == zenoh.SampleKind.PUT:
+                self._load.setdefault(server, 0)
+                self._lock.notify_all()
+                return
+            self._load.pop(server, None)
+            tokens = self._open.pop(server, set())
+        for token in tokens:  # what was asked of a dead server ends now, not at its timeout
+            token.cancel()

@@ -1,0 +1,174 @@
+"""Problems with all their files in one message: packed by the client, unpacked by a worker into its own folder.
+
+A server opens no file that a request merely names: what lies inline goes into a temporary folder, and every path
+is checked to stay inside it before anything is opened.
+"""
+
+import base64
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
+
+from kabo.errors import Diagnostic, InputError
+from kabo.language import load_problem
+from kabo.language.problem import Problem
+from kabo.language.scene_description import SceneDescription
+from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable
+
+_PROBLEM = re.compile(r"^problem\s*:", re.MULTILINE)
+
+
+class Forbidden(Exception):
+    """A path that leads out of the folder that a request may read."""
+
+
+def problem_for(path: Path) -> Callable[[Status], dict[str, Any]]:
+    """The `problem` of a request for a server with a status: a path if it lies below its root, else all files.
+
+    Raises:
+        InputError: see `pack_problem`.
+    """
+    packed = pack_problem(path)
+
+    def chosen(status: Status) -> dict[str, Any]:
+        if status.root is not None and path.resolve().is_relative_to(status.root):
+            return {"path": path.resolve().relative_to(status.root).as_posix()}
+        return packed
+
+    return chosen
+
+
+def pack_problem(path: Path) -> dict[str, Any]:
+    """The `problem` of a request with every file that solving it reads, by paths from their common folder.
+
+    Raises:
+        InputError: the problem is not valid; or a file cannot be sent, because it is named by an absolute path.
+    """
+    problem = load_problem(path)
+    files = sorted({Path(os.path.abspath(file)) for file in files_of(problem)})
+    base = Path(os.path.commonpath([file.parent for file in files]))
+    packed = {file.relative_to(base).as_posix(): _packed(file) for file in files}
+    return {"path": Path(os.path.abspath(path)).relative_to(base).as_posix(), "files": packed}
+
+
+def files_of(problem: Problem) -> Iterator[Path]:
+    """Every file that solving a problem reads: its texts, URDFs, meshes and the convex parts beside them."""
+    folder = problem.path.parent
+    yield problem.path
+    yield from (folder / name for name in problem.files)
+    if problem.scene is not None:
+        for path in geometry_files(problem.scene):
+            yield path
+            parts = path.with_name(path.name + ".parts")
+            if parts.is_file():
+                yield parts
+
+
+def geometry_files(scene: SceneDescription) -> Iterator[Path]:
+    """The meshes and URDFs of a scene, and the meshes that the URDFs name."""
+    for shaped in (*scene.bodies.values(), *scene.regions.values()):
+        if shaped.shape.path is not None:
+            yield shaped.shape.path
+    for robot in scene.robots.values():
+        own = None if robot.gripper is None else robot.gripper.urdf
+        for urdf in (robot.urdf, own):
+            if urdf is not None:
+                yield urdf
+                yield from meshes_of(urdf, scene.packages)
+
+
+def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
+    """The mesh files that a URDF names; a file that is no URDF names none: loading the scene says so."""
+    try:
+        root = ElementTree.parse(urdf).getroot()  # noqa: S314
+    except (ElementTree.ParseError, OSError, UnicodeDecodeError):
+        return
+    for element in root.iter("mesh"):
+        name = element.get("filename", "")
+        if name.startswith("package://"):
+            package, _, rest = name.removeprefix("package://").partition("/")
+            if package in packages:
+                yield packages[package] / rest
+        elif name:
+            yield urdf.parent / name.removeprefix("file://")
+
+
+def unpack_problem(problem: ProblemFiles, folder: Path) -> Path:
+    """Writes the inline files below `folder`; returns the problem file.
+
+    Raises:
+        Forbidden: a name is absolute or leads out of the folder.
+        Unreadable: it is not clear which of the files is the problem.
+    """
+    files = problem.files or {}
+    for name, content in files.items():
+        target = folder / safe_name(name)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content.base64 if isinstance(content, InlineFile) else content.encode())
+    return folder / safe_name(_main_file(problem.path, files))
+
+
+def safe_name(name: str) -> PurePosixPath:
+    """A path of a request as a relative path without `..`.
+
+    Raises:
+        Forbidden: it is absolute, empty, leads out of its folder, or has characters that no file name has.
+    """
+    path = PurePosixPath(name)
+    if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in name or "\0" in name:
+        raise Forbidden(f"the path {name!r} does not stay inside the request's folder")
+    return path
+
+
+def below(root: Path, name: str) -> Path:
+    """The file `name` below the server's root, after following links.
+
+    Raises:
+        Forbidden: it leads out of the root.
+    """
+    path = (root / name).resolve()
+    if not path.is_relative_to(root.resolve()):
+        raise Forbidden(f"the path {name!r} does not lie below the server's root")
+    return path
+
+
+def refuse_outside(problem: Problem, folder: Path) -> None:
+    """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
+
+    Raises:
+        InputError: which files do not.
+    """
+    if problem.scene is None:
+        return
+    outside = [
+        path for path in geometry_files(problem.scene) if not path.resolve().is_relative_to(folder.resolve())
+    ]
+    if outside:
+        hint = "a server reads only files that were sent along: use paths relative to the scene"
+        place = str(problem.scene.path)
+        raise InputError(Diagnostic(place, 1, 1, f'"{path}" is not part of the request', hint) for path in outside)
+
+
+def _main_file(path: str | None, files: Mapping[str, Any]) -> str:
+    if path is not None:
+        if str(safe_name(path)) not in {str(safe_name(name)) for name in files}:
+            raise Unreadable(f"`$.problem.path` {path!r} is not among `$.problem.files`")
+        return path
+    problems = [name for name, text in files.items() if isinstance(text, str) and _PROBLEM.search(text)]
+    if len(problems) != 1:
+        raise Unreadable(f"`$.problem.path` is needed: {len(problems)} of the files look like a problem")
+    return problems[0]
+
+
+def _packed(path: Path) -> str | dict[str, str]:
+    content = path.read_bytes()
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError:
+        text = None
+    if text is None or text.encode() != content:
+        return {"base64": base64.b64encode(content).decode("ascii")}
+    return text

@@ -1,0 +1,163 @@
+"""The server: declares the keys, lets requests in, and answers every one of them.
+
+A zenoh callback only reads the envelope and returns; an exception inside one would look to the client like "no
+such server", so every callback is wrapped and replies in any case.
+"""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import msgspec
+import zenoh
+
+from kabo import __version__
+from kabo.service import keys
+from kabo.service.jobs import Job, JobStore, Outcome
+from kabo.service.messages import PROTOCOL, CancelRequest, Envelope, Status, Unreadable, error_body, read
+from kabo.service.session import max_request_bytes, open_session
+from kabo.service.workers import Pool
+
+JSON = "application/json"
+RETRY_AFTER_S = 0.2
+MAX_REQUEST_BYTES = 32 << 20
+TURNED_AWAY = {
+    "busy": "the queue is full",
+    "id_reused": "this id belongs to another request",
+}
+
+Handler = Callable[[zenoh.Query], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a server works: `work` is `module:function`; requests may name paths below `root`, if it is given."""
+
+    workers: int = 2
+    bound: int = 64
+    store_bytes: int = 64 << 20
+    root: Path | None = None
+    work: str = "kabo.service.worker:solve_work"
+
+
+class Server:
+    """A planning service on one zenoh session; answers from the moment it is made until `close`.
+
+    Raises:
+        ServiceError: an endpoint cannot be used.
+    """
+
+    def __init__(self, config: zenoh.Config, settings: Settings = Settings(), name: str | None = None) -> None:
+        self.name = name or keys.new_server_name()
+        self._settings, self._stopping = settings, False
+        self._limit = min(MAX_REQUEST_BYTES, max_request_bytes(config))
+        self._session = open_session(config)
+        self._store = JobStore(settings.store_bytes)
+        self._pool = Pool(
+            settings.work,
+            self._store,
+            workers=settings.workers,
+            bound=settings.bound,
+            root=settings.root,
+            on_progress=self._put_progress,
+        )
+        verbs = {"solve": self._solve, "cancel": self._cancel, "status": self._status}
+        self._queryables = [
+            self._session.declare_queryable(keys.verb(self.name, verb), partial(_answered, handler))
+            for verb, handler in verbs.items()
+        ]
+        # Last, because from now on clients come.
+        self._token = self._session.liveliness().declare_token(keys.verb(self.name, "alive"))
+
+    def close(self, patience_s: float = 10.0) -> None:
+        """Takes no more requests, lets the running ones end for a while, turns the rest away, and closes."""
+        self._stopping = True
+        self._token.undeclare()
+        until = time.monotonic() + patience_s
+        while self._store.unfinished() and time.monotonic() < until:
+            time.sleep(0.02)
+        for job in self._store.unfinished():
+            self._store.finish(job, job.failure("shutting_down", "try another server"))
+        self._pool.close()
+        for queryable in self._queryables:
+            queryable.undeclare()
+        self._session.close()
+
+    def _solve(self, query: zenoh.Query) -> None:
+        raw = _payload(query)
+        if len(raw) > self._limit:
+            return _refuse(query, "too_large", f"a request has up to {self._limit} bytes; this one has {len(raw)}")
+        envelope = read(Envelope, raw)
+        if self._stopping:
+            return _refuse(query, "shutting_down", "try another server", envelope.id)
+        job = Job(envelope.id, raw, time.monotonic() + envelope.deadline_s)
+        refused = self._store.admit(job, partial(self._deliver, query), self._pool.enqueue)
+        if refused is not None:
+            _refuse(query, refused, TURNED_AWAY[refused], envelope.id)
+        return None
+
+    def _cancel(self, query: zenoh.Query) -> None:
+        job = self._store.find(read(CancelRequest, _payload(query)).id)
+        if job is not None:
+            job.cancelled.set()
+        self._reply(query, "cancel", msgspec.json.encode({"known": job is not None}))
+
+    def _status(self, query: zenoh.Query) -> None:
+        root = self._settings.root
+        status = Status(
+            server=self.name,
+            queued=self._pool.queued,
+            running=self._pool.running,
+            workers=self._pool.size,
+            protocol=PROTOCOL,
+            version=__version__,
+            max_request_bytes=self._limit,
+            root=None if root is None else str(root.resolve()),
+        )
+        self._reply(query, "status", msgspec.json.encode(status))
+
+    def _deliver(self, query: zenoh.Query, outcome: Outcome) -> None:
+        if outcome.code is None:
+            self._reply(query, "solve", outcome.body, outcome.plan)
+        else:
+            _send_error(query, outcome.body)
+
+    def _reply(self, query: zenoh.Query, verb: str, body: bytes, plan: bytes | None = None) -> None:
+        with suppress(zenoh.ZError), query:  # the one who asked may be gone
+            query.reply(keys.verb(self.name, verb), body, encoding=JSON, attachment=plan)
+
+    def _put_progress(self, job: Job, body: bytes) -> None:
+        with suppress(zenoh.ZError):
+            self._session.put(
+                keys.progress(self.name, job.identifier),
+                body,
+                encoding=JSON,
+                congestion_control=zenoh.CongestionControl.DROP,
+                priority=zenoh.Priority.DATA_LOW,
+            )
+
+
+def _answered(handler: Handler, query: zenoh.Query) -> None:
+    """Runs a handler; whatever happens, the query gets an answer."""
+    try:
+        handler(query)
+    except Unreadable as error:
+        _refuse(query, "bad_request", str(error))
+    except Exception as error:  # noqa: BLE001 - the outer edge of a callback
+        _refuse(query, "failed", f"a defect of kabo: {type(error).__name__}: {error}")
+
+
+def _payload(query: zenoh.Query) -> bytes:
+    return b"" if query.payload is None else query.payload.to_bytes()
+
+
+def _refuse(query: zenoh.Query, code: str, message: str, identifier: str | None = None) -> None:
+    _send_error(query, error_body(code, message, identifier, RETRY_AFTER_S if code == "busy" else None))
+
+
+def _send_error(query: zenoh.Query, body: bytes) -> None:
+    with suppress(zenoh.ZError), query:
+        query.reply_err(body, encoding=JSON)

@@ -1,0 +1,77 @@
+"""How zenoh sessions are opened: peers with explicit endpoints, nothing announced, no shared memory.
+
+Shared memory is off whatever a configuration file says: a receiver that waits for its processor longer than 100 ms
+loses messages silently, and a planner keeps all processors busy.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from kabo.errors import ServiceError
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+LEASE_MS = 4000  # a frozen host is noticed after this time
+MAX_MESSAGE_BYTES = 64 << 20
+ENVELOPE_BYTES = 64 << 10  # what a message needs beside its payload
+
+
+def server_config(
+    listen: Sequence[str] = (), connect: Sequence[str] = (), file: Path | None = None
+) -> zenoh.Config:
+    """The configuration of a server; without any endpoint it listens on the loopback default."""
+    if not listen and not connect and file is None:
+        listen = [DEFAULT_ENDPOINT]
+    return _config(listen, connect, file)
+
+
+def client_config(connect: Sequence[str] = (), file: Path | None = None) -> zenoh.Config:
+    """The configuration of a client; without any endpoint it looks for a server on the loopback default."""
+    if not connect and file is None:
+        connect = [DEFAULT_ENDPOINT]
+    return _config((), connect, file)
+
+
+def open_session(config: zenoh.Config) -> zenoh.Session:
+    """An open session.
+
+    Raises:
+        ServiceError: an endpoint cannot be used: malformed, in use, refused.
+    """
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise ServiceError("unavailable", f"no zenoh session can be opened: {error}") from None
+
+
+def max_request_bytes(config: zenoh.Config) -> int:
+    """The longest request that arrives; a longer one would be dropped without an answer."""
+    return int(json.loads(config.get_json("transport/link/rx/max_message_size"))) - ENVELOPE_BYTES
+
+
+def _config(listen: Sequence[str], connect: Sequence[str], file: Path | None) -> zenoh.Config:
+    try:
+        config = zenoh.Config() if file is None else zenoh.Config.from_file(str(file))
+        settings: Mapping[str, Any] = {"transport/shared_memory/enabled": False}
+        if file is None:
+            settings = {
+                **settings,
+                "mode": "peer",
+                "listen/endpoints": list(listen),
+                "connect/endpoints": list(connect),
+                "scouting/multicast/enabled": False,
+                "scouting/gossip/enabled": False,
+                "transport/link/tx/lease": LEASE_MS,
+                "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
+            }
+        else:
+            named = {"listen/endpoints": list(listen), "connect/endpoints": list(connect)}
+            settings = {**settings, **{key: value for key, value in named.items() if value}}
+        for key, value in settings.items():
+            config.insert_json5(key, json.dumps(value))
+    except zenoh.ZError as error:
+        raise ServiceError("unavailable", f"the zenoh configuration cannot be used: {error}") from None
+    return config

@@ -1,0 +1,153 @@
+"""The worker process: one job at a time, told and answered through a pipe; zenoh is never loaded here.
+
+The process is spawned, so nothing of the server's state crosses over. It ends by itself when the server is gone,
+even in the middle of a long kernel call. What it sends: ready, progress, done, stopped, refused or failed.
+"""
+
+import importlib
+import os
+import signal
+import tempfile
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import asdict
+from multiprocessing import parent_process
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+
+import msgspec
+
+from kabo.planner.result import Progress
+from kabo.service.messages import SolveRequest, Unreadable, read
+
+STOP = b"stop"
+TICK_S = 0.02
+
+
+class Stopped(Exception):
+    """The job was stopped at a check: "cancelled" or "deadline"."""
+
+
+class Refused(Exception):
+    """The request cannot be worked on."""
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class Ticker:
+    """What work calls now and then: sends progress, and says whether to stop; looks at most every 20 ms."""
+
+    def __init__(self, connection: Connection, remaining_s: float) -> None:
+        self._connection = connection
+        self.deadline = time.monotonic() + remaining_s
+        self._next = 0.0
+        self._next_progress = 0.0
+        self.stopped: str | None = None
+
+    def remaining(self) -> float:
+        """Seconds left until the deadline."""
+        return max(0.0, self.deadline - time.monotonic())
+
+    def cancelled(self) -> bool:
+        """Whether the job must stop; `stopped` then says why."""
+        now = time.monotonic()
+        if self.stopped is None and now >= self._next:
+            self._next = now + TICK_S
+            if self._connection.poll(0):
+                self._connection.recv()
+                self.stopped = "cancelled"
+            elif now > self.deadline:
+                self.stopped = "deadline"
+        return self.stopped is not None
+
+    def progress(self, progress: Progress) -> None:
+        """Sends how far the work has come."""
+        now = time.monotonic()
+        if now >= self._next_progress:
+            self._next_progress = now + TICK_S
+            self._connection.send(("progress", msgspec.json.encode(asdict(progress)), None))
+
+
+Work = Callable[[bytes, Path | None, Ticker], tuple[bytes, bytes | None]]
+
+
+def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes, bytes | None]:
+    """Works on a request to solve: the JSON of the reply, and the plan file's bytes if there is a plan.
+
+    Raises:
+        Refused: the request cannot be read, or names files that it may not.
+        Stopped: the job was cancelled, or its deadline has passed.
+    """
+    from kabo.service import inline
+    from kabo.service.answers import solve_file
+
+    try:
+        message = read(SolveRequest, request)
+        with tempfile.TemporaryDirectory(prefix="kabo-", ignore_cleanup_errors=True) as folder:
+            if message.problem.files is not None:
+                within = Path(folder)
+                path = inline.unpack_problem(message.problem, within)
+            elif message.problem.path is not None and root is not None:
+                within, path = root, inline.below(root, message.problem.path)
+            else:
+                raise Refused(
+                    "forbidden" if root is None else "bad_request", "send `$.problem.files`, all of them"
+                )
+            limit = min(ticker.remaining(), message.options.timeout or ticker.remaining())
+            options = msgspec.structs.replace(message.options, timeout=limit)
+            answer = solve_file(path, options, within=within, progress=ticker.progress, cancelled=ticker.cancelled)
+    except Unreadable as error:
+        raise Refused("bad_request", str(error)) from None
+    except inline.Forbidden as error:
+        raise Refused("forbidden", str(error)) from None
+    if ticker.stopped is not None:
+        raise Stopped(ticker.stopped)
+    return msgspec.json.encode({**answer.body, "id": message.id}), answer.plan
+
+
+def worker_main(connection: Connection, work_name: str, root: Path | None) -> None:
+    """The main function of a worker: `work_name` is `module:function`, of the type `Work`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's business
+    threading.Thread(target=_end_with_the_server, daemon=True).start()
+    module, _, function = work_name.partition(":")
+    work: Work = getattr(importlib.import_module(module), function)
+    try:
+        while True:
+            connection.send(("ready", None, None))
+            while (job := connection.recv()) == STOP:  # it came too late for the last job
+                pass
+            request, remaining_s = job
+            connection.send(_worked(work, request, root, Ticker(connection, remaining_s)))
+    except (EOFError, OSError):
+        return  # the server is gone: so are we
+
+
+def _worked(
+    work: Work, request: bytes, root: Path | None, ticker: Ticker
+) -> tuple[str, bytes | str, bytes | str | None]:
+    try:
+        return ("done", *work(request, root, ticker))
+    except Stopped as stopped:
+        return "stopped", str(stopped), None
+    except Refused as refused:
+        return "refused", refused.code, str(refused)
+    except (EOFError, BrokenPipeError):
+        raise
+    except Exception as error:  # noqa: BLE001 - the outer edge of a worker
+        from kabo.service.answers import missing_library
+
+        remedy = missing_library(error)
+        if remedy is None:
+            traceback.print_exc()
+        return "failed", remedy or f"a defect of kabo: {type(error).__name__}: {error}", None
+
+
+def _end_with_the_server() -> None:
+    server = parent_process()
+    if server is not None:
+        wait([server.sentinel])
+        os._exit(1)
