@@ -1,6 +1,6 @@
-"""Geometric constraints as flat scalar rows, the form that projection and proofs work on [K Table 5.1, LANGUAGE §4].
+"""Geometric constraints as flat scalar rows, what projection and proofs work on [K Table 5.1, LANGUAGE §4].
 
-Every kind of constraint between two features becomes as many scalar rows as it takes degrees of freedom, so that the
+Every constraint between two features becomes as many scalar rows as it takes degrees of freedom, so that the
 Jacobian shows the whole null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
 """
 
@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from kabo.kinematics.kernels import rows as columns
 
+Numbers = Sequence[float] | NDArray[np.float64]
+Vector = tuple[float, float, float]
 Rows = NDArray[np.float64]  # (R, WIDTH): columns in kernels/rows.py
 
 LEVER = 0.15  # metres per radian, the size of what a gripper holds: then no row outweighs another
@@ -31,8 +33,15 @@ class FrameFeature:
 
     joint: int
     kind: Literal["point", "line", "plane"]
-    origin: tuple[float, float, float]
-    direction: tuple[float, float, float] | None = None
+    origin: Vector
+    direction: Vector | None = None
+
+    @property
+    def along(self) -> Vector:
+        """The direction; a point has none (ValueError)."""
+        if self.direction is None:
+            raise ValueError("a point has no direction")
+        return self.direction
 
     def __post_init__(self) -> None:
         if not np.all(np.isfinite(self.origin)):
@@ -83,8 +92,8 @@ def _row(
     first: FrameFeature,
     second: FrameFeature,
     *,
-    origins: tuple[Sequence[float], Sequence[float]] | None = None,
-    directions: tuple[Sequence[float], Sequence[float]] | None = None,
+    origins: tuple[Numbers, Numbers] | None = None,
+    directions: tuple[Numbers, Numbers] | None = None,
     bounds: tuple[float, float] = (0.0, 0.0),
 ) -> NDArray[np.float64]:
     origin, target = origins or (first.origin, second.origin)
@@ -95,7 +104,7 @@ def _row(
     )
 
 
-def normals(direction: Sequence[float]) -> NDArray[np.float64]:
+def normals(direction: ArrayLike) -> NDArray[np.float64]:
     """Two unit vectors (2, 3) that complete a direction to a right-handed frame: null(d) of [K Table 5.1]."""
     d = np.asarray(direction, np.float64)
     d = d / np.linalg.norm(d)
@@ -107,22 +116,24 @@ def _on_planes(
     first: FrameFeature, second: FrameFeature, directions: NDArray[np.float64]
 ) -> list[NDArray[np.float64]]:
     """The origin of the first lies on the planes through the second's origin with the given normals."""
-    zero = (0.0, 0.0, 0.0)
-    return [_row(columns.PLANE, first, second, directions=(first.direction or zero, n)) for n in directions]
+    return [_row(columns.PLANE, first, second, directions=(first.direction or (0.0,) * 3, n)) for n in directions]
+
+
+def _span(b: FrameFeature) -> NDArray[np.float64]:
+    """The directions in which a point that coincides with a line or plane cannot move."""
+    return normals(b.along) if b.kind == "line" else np.array([b.along])
 
 
 def _coincident(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
     if a.kind == "point":
-        spans = {"point": lambda: np.eye(3), "line": lambda: normals(b.direction), "plane": lambda: [b.direction]}
-        return _on_planes(a, b, spans[b.kind]())
+        return _on_planes(a, b, np.eye(3) if b.kind == "point" else _span(b))
     if a.kind != b.kind:
         raise ValueError(f"a {a.kind} and a {b.kind} cannot coincide; name a point of one, and parallel")
-    span = normals(b.direction) if a.kind == "line" else [b.direction]
-    return _on_planes(a, b, span) + _parallel(a, b)
+    return _on_planes(a, b, _span(b)) + _parallel(a, b)
 
 
 def _same_line(a: FrameFeature, b: FrameFeature) -> list[NDArray[np.float64]]:
-    return [_row(columns.DIRECTION, a, b, directions=(n, b.direction)) for n in normals(a.direction)]
+    return [_row(columns.DIRECTION, a, b, directions=(n, b.along)) for n in normals(a.along)]
 
 
 def _parallel(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
@@ -140,7 +151,7 @@ def _perpendicular(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray
 def _aligned(a: FrameFeature, b: FrameFeature, *_: object, sense: float = 1.0) -> list[NDArray[np.float64]]:
     direction = tuple(sense * np.asarray(a.direction))
     return [
-        _row(columns.ALIGNED, a, b, origins=(direction, b.origin), directions=(n, b.direction))
+        _row(columns.ALIGNED, a, b, origins=(direction, b.origin), directions=(n, b.along))
         for n in normals(direction)
     ]
 
@@ -188,7 +199,7 @@ def _azimuth(
     a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
 ) -> list[NDArray[np.float64]]:
     bounds = (-np.pi if lower is None else lower, np.pi if upper is None else upper)
-    return [_row(columns.AZIMUTH, a, b, origins=(a.origin, normals(b.direction)[0]), bounds=bounds)]
+    return [_row(columns.AZIMUTH, a, b, origins=(a.origin, tuple(normals(b.along)[0])), bounds=bounds)]
 
 
 def _limits(lower: float | None, upper: float | None) -> tuple[float, float]:

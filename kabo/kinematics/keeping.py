@@ -19,12 +19,10 @@ INSET = (
 NUMERIC = 1e-9  # taken from the tolerance: rounding of poses
 
 
-def keeps(
-    tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: float | ArrayLike = 1e-3
-) -> bool:
+def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3) -> bool:
     """Whether every row is proven to hold all along the joint-linear segment from q0 to q1.
 
-    One-sided: True is a proof that no row is violated by more than `tolerance` [m or rad; one, or one for each row];
+    One-sided: True is a proof that no row is violated by more than `tolerance` [m or rad; one, or one a row];
     False may also mean that the slack is too small to decide.
 
     Raises:
@@ -34,7 +32,7 @@ def keeps(
 
 
 def unkept_row(
-    tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: float | ArrayLike = 1e-3
+    tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3
 ) -> int | None:
     """The number of a row that is not proven to hold along the segment, or None; as `keeps`."""
     start, end = np.array(q0, np.float64), np.array(q1, np.float64)

@@ -1,4 +1,4 @@
-"""Straight lines of the tool: a joint path whose tool moves along a segment in the world, and stays turned as it was.
+"""Straight lines of the tool: joint paths whose tool moves along a segment in the world, turned as it was.
 
 The line is rows: two for the distance from it, one for the progress along it, the rest for the orientation. Way
 points are found by projection, and the joint-linear pieces between them are proven by `keeps`, so the deviation is
@@ -57,9 +57,9 @@ def straight_line(
 ) -> Floats | OffLine:
     """Way points (m, n) of a joint path from q that moves the tool by a translation, or why there is none.
 
-    The joint-linear path through them stays within `deviation` [m] of the straight segment and within `tilt` [rad] of
-    the first orientation (proven), each joint within its limits and less than 0.5 rad from one way point to the next.
-    Way points but the first are rounded to 1e-9 before they are proven.
+    The joint-linear path through them is proven to stay within `deviation` [m] of the straight segment and `tilt`
+    [rad] of the first orientation, each joint within its limits and less than 0.5 rad from one way point to the
+    next. Way points but the first are rounded to 1e-9 before they are proven.
 
     Args:
         tree, q: the tree and the start (n,).
@@ -95,31 +95,31 @@ class _Follower:
     tolerances: Floats
 
     def follow(self, start: Floats, length: float) -> Floats | OffLine:
-        """Way points from the start to the end of the line; the step halves where it must and doubles where it may."""
-        way, here, share, found = [start], 0.0, 1.0, None
+        """Way points from start to end of the line; the step halves where it must and doubles where it may."""
+        way, here, share = [start], 0.0, 1.0
         while here < 1.0:
             there = min(1.0, here + share)
             q = self.configuration_at(way[-1], there * length)
             fault = self.fault(way[-1], q, here * length, there * length)
-            if fault is None:
+            if q is not None and fault is None:
                 way.append(q)
-                share, here, found = 2.0 * (there - here), there, None
+                share, here = 2.0 * (there - here), there
                 continue
-            found = fault if found is None or fault.reason == "limit" else found
             share = 0.5 * (there - here)
-            if share < SMALLEST_SHARE:
-                return OffLine(found.reason, here * length, found.joint)
+            if share < SMALLEST_SHARE and fault is not None:
+                return fault
         return np.array(way)
 
     def configuration_at(self, near: Floats, progress: float) -> Floats | None:
-        """The configuration near another one with the tool at a place on the line, rounded; None if there is none."""
+        """The configuration near another one with the tool at a place on the line, rounded; None without one."""
         rows = self.rows.copy()
         rows[0, [columns.LOWER, columns.UPPER]] = progress
         Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
         aims, wide = np.full((1, len(rows)), np.nan), np.full(self.tree.size, np.inf)
+        rule = ITERATIONS, 0
         kernels.project_seeds(
-            Q, succeeded, rows, len(rows), aims, 0.0, -wide, wide, self.active, *arrays_of(self.tree), ITERATIONS, 0
-        )  # fmt: skip
+            Q, succeeded, rows, len(rows), aims, 0.0, -wide, wide, self.active, *arrays_of(self.tree), *rule
+        )
         return np.round(Q[0], DECIMALS) if succeeded[0] else None
 
     def fault(self, q0: Floats, q1: Floats | None, progress0: float, progress1: float) -> OffLine | None:

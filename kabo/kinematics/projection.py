@@ -68,7 +68,9 @@ def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Floats:
     return kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
 
 
-def arrays_of(tree: KinematicTree) -> tuple[NDArray[np.int64] | Floats, ...]:
+def arrays_of(
+    tree: KinematicTree,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Floats, Floats, Floats]:
     """The arrays of a tree in the order in which kernels take them (limits are arguments of their own)."""
     return tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement
 

@@ -1,4 +1,4 @@
-"""Samples of constraints, each a pure function of a key and its number: any worker may draw any of them, in any order."""
+"""Samples of constraints, each a pure function of a key and its number: any worker may draw any of them."""
 
 import hashlib
 import struct
@@ -40,7 +40,7 @@ def uniform(key: Key, index: int, dimension: int) -> float:
 
 
 def seeds(lower: ArrayLike, upper: ArrayLike, key: Key, first: int, count: int) -> Floats:
-    """Samples `first` … of the stream, (count, n), uniform between the bounds; an unbounded joint takes one turn."""
+    """Samples from `first` on, (count, n), uniform between the bounds; an unbounded joint takes one turn."""
     low, high = _bounded(lower, upper)
     drawn = np.empty((count, len(low)))
     streams.draw(np.uint64(key), first, drawn, low, high)
@@ -60,7 +60,7 @@ def sample(
     *,
     base: ArrayLike | None = None,
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Samples number `first` … of the configurations that fulfil the rows, (count, n), and which are right, (count,).
+    """Configurations that fulfil the rows, samples `first` … (count, n), and which of them are right, (count,).
 
     Seeds are uniform between the limits. A row with an interval aims at a value inside it, evenly spread over the
     samples, and so does each row of `free`, which need not hold in the end. Sample i depends on (key, i) only.
@@ -83,9 +83,10 @@ def sample(
     succeeded = np.zeros(count, np.bool_)
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
+    rule = ITERATIONS, kernels.WRAPS
     kernels.project_seeds(
-        Q, succeeded, every, len(rows), aims, 2 * TOLERANCE, low, high, moving, *arrays_of(tree), ITERATIONS, kernels.WRAPS
-    )  # fmt: skip
+        Q, succeeded, every, len(rows), aims, 2 * TOLERANCE, low, high, moving, *arrays_of(tree), *rule
+    )
     return Q, succeeded
 
 

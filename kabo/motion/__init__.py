@@ -9,7 +9,6 @@ from typing import Any
 
 _HOME = {
     "Blocked": "connect",
-    "Path": "connect",
     "connect": "connect",
     "FreeConfigurations": "edges",
     "FreeSegment": "edges",

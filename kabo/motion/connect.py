@@ -17,14 +17,6 @@ RESTART = 3000  # samples after which new trees are started: run times have a he
 
 
 @dataclass(frozen=True)
-class Path:
-    """Way points (m, n), each piece between them proven free, and how many samples it took to find them."""
-
-    waypoints: Floats
-    samples: int
-
-
-@dataclass(frozen=True)
 class Blocked:
     """No path within the budget: how often each numbered thing was hit, and the samples spent."""
 
@@ -76,8 +68,8 @@ def connect(
     samples: int,
     projection: Projection | None = None,
     restart: int = RESTART,
-) -> Path | Blocked:
-    """A path from start to goal whose every piece is proven free, or what was in the way.
+) -> Floats | Blocked:
+    """Way points (m, n) from start to goal, every piece between them proven free, or what was in the way.
 
     The straight segment is tried first. The answer depends on the arguments only.
 
@@ -103,14 +95,14 @@ def connect(
         if found >= 0:
             return Blocked(Counter({int(found): 1}), 0)
     if space.is_free(ends[0], ends[1]):
-        return Path(ends, 0)
+        return ends
     spent = 0
     while spent < samples:
         budget = min(restart, samples - spent)
         way, used = _grow(ends, space, low, high, stream_key(int(key), "trees", spent), budget)
         spent += used
         if way is not None:
-            return Path(np.array(way), spent)
+            return np.array(way)
     return Blocked(space.hits, spent)
 
 

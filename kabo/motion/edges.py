@@ -26,25 +26,31 @@ class Space:
     """Where a path may run: what is free, and under a constraint the way back onto it. Counts what was hit."""
 
     free_segment: FreeSegment
-    free_configurations: FreeConfigurations
+    free_configurations: FreeConfigurations | None
     projection: Projection | None = None
     hits: Counter[int] = field(default_factory=Counter)
 
     def is_free(self, q0: Floats, q1: Floats) -> bool:
         """Whether the straight piece from q0 to q1 is proven free; q0 is known to be."""
-        for level in dyadic_levels(int(np.ceil(np.linalg.norm(q1 - q0) / SPACING))):
-            found = self.free_configurations(q0 + level[:, None] * (q1 - q0))
-            blocked = found[found >= 0]
-            if len(blocked):
-                self.hits[int(blocked[0])] += 1
-                return False
-        hit = self.free_segment(q0, q1)
+        hit = self.hit_seen(q0, q1)
+        if hit < 0:
+            hit = self.free_segment(q0, q1)
         if hit >= 0:
             self.hits[int(hit)] += 1
         return hit < 0
 
+    def hit_seen(self, q0: Floats, q1: Floats) -> int:
+        """What a cheap look at configurations on the piece finds, or -1."""
+        if self.free_configurations is None:
+            return -1
+        for level in dyadic_levels(int(np.ceil(np.linalg.norm(q1 - q0) / SPACING))):
+            found = self.free_configurations(q0 + level[:, None] * (q1 - q0))
+            if np.any(found >= 0):
+                return int(found[found >= 0][0])
+        return -1
+
     def advanced(self, start: Floats, target: Floats, reach: float) -> list[Floats]:
-        """The way points after `start` of a proven path towards the target, at most `reach` long [rad]; may be empty.
+        """The way points after `start` of a proven path towards the target, `reach` long [rad] or less; may be none.
 
         Without a constraint it is one straight piece. With one, it is small steps, each pulled back onto the
         constraint, as long as they come nearer to the target.
@@ -86,7 +92,7 @@ def stepped(start: Floats, target: Floats, reach: float) -> Floats:
 
 
 def dyadic_levels(pieces: int) -> list[Floats]:
-    """Shares of a segment in the order in which to look: the end, the middle, the quarters … until `pieces` are done.
+    """Shares of a segment in the order in which to look: end, middle, quarters … until `pieces` are done.
 
     Each level is one array, so that one call looks at it.
     """

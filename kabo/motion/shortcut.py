@@ -1,6 +1,6 @@
 """Shortcuts: random pairs of points along a path are joined directly where that is proven free.
 
-[Geraerts, Overmars 2007]. Every piece of the result has been proven as it stands, the remainders of cut pieces too.
+[Geraerts, Overmars 2007]. Every piece of the result is proven as it stands, the remainders of cut pieces too.
 """
 
 import numpy as np
@@ -15,19 +15,20 @@ GAIN = 1e-3  # a shortcut must save so much [rad, L2]: less is not worth its pro
 def shortcut(
     waypoints: ArrayLike,
     free_segment: FreeSegment,
-    free_configurations: FreeConfigurations,
     key: Key,
-    *,
     attempts: int,
+    *,
+    free_configurations: FreeConfigurations | None = None,
     projection: Projection | None = None,
 ) -> Floats:
     """A path (m, n) with the same ends, never longer (L2), whose every new piece is proven free.
 
     Args:
         waypoints: (k, n), each piece proven free.
-        free_segment, free_configurations, projection: as for `connect`.
+        free_segment, projection: as for `connect`.
         key: of the random numbers; attempt i depends on (key, i) and the path before it only.
         attempts: how many pairs are tried.
+        free_configurations: the cheap look before each proof, if there is one.
     """
     path = np.array(waypoints, np.float64)
     space = Space(free_segment, free_configurations, projection)
@@ -47,7 +48,7 @@ def length(waypoints: Floats) -> float:
 
 
 def _shortened(path: Floats, share0: float, share1: float, space: Space) -> Floats | None:
-    """The path with the part between two shares of its length replaced, or None if that cannot be or is no gain."""
+    """The path with the part between two shares of its length replaced; None if that is blocked or no gain."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     (i, a), (j, b) = (_point(path, lengths, share * lengths[-1]) for share in (share0, share1))
     if i == j or lengths[-1] == 0.0:
@@ -67,7 +68,7 @@ def _shortened(path: Floats, share0: float, share1: float, space: Space) -> Floa
 
 
 def _way(a: Floats, b: Floats, space: Space) -> list[Floats] | None:
-    """Way points after a of a proven path to b: straight, or under a constraint in small steps; None if blocked."""
+    """Way points after a of a proven path to b: straight, or pulled onto the constraint; None if blocked."""
     if space.is_free(a, b):
         return [b]
     if space.projection is None:

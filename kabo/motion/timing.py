@@ -1,16 +1,16 @@
-"""Times along a path: each straight piece as fast as its slowest joint may turn, less a factor."""
+"""Times along a path: each straight piece as fast as its slowest joint may turn."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FACTOR = 0.5  # of the velocity limits
 TICK = 1e-6  # seconds: plans store no more digits
 
 
-def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = FACTOR) -> NDArray[np.float64]:
+def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = 1.0) -> NDArray[np.float64]:
     """The time of each way point (m,) [s], from 0, strictly increasing, whole microseconds.
 
-    Every piece is linear in time; no joint exceeds `factor` times its limit, since times are rounded up.
+    Every piece is linear in time; no joint exceeds `factor` times its limit, since times are rounded up. Corners
+    are not rounded, so a caller who wants gentle motions asks for a small factor.
 
     Args:
         waypoints: (m, n) [rad or m].

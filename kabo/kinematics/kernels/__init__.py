@@ -1,1 +1,1 @@
-"""Array kernels of the kinematics: constraint rows, projection, streams of random numbers, straight lines, proofs."""
+"""Array kernels of the kinematics: constraint rows, projection, streams of random numbers, proofs."""

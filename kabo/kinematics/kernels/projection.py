@@ -168,7 +168,7 @@ def bring_within_limits(q, lower, upper, free, turning, policy):
     return inside
 
 
-@kernel  # (n,) f8, (R, W) f8, (R,) f8 x 2, (n,) f8 x 2, (n,) bool x 2, tree, signs, scratch, i8, i8 -> bool; writes q
+@kernel  # (n,) f8, (R, W) f8, (R,) f8 x 2, (n,) f8 x 2, (n,) bool x 2, tuples, i8, i8 -> bool; writes q, free
 def descend(q, rows, inner_lower, inner_upper, lower, upper, free, turning, tree, signs, work, iterations, policy):
     """Moves q until every row holds within its own tolerance and q is within its limits; whether it got there.
 
@@ -206,13 +206,14 @@ def is_interval(row):
 
 @kernel  # u8, i8, (R, W) f8, (N, R) f8 -> writes aims
 def draw_aims(key, first, rows, aims):
-    """Writes a value inside each interval, evenly spread over samples `first` …; NaN where there is no interval."""
+    """Writes a value inside each interval, evenly spread over samples from `first` on; NaN for no interval."""
     intervals = 0
     for i in range(rows.shape[0]):
         intervals += 1 if is_interval(rows[i]) else 0
     number = 0
     for i in range(rows.shape[0]):
-        aims[:, i] = np.nan
+        for k in range(aims.shape[0]):
+            aims[k, i] = np.nan
         if is_interval(rows[i]):
             for k in range(aims.shape[0]):
                 share = stratified(key, first + k, number, intervals)
@@ -274,7 +275,8 @@ def project_seeds(
         succeeded[i] = False
         for attempt in range(2):
             aiming = set_bounds(rows, required, aims[i] if attempt == 0 else no_aims, inset, aimed, low, high)
-            free[:] = active
+            for j in range(free.shape[0]):
+                free[j] = active[j]
             succeeded[i] = descend(
                 Q[i], aimed, low, high, lower, upper, free, turning, tree, signs, work, iterations, policy
             )

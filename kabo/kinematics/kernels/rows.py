@@ -12,7 +12,7 @@ from kabo.compilation import kernel
 
 # Columns. For ALIGNED the origin of the first holds its direction, and its direction a normal to that; for AZIMUTH
 # the origin of the second holds the direction of angle zero.
-KIND, FIRST, FIRST_ORIGIN, FIRST_DIRECTION, SECOND, SECOND_ORIGIN, SECOND_DIRECTION = 0, 1, 2, 5, 8, 9, 12
+KIND, FIRST, SECOND = 0, 1, 8  # each frame is followed by an origin (3) and a direction (3): 2 to 7, 9 to 14
 LOWER, UPPER, SCALE, TOLERANCE, WIDTH = 15, 16, 17, 18, 19
 
 PLANE = 0  # n2 . (p1 - p2)                      [m], signed
@@ -25,10 +25,9 @@ ALIGNED = 6  # 2 sin(angle / 2), component along a normal of d1; zero at the sam
 AZIMUTH = 7  # of d1 about the second line         [rad], -pi to pi
 
 
-@kernel
-def turned(world_T, j, row, column):
-    """The direction at `column` of a row, from the frame of joint j to the world."""
-    x, y, z = row[column], row[column + 1], row[column + 2]
+@kernel  # (J, 12) f8, i8, f8 x 3 -> f8 x 3
+def turned(world_T, j, x, y, z):
+    """The direction (x, y, z), from the frame of joint j to the world."""
     return (
         world_T[j, 0] * x + world_T[j, 1] * y + world_T[j, 2] * z,
         world_T[j, 3] * x + world_T[j, 4] * y + world_T[j, 5] * z,
@@ -36,13 +35,13 @@ def turned(world_T, j, row, column):
     )
 
 
-@kernel
+@kernel  # f8 x 6 -> f8 x 3
 def crossed(ax, ay, az, bx, by, bz):
     """The cross product a x b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@kernel  # (3,) f8 x 2 -> (3,) f8
+@kernel  # f8 x 3 -> f8 x 3
 def any_normal(x, y, z):
     """A unit vector normal to the unit vector (x, y, z)."""
     if abs(x) < 0.6:
@@ -57,13 +56,13 @@ def any_normal(x, y, z):
 
 @kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
 def position_value(row, world_T, wrench):
-    """The value of a row about a point, and its wrench (force g, then moment m = p1 x g about the world's origin)."""
+    """The value of a row about a point; its wrench is the force g, then m = p1 x g about the world's origin."""
     kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
-    px, py, pz = turned(world_T, a, row, FIRST_ORIGIN)
+    px, py, pz = turned(world_T, a, row[2], row[3], row[4])
     px, py, pz = px + world_T[a, 9], py + world_T[a, 10], pz + world_T[a, 11]
-    ex, ey, ez = turned(world_T, b, row, SECOND_ORIGIN)
+    ex, ey, ez = turned(world_T, b, row[9], row[10], row[11])
     ex, ey, ez = px - ex - world_T[b, 9], py - ey - world_T[b, 10], pz - ez - world_T[b, 11]
-    gx, gy, gz = turned(world_T, b, row, SECOND_DIRECTION)
+    gx, gy, gz = turned(world_T, b, row[12], row[13], row[14])
     along = gx * ex + gy * ey + gz * ez
     if kind == PLANE or kind == GAP:
         value = along
@@ -88,8 +87,8 @@ def position_value(row, world_T, wrench):
 def direction_value(row, world_T, wrench):
     """The value of a row about directions, and its wrench (force zero, moment m)."""
     kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
-    dx, dy, dz = turned(world_T, a, row, FIRST_DIRECTION)
-    ux, uy, uz = turned(world_T, b, row, SECOND_DIRECTION)
+    dx, dy, dz = turned(world_T, a, row[5], row[6], row[7])
+    ux, uy, uz = turned(world_T, b, row[12], row[13], row[14])
     mx, my, mz = crossed(dx, dy, dz, ux, uy, uz)
     value = dx * ux + dy * uy + dz * uz
     if kind == ANGLE:
@@ -102,7 +101,7 @@ def direction_value(row, world_T, wrench):
             if value > 1.0:
                 mx, my, mz = -mx, -my, -mz
     elif kind == ALIGNED:
-        sx, sy, sz = turned(world_T, a, row, FIRST_ORIGIN)
+        sx, sy, sz = turned(world_T, a, row[2], row[3], row[4])
         cosine = sx * ux + sy * uy + sz * uz
         if 1.0 + cosine < 1e-9:  # upside down: as far as can be, and any turn is right
             value = 2.0
@@ -113,7 +112,7 @@ def direction_value(row, world_T, wrench):
             mx, my, mz = weight * mx + bend * nx, weight * my + bend * ny, weight * mz + bend * nz
             value *= weight
     elif kind == AZIMUTH:
-        rx, ry, rz = turned(world_T, b, row, SECOND_ORIGIN)
+        rx, ry, rz = turned(world_T, b, row[9], row[10], row[11])
         tx, ty, tz = crossed(ux, uy, uz, rx, ry, rz)
         px, py, pz = dx - value * ux, dy - value * uy, dz - value * uz
         square = max(px * px + py * py + pz * pz, 1e-12)
@@ -137,7 +136,7 @@ def evaluate(rows, world_T, values, wrenches):
 
 @kernel  # (R, 6) f8, (R, J) f8, (J,) i8, (J,) i8, (J, 12) f8, (J, 6) f8, (R, n) f8 -> writes screws and jacobian
 def differentiate(wrenches, signs, kind, source, world_T, screws, jacobian):
-    """Writes the derivative of every row by every value of the configuration; `signs` holds ratios of mimic joints."""
+    """Writes the derivative of every row by every value of q; `signs` holds the ratios of mimic joints."""
     for j in range(1, kind.shape[0]):
         zx, zy, zz = world_T[j, 2], world_T[j, 5], world_T[j, 8]
         if kind[j] == 0:
@@ -146,8 +145,9 @@ def differentiate(wrenches, signs, kind, source, world_T, screws, jacobian):
         else:
             screws[j, 3], screws[j, 4], screws[j, 5] = 0.0, 0.0, 0.0
         screws[j, 0], screws[j, 1], screws[j, 2] = zx, zy, zz
-    jacobian[:, :] = 0.0
     for i in range(wrenches.shape[0]):
+        for j in range(jacobian.shape[1]):
+            jacobian[i, j] = 0.0
         for j in range(1, kind.shape[0]):
             if signs[i, j] != 0.0:
                 total = 0.0
@@ -158,9 +158,10 @@ def differentiate(wrenches, signs, kind, source, world_T, screws, jacobian):
 
 @kernel  # (R, W) f8, (J,) i8, (J,) f8, (R, J) f8 -> writes signs
 def find_signs(rows, parent, ratio, signs):
-    """Writes how each joint moves the first frame of each row relative to the second: + ratio, - ratio or nothing."""
-    signs[:, :] = 0.0
+    """Writes how each joint moves the first frame of each row relative to the second: + ratio, - ratio or 0."""
     for i in range(rows.shape[0]):
+        for k in range(parent.shape[0]):
+            signs[i, k] = 0.0
         j = int(rows[i, FIRST])
         while j > 0:
             signs[i, j] += ratio[j]

@@ -1,4 +1,4 @@
-"""Random numbers without a state: number `dimension` of sample `index` of stream `key`, in any order, on any worker."""
+"""Random numbers without a state: number `dimension` of sample `index` of stream `key`, in any order."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from kabo.compilation import kernel
 
 @kernel  # u8 -> u8
 def mixed(word):
-    """The finaliser of splitmix64 [Steele, Lea, Flood 2014]: every bit of `word` reaches every bit of the result."""
+    """The finaliser of splitmix64 [Steele, Lea, Flood 2014]: every bit of `word` reaches every bit of it."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return word ^ (word >> np.uint64(31))
@@ -32,7 +32,7 @@ def stratified(key, index, dimension, dimensions):
     root = 1.5
     for _ in range(40):
         root = (1.0 + root) ** (1.0 / (dimensions + 1.0))
-    start = uniform(key, -1, dimension)
+    start = uniform(key, np.int64(-1), dimension)
     place = start + index * (1.0 / root ** (dimension + 1.0))
     return place - np.floor(place)
 
