@@ -17,6 +17,7 @@ ROLES = {
     "sense": ("robot", "object"),
     "sense_weight": ("robot", "object"),
 }
+_ALSO = {"restack": {"this": "object", "other": "support"}}  # how domains may call the roles by name
 WHERE_SENSED = {
     "sense": "sense",
     "sense_weight": "weigh",
@@ -25,13 +26,14 @@ WHERE_SENSED = {
 
 @dataclass(frozen=True)
 class Call:
-    """A ground call: who plays which role; `keep`, `grasp` and `placement` are names or None."""
+    """A ground call: who plays which role; `keep`, `grasp`, `placement` and `at` are names or None."""
 
     procedure: str
     roles: Mapping[str, str] = field(default_factory=dict)
     keep: str | None = None
     grasp: str | None = None
     placement: str | None = None
+    at: str | None = None  # the configuration in which a robot senses
 
     def __str__(self) -> str:
         return f"{self.procedure}({', '.join(self.roles.values())})"
@@ -53,12 +55,14 @@ def call_of(node: Node, problem: Problem) -> Call | None:
     names = ROLES[call.procedure]
     if len(positional) > len(names):
         raise ValueError(f'"{call.procedure}" takes {len(names)} arguments, not {len(positional)}')
+    named = {_ALSO.get(call.procedure, {}).get(name, name): value for name, value in named.items()}
     roles = dict(zip(names, positional, strict=False)) | {n: v for n, v in named.items() if n in names}
     for required in ("robot", "object", "support"):
         if required in names and required not in roles:
             raise ValueError(f'"{call.procedure}" needs the argument "{required}"')
     any_is_none = {name: None if value == "any" else value for name, value in named.items()}
-    return Call(call.procedure, roles, *(any_is_none.get(name) for name in ("keep", "grasp", "placement")))
+    keep, grasp, placement = (any_is_none.get(name) for name in ("keep", "grasp", "placement"))
+    return Call(call.procedure, roles, keep, grasp, placement, named.get("at", WHERE_SENSED.get(call.procedure)))
 
 
 def _values(call: ProcedureCall, node: Node) -> tuple[list[str], dict[str, str]]:

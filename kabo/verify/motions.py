@@ -14,7 +14,7 @@ from kabo.language.problem import Problem
 from kabo.plan import Node, ObjectPose, Segment
 from kabo.scene import Robot
 from kabo.verify.arms import Mount
-from kabo.verify.calls import WHERE_SENSED, Call, call_of
+from kabo.verify.calls import Call, call_of
 from kabo.verify.collision import Tally, check_collision
 from kabo.verify.components import Components
 from kabo.verify.constraints import UnknownFeatureError
@@ -82,8 +82,8 @@ def _plays(role: str, name: str, world: World) -> bool:
 def _check_still(node: str, content: Node, call: Call, world: World, start: Situation) -> Iterator[Finding]:
     """Nothing moves: right only for sensing where the robot is already, or has no place to go to."""
     robot = world.scene.robots[call.roles["robot"]]
-    wanted = robot.configurations.get(WHERE_SENSED.get(call.procedure, ""))
-    if call.procedure not in WHERE_SENSED or (wanted is not None and not _is_at(robot, start.q, wanted)):
+    wanted = robot.configurations.get(call.at or "")
+    if call.at is None or (wanted is not None and not _is_at(robot, start.q, wanted)):
         yield Finding(node, f"{call} has no motion")
     elif content.after is not None:
         yield Finding(node, "records a change, but nothing moves")
@@ -283,9 +283,9 @@ class _Walk:
                 yield Finding(self.node, f"{self.call} moves without holding {name}", self.ended, (name,))
             pose = self.pose(name)
             yield from check_placement(self.node, self.ended, self.call, self.world, pose, self.start.poses)
-        wanted = self.robot.configurations.get(WHERE_SENSED.get(procedure, ""))
+        wanted = self.robot.configurations.get(self.call.at or "")
         if wanted is not None and not _is_at(self.robot, self.q, wanted):
-            text = f"{self.call} does not end in the configuration {WHERE_SENSED[procedure]}"
+            text = f"{self.call} does not end in the configuration {self.call.at}"
             yield Finding(self.node, text, self.ended, (self.robot.name,))
 
     def _check_after(self, content: Node) -> Iterator[Finding]:
