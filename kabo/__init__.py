@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from kabo.language import load_problem
     from kabo.language.problem import Problem
     from kabo.plan import Plan, plan_from_json, plan_to_json
-    from kabo.planner import solve
+    from kabo.planner.solve import solve
     from kabo.planner.result import Progress, Reason, Result
     from kabo.scene import Scene, load_scene
     from kabo.verify import verify_plan
@@ -36,7 +36,7 @@ _HOMES = {
     "load_scene": "kabo.scene",
     "plan_from_json": "kabo.plan",
     "plan_to_json": "kabo.plan",
-    "solve": "kabo.planner",
+    "solve": "kabo.planner.solve",
     "verify_plan": "kabo.verify",
 }
 

@@ -23,10 +23,13 @@ class _Loading:
 
     findings: Findings = field(default_factory=Findings)
     digests: dict[str, str] = field(default_factory=dict)  # by real path
+    within: Path | None = None  # no file outside of this folder is opened
 
     def document(self, name: str, named_at: Place | None = None) -> Mapping | None:
         """The document of the file called `name`; a missing one is reported where it is named."""
         try:
+            if self.within is not None and not Path(name).resolve().is_relative_to(self.within.resolve()):
+                raise UnreadableError("the file lies outside of the folder that may be read")
             source = read_source(Path(name), name)
         except UnreadableError as error:
             self._report(name, named_at, error)
@@ -102,13 +105,17 @@ def kind_of(root: Mapping) -> str | None:
     return "scene" if "scene" in keys else None
 
 
-def load_problem(path: str | Path) -> Problem:
+def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
     """The problem of a file, with its domain and the description of its scene; opens no mesh and no URDF.
+
+    Args:
+        path: the problem file.
+        within: if given, no file outside of this folder is opened (links are followed first).
 
     Raises:
         InputError: with every diagnostic of all files that belong to the problem.
     """
-    loading = _Loading()
+    loading = _Loading(within=within)
     name = os.fspath(path)
     root = loading.document(name)
     problem = None

@@ -48,7 +48,7 @@ def solve_file(
         cancelled: asked now and then; True ends planning soon, with status "exhausted".
     """
     from kabo.plan import plan_to_json
-    from kabo.planner import solve
+    from kabo.planner.solve import solve
 
     try:
         problem = read_problem(path, within)
