@@ -39,7 +39,7 @@ def verify_plan(problem: Problem, plan: Plan, *, knowledge_only: bool = False) -
 
         files, more, figures = check_geometry(problem, plan, order)
         findings += more
-    elif problem.scene is None and any(node.motion for node in plan.nodes.values()) or plan.start is not None:
+    elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
     findings = [*check_files(plan, problem.name, problem.path.parent, files), *findings]
     return Report(tuple(findings), tuple(notes), knowledge_only, branches, leaves, played.states, **figures)
