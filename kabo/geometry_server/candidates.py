@@ -14,8 +14,9 @@ import numpy.typing as npt
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried, fits, rows, standing, tool_frame
 from kabo.kinematics import rows_of, sample, stacked, stream_key
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
-from kabo.scene import Attachment, Body, Region, Robot
+from kabo.scene import Attachment, Body, KinematicTree, Region, Robot
 from kabo.scene.kernels.poses import forward_kinematics
+from kabo.scene.transforms import unflat
 
 Array = npt.NDArray[np.float64]
 
@@ -32,15 +33,11 @@ class Candidate:
 
     def pose(self, frame: Frame) -> Array:
         """The pose (4, 4) in the world of a frame of the robot's tree."""
-        numbers = self.joints[frame.joint]
-        result = np.eye(4)
-        result[:3, :3], result[:3, 3] = numbers[:9].reshape(3, 3), numbers[9:]
-        return result @ frame.joint_T_frame
+        return unflat(self.joints[frame.joint]) @ frame.joint_T_frame
 
 
-def joint_poses(robot: Robot, q: Array) -> Array:
-    """The poses (J, 12) of all joints of a robot's tree in the world."""
-    tree = robot.tree
+def joints_at(tree: KinematicTree, q: Array) -> Array:
+    """The poses (J, 12) of all joints of a tree in the world."""
     world_T = np.zeros((len(tree.parent), 12))
     world_T[0, [0, 4, 8]] = 1.0
     forward_kinematics(q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T)
@@ -50,7 +47,7 @@ def joint_poses(robot: Robot, q: Array) -> Array:
 def candidate(robot: Robot, q: Sequence[float] | Array) -> Candidate:
     """The candidate of a configuration."""
     values = np.array(q, dtype=np.float64)
-    return Candidate(values, joint_poses(robot, values))
+    return Candidate(values, joints_at(robot.tree, values))
 
 
 @dataclass(frozen=True)
@@ -65,14 +62,14 @@ class Stream:
     key: np.uint64
     hand: tuple[float, ...]
 
-    def batch(self, number: int) -> list[Candidate]:
-        """The valid samples of batch `number`, in order of their number."""
+    def batch(self, number: int, size: int = BATCH) -> list[Candidate]:
+        """The valid samples of batch `number` of so many samples, in order of their number."""
         robot, n = self.robot, self.robot.tree.size
         active = np.arange(n) < robot.planned
         base = np.concatenate([np.zeros(robot.planned), self.hand])
         lower, upper = robot.tree.lower, robot.tree.upper
         found, valid = sample(
-            robot.tree, self.rows, self.key, number * BATCH, BATCH, lower, upper, active, base=base
+            robot.tree, self.rows, self.key, number * size, size, lower, upper, active, base=base
         )
         return [candidate(robot, np.round(q, 9) + 0.0) for q in found[valid]]
 
@@ -146,7 +143,7 @@ def base_position(robot: Robot) -> Array:
     """Where the first moving joint of a robot is, in the world (3,)."""
     joint = next((j for j in range(1, len(robot.tree.parent)) if robot.tree.ratio[j] != 0.0), 0)
     lower = np.clip(0.0, robot.tree.lower, robot.tree.upper)
-    return np.array(joint_poses(robot, lower)[joint, 9:])
+    return np.array(joints_at(robot.tree, lower)[joint, 9:])
 
 
 def placement_stream(
@@ -175,7 +172,7 @@ def placement_stream(
         return None
     parts = [rows(family.constraints, roles)]
     if region is not None:
-        parts.append(_within(this, body, region, margin))
+        parts.append(within(this, body, region, margin))
     where = () if support is None else (*np.round(support[1][:3], 9).ravel(),)
     numbers = [float(v) for v in (*held.position, *held.quaternion, *where)]
     place = (support[0].name if support else "", region.name if region else "")
@@ -183,7 +180,7 @@ def placement_stream(
     return PlacementStream(Stream(robot, stacked(parts), key, hand), family, this, others)
 
 
-def _within(this: Frame, body: Body, region: Region, margin: float) -> Array:
+def within(this: Frame, body: Body, region: Region, margin: float) -> Array:
     """Rows that keep the middle of the body so far inside the region's box that the body is likely to fit."""
     low, high = body.mesh.vertices.min(axis=0), body.mesh.vertices.max(axis=0)
     middle = Feature("point", tuple(float(v) for v in (low + high) / 2))  # type: ignore[arg-type]

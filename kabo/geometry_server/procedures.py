@@ -14,6 +14,7 @@ import numpy.typing as npt
 from kabo.geometry_server import grasping, placing
 from kabo.geometry_server.answers import Answer, Failure, Refusals, Success
 from kabo.geometry_server.context import Context
+from kabo.geometry_server.foresight import may_place
 from kabo.geometry_server.frames import WORLD, carried, fits, rows, tool_frame
 from kabo.geometry_server.placing import Target
 from kabo.geometry_server.reach import region_missing
@@ -155,14 +156,17 @@ def pick_refuted(context: Context, arguments: Mapping[str, str], situation: Situ
 
 
 def put_refuted(context: Context, arguments: Mapping[str, str], situation: Situation) -> Failure | None:
-    """The proof that a region is out of reach with an object in the hand, however it is held."""
+    """Why an object cannot be put in a region, however it is held: proven out of reach, or no grasp found there."""
     robot, body = context.scene.robots[arguments["robot"]], context.scene.bodies[arguments["object"]]
     region = context.scene.regions[arguments["region"]]
     missing = region_missing(robot, body, region, tool_frame(robot))
-    if missing <= 0.0:
+    if missing > 0.0:
+        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {body.name}"
+        return Failure("out_of_reach", text, proof=True, missing=missing)
+    if may_place(context, robot, body, Target(region.support, region), situation):
         return None
-    text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {body.name}"
-    return Failure("out_of_reach", text, proof=True, missing=missing)
+    text = f"{robot.name} found no grasp of {body.name} anywhere in {region.name}"
+    return Failure("out_of_reach", text)
 
 
 def place(context: Context, arguments: Mapping[str, str], situation: Situation, attempt: int) -> Answer:
@@ -189,9 +193,6 @@ def _put(
     what = f"{robot.name} cannot {procedure} {name} in {region.name}"
     if not _holds(robot, name, situation):
         return Failure("constraint", f"{what}: it does not hold it", frozenset({name}), proof=True)
-    impossible = put_refuted(context, arguments, situation)
-    if impossible is not None:
-        return impossible
     target = Target(region.support, region)
     return _set_down(context, robot, name, target, situation, attempt, procedure, what, arguments, lets_go)
 

@@ -14,7 +14,9 @@ from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.frames import Frame
 from kabo.geometry_server.workspace import Contacts, Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key
-from kabo.motion import Blocked, connect, retime, shortcut
+from kabo.motion.connect import Blocked, connect
+from kabo.motion.shortcut import shortcut
+from kabo.motion.timing import retime
 from kabo.plan import Segment
 from kabo.scene import Robot
 
@@ -23,6 +25,9 @@ Array = npt.NDArray[np.float64]
 LINE = 1e-3  # m: how far a straight stretch may leave its line
 SHORTCUTS = 60  # attempts to shorten a path
 KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
+
+
+HASTE = 0.5  # of the joints' velocity limits
 
 
 @dataclass(frozen=True)
@@ -116,8 +121,9 @@ def reach(
     if isinstance(path, Blocked):
         pairs = workspace.pairs
         return Refused(tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs)))
-    workspace.surroundings.statistics.samples += path.samples
-    short = shortcut(path.waypoints, *free, stream, attempts=SHORTCUTS, projection=project)
+    short = shortcut(
+        path, free_segment, stream, SHORTCUTS, free_configurations=free_configurations, projection=project
+    )
     return [whole(q) for q in short]
 
 
@@ -186,7 +192,7 @@ class Motion:
         if len(kept) == 1:
             kept.append(kept[0])
         limits = self.robot.tree.velocity[first : first + len(joints)]
-        times = [round(self.time + t, 6) for t in retime(np.array(kept), limits)]
+        times = [round(self.time + t, 6) for t in retime(np.array(kept), limits, factor=HASTE)]
         pairs = tuple(sorted(tuple(sorted(pair)) for pair in permitted))
         points = tuple(tuple(float(v) for v in w) for w in kept)
         self.segments.append(

@@ -1,0 +1,79 @@
+"""Foresight: whether a robot could put an object somewhere at all, however it held it; asked before any search.
+
+The object is let fly: a tree of six joints is projected onto the placement's constraints, and at each place found
+the robot tries to grasp it. Where no grasp is found nothing is proven, but a search need not try every hold in turn.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server.candidates import grasp_stream, joints_at, within
+from kabo.geometry_server.context import Context
+from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing
+from kabo.geometry_server.grasping import opened
+from kabo.geometry_server.placing import Target
+from kabo.geometry_server.situation import Situation
+from kabo.kinematics import sample, stacked, stream_key
+from kabo.scene import PRISMATIC, REVOLUTE, Body, KinematicTree, Robot
+from kabo.scene.transforms import unflat
+
+Array = npt.NDArray[np.float64]
+
+PLACES, GRASPS = 24, 16  # places tried, and grasps at each
+ROOM = 10.0  # m: how far from the world's origin an object may fly
+
+
+def free_body() -> KinematicTree:
+    """The tree of a body that may be anywhere: slides along x, y, z, then turns about x, y, z of its frame."""
+    axes = [np.eye(3)[:, [1, 2, 0]], np.eye(3)[:, [2, 0, 1]], np.eye(3)]  # rotations that take z to x, to y, to z
+    placement = np.zeros((7, 12))
+    placement[0, [0, 4, 8]] = 1.0
+    before = np.eye(3)
+    for j, turn in enumerate([*axes, *axes], 1):
+        placement[j, :9] = (before.T @ turn).ravel()
+        before = turn
+    count = np.arange(7)
+    span = np.array([ROOM, ROOM, ROOM, np.pi, np.pi, np.pi])
+    kind = np.array([REVOLUTE, *[PRISMATIC] * 3, *[REVOLUTE] * 3], dtype=np.int64)
+    source, ratio = np.maximum(count - 1, 0), (count > 0).astype(np.float64)
+    return KinematicTree(
+        np.maximum(count - 1, 0), kind, source, ratio, np.zeros(7), placement, -span, span, np.ones(6)
+    )
+
+
+FREE_BODY = free_body()
+
+
+def places(context: Context, body: Body, target: Target, situation: Situation) -> Iterator[Array]:
+    """Poses (4, 4) at which a body fulfils its placement families on a target, a few of each."""
+    this = Frame(6, np.eye(4), body.features)
+    roles = {"this": this, "world": WORLD}
+    if target.support is not None:
+        (pose,) = context.surroundings.poses(situation, target.support)
+        roles["support"] = standing(context.scene.bodies[target.support], pose)
+    for family in body.placements.values():
+        if fits(family.constraints, roles):
+            parts = [rows(family.constraints, roles)]
+            if target.region is not None:
+                parts.append(within(this, body, target.region, 0.0))
+            key = stream_key(context.seed, "foresight", body.name, family.name, str(target.support))
+            found, valid = sample(
+                FREE_BODY, stacked(parts), key, 0, PLACES, FREE_BODY.lower, FREE_BODY.upper, np.ones(6, dtype=bool)
+            )
+            for q in found[valid]:
+                yield unflat(joints_at(FREE_BODY, q)[6])
+
+
+def may_place(context: Context, robot: Robot, body: Body, target: Target, situation: Situation) -> bool:
+    """Whether the robot finds a grasp of the body at any of the places; True where no place was found at all."""
+    hand = tuple(opened(robot, np.array(situation.configuration(robot.name)))[robot.planned :])
+    none = True
+    for pose in places(context, body, target, situation):
+        none = False
+        for family in body.grasps.values():
+            made = grasp_stream(robot, body, family, pose, hand, context.seed)
+            if made is not None and made.stream.batch(0, GRASPS):
+                return True
+    return none
