@@ -1,0 +1,295 @@
+"""Formula trees to queries on bits: variables bound, quantifiers unrolled, static knowledge settled.
+
+`Compiler` is the dictionary between the two: it hands out bits on first mention and knows which symbols are static.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import product
+
+from kabo.knowledge.facts import AtomBits, NumberBits, TermBits, Vocabulary, finite
+from kabo.knowledge.queries import (
+    FALSE,
+    TRUE,
+    AllOf,
+    AnyOf,
+    Compare,
+    GeometricTest,
+    NumberTerm,
+    Query,
+    conjunction,
+    disjunction,
+    known_one,
+    negation,
+    truth,
+    union,
+)
+from kabo.knowledge.symbols import Symbols
+from kabo.language.formulas import (
+    And,
+    Application,
+    Arithmetic,
+    Atom,
+    Comparison,
+    Constant,
+    Exists,
+    Forall,
+    Formula,
+    GroundCall,
+    Know,
+    KnowValue,
+    KnowWhether,
+    Literal,
+    Not,
+    Number,
+    Or,
+    ProcedureCall,
+    Term,
+    Test,
+    Truth,
+    Variable,
+    Xor,
+)
+from kabo.language.problem import Problem
+
+Binding = Mapping[str, str]  # variable -> object
+Case = tuple[Query, str]  # under this condition the term is known to be this object
+
+
+class Compiler:
+    """Compiles the formulas of one problem; `static` is the knowledge of the symbols that never change."""
+
+    def __init__(self, problem: Problem, symbols: Symbols) -> None:
+        self.problem = problem
+        self.symbols = symbols
+        self.fluents = Vocabulary()
+        self.statics = Vocabulary()
+        self.static = 0
+
+    # ------------------------------------------------------------------------------------------------ formulas
+    def query(self, formula: Formula, binding: Binding) -> Query:
+        """The query that the formula asks under the binding of its free variables."""
+        match formula:
+            case Truth(value=value):
+                return truth(value)
+            case Know(claim=Literal() as literal):
+                return self._literal(literal, binding)
+            case Know(claim=Comparison() as comparison):
+                return self._comparison(comparison, binding)
+            case KnowWhether(atom=atom):
+                return self._each(atom.arguments, binding, lambda names: self._whether(atom, names))
+            case KnowValue(term=term):
+                return self._each(term.arguments, binding, lambda names: self._value_known(term, names))
+            case Test(call=call):
+                return GeometricTest(ground_call(call, binding))
+        return self._compound(formula, binding)
+
+    def _compound(self, formula: Formula, binding: Binding) -> Query:
+        match formula:
+            case Not(body=body):
+                return negation(self.query(body, binding))
+            case And(parts=parts):
+                return conjunction(self.query(part, binding) for part in parts)
+            case Or(parts=parts):
+                return disjunction(self.query(part, binding) for part in parts)
+            case Xor():
+                first, second = self.query(formula.first, binding), self.query(formula.second, binding)
+                one = conjunction([first, negation(second)])
+                return disjunction([one, conjunction([negation(first), second])])
+            case Forall(body=body):
+                return conjunction(self.query(body, inner) for inner in self.instances(formula.variables, binding))
+            case Exists(body=body):
+                return disjunction(self.query(body, inner) for inner in self.instances(formula.variables, binding))
+        raise TypeError(f"not supported and not refused: {formula!r}")
+
+    def instances(self, variables: tuple[Variable, ...], binding: Binding) -> Iterator[Binding]:
+        """The binding extended by all instances of the variables, in order of declaration."""
+        names = [variable.name for variable in variables]
+        for values in product(*(self.problem.of_type(variable.type) for variable in variables)):
+            yield {**binding, **dict(zip(names, values, strict=True))}
+
+    # --------------------------------------------------------------------------------------------------- groups
+    def is_static(self, symbol: str) -> bool:
+        """Whether knowledge about this predicate or function never changes."""
+        return symbol not in self.symbols.changing
+
+    def is_number(self, term: Term) -> bool:
+        """Whether the term's value is a number."""
+        if isinstance(term, Application):
+            return self.problem.values_of(term.function) is None
+        return isinstance(term, Number | Arithmetic)
+
+    def atom(self, name: str, arguments: tuple[str, ...]) -> AtomBits:
+        """The bits of a ground atom."""
+        return self._home(name).atom(name, arguments)
+
+    def term(self, name: str, arguments: tuple[str, ...]) -> TermBits:
+        """The bits of a ground term with a finite range."""
+        values = self.problem.values_of(name) or ()
+        return self._home(name).term(name, arguments, values, name in self.symbols.excludable)
+
+    def number_term(self, name: str, arguments: tuple[str, ...]) -> NumberBits:
+        """The bits of a ground term whose value is a number."""
+        return self._home(name).number(name, arguments)
+
+    def _home(self, name: str) -> Vocabulary:
+        return self.statics if self.is_static(name) else self.fluents
+
+    def _settled(self, symbol: str, query: Query) -> Query:
+        """The query itself, or its truth if its symbol is static."""
+        return truth(query.holds(self.static)) if self.is_static(symbol) else query
+
+    # --------------------------------------------------------------------------------------------------- claims
+    def _each(
+        self, arguments: tuple[Term, ...], binding: Binding, ask: Callable[[tuple[str, ...]], Query]
+    ) -> Query:
+        """What is asked, for whatever objects the argument terms are known to be."""
+        return disjunction(
+            conjunction([condition, ask(names)]) for condition, names in self.argument_cases(arguments, binding)
+        )
+
+    def argument_cases(
+        self, arguments: tuple[Term, ...], binding: Binding
+    ) -> Iterator[tuple[Query, tuple[str, ...]]]:
+        """All tuples of objects that the terms may be known to be, each with the condition for it."""
+        for combination in product(*(self.cases(argument, binding) for argument in arguments)):
+            condition = conjunction(case[0] for case in combination)
+            if condition != FALSE:
+                yield condition, tuple(case[1] for case in combination)
+
+    def cases(self, term: Term, binding: Binding) -> list[Case]:
+        """The objects that the term may be known to be, each with the condition for it."""
+        match term:
+            case Constant(name=name):
+                return [(TRUE, name)]
+            case Variable(name=name):
+                return [(TRUE, binding[name])]
+            case Application(function=function):
+                return [
+                    (conjunction([condition, self._settled(function, AllOf(bit, bit))]), value)
+                    for condition, names in self.argument_cases(term.arguments, binding)
+                    for value, bit in self.term(function, names).equal.items()
+                ]
+        raise TypeError(f"not an object term: {term!r}")
+
+    def _literal(self, literal: Literal, binding: Binding) -> Query:
+        def ask(names: tuple[str, ...]) -> Query:
+            group = self.atom(literal.atom.predicate, names)
+            bit = group.true if literal.positive else group.false
+            return self._settled(literal.atom.predicate, AllOf(bit, bit))
+
+        return self._each(literal.atom.arguments, binding, ask)
+
+    def _whether(self, atom: Atom, names: tuple[str, ...]) -> Query:
+        return self._settled(atom.predicate, AnyOf(self.atom(atom.predicate, names).mask))
+
+    def _value_known(self, term: Application, names: tuple[str, ...]) -> Query:
+        bits = self.number_term(term.function, names) if self.is_number(term) else self.term(term.function, names)
+        return self._settled(term.function, known_one(bits.known | bits.entry))
+
+    def _comparison(self, claim: Comparison, binding: Binding) -> Query:
+        if claim.left == claim.right and claim.operator in ("=", "!="):
+            return truth(claim.operator == "=")
+        if self.is_number(claim.left) or self.is_number(claim.right):
+            left, right = self.number(claim.left, binding), self.number(claim.right, binding)
+            query = Compare(claim.operator, left, right)
+            return query if query.reads else truth(query.holds(0))
+        if claim.operator == "=":
+            return self._equal(claim.left, claim.right, binding)
+        return self._different(claim.left, claim.right, binding)
+
+    def _equal(self, left: Term, right: Term, binding: Binding) -> Query:
+        """K(left = right): both are known to be the same object."""
+        return disjunction(
+            conjunction([one, other])
+            for one, name in self.cases(left, binding)
+            for other, same in self.cases(right, binding)
+            if name == same
+        )
+
+    def _different(self, left: Term, right: Term, binding: Binding) -> Query:
+        """K(left != right): one is known, and the other is known not to be that."""
+        known_left = [
+            conjunction([condition, self._is_not(right, name, binding)])
+            for condition, name in self.cases(left, binding)
+        ]
+        known_right = [
+            conjunction([condition, self._is_not(left, name, binding)])
+            for condition, name in self.cases(right, binding)
+        ]
+        return disjunction([*known_left, *known_right])
+
+    def _is_not(self, term: Term, name: str, binding: Binding) -> Query:
+        """K(term != name)."""
+        if not isinstance(term, Application):
+            return truth(self.cases(term, binding)[0][1] != name)
+
+        def ask(names: tuple[str, ...]) -> Query:
+            bits = self.term(term.function, names)
+            if name not in bits.equal:
+                return TRUE
+            return self._settled(term.function, AnyOf(bits.known & ~bits.equal[name] | bits.unequal.get(name, 0)))
+
+        return self._each(term.arguments, binding, ask)
+
+    # -------------------------------------------------------------------------------------------------- numbers
+    def number(self, term: Term, binding: Binding) -> NumberTerm:
+        """How to read the value of a number term from a state."""
+        match term:
+            case Number(value=value):
+                return NumberTerm(0, lambda _state: value)
+            case Arithmetic():
+                return _arithmetic(
+                    term.operator, self.number(term.left, binding), self.number(term.right, binding)
+                )
+            case Application(function=function):
+                choices = [
+                    (condition, self.number_term(function, names))
+                    for condition, names in self.argument_cases(term.arguments, binding)
+                ]
+                return self._fluent_number(function, choices)
+        raise TypeError(f"not a number: {term!r}")
+
+    def _fluent_number(self, function: str, choices: list[tuple[Query, NumberBits]]) -> NumberTerm:
+        static = self.static if self.is_static(function) else None
+
+        def value(state: int) -> float | None:
+            for condition, bits in choices:
+                if condition.holds(state):
+                    return bits.decode(state if static is None else static)
+            return None
+
+        reads = union(condition.reads | (bits.field if static is None else 0) for condition, bits in choices)
+        return NumberTerm(reads, value)
+
+
+def _arithmetic(operator: str, left: NumberTerm, right: NumberTerm) -> NumberTerm:
+    def value(state: int) -> float | None:
+        first, second = left.value(state), right.value(state)
+        if first is None or second is None or (operator == "/" and second == 0.0):
+            return None
+        return finite(_OPERATIONS[operator](first, second))
+
+    return NumberTerm(left.reads | right.reads, value)
+
+
+_OPERATIONS: Mapping[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+}
+
+
+def ground_call(call: ProcedureCall, binding: Binding) -> GroundCall:
+    """The procedure call with its variables bound; options sorted by name."""
+
+    def value(argument: Variable | Constant | Number) -> str | float:
+        if isinstance(argument, Variable):
+            return binding[argument.name]
+        return argument.name if isinstance(argument, Constant) else argument.value
+
+    positional = tuple(value(argument.value) for argument in call.arguments if argument.name is None)
+    named = sorted(
+        (argument.name, value(argument.value)) for argument in call.arguments if argument.name is not None
+    )
+    return GroundCall(call.procedure, positional, tuple(named))

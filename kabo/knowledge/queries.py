@@ -1,0 +1,326 @@
+"""Queries on knowledge states: compiled formulas in negation normal form over bits [K 3.3.1, PKS primitive queries].
+
+A knowledge state is one Python integer; a query is a small tree whose leaves are masks. Every query answers three
+questions: does it hold, *which bits make it so* (the explanation that generalises solved states), and could it ever
+hold in the delete relaxation. "Not" exists only while compiling: `negation` pushes it into the leaves.
+"""
+
+import operator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Final
+
+from kabo.language.formulas import GroundCall
+
+# Answers a geometric test inside a formula; where nobody knows, it should say True.
+GeometricOracle = Callable[[GroundCall], bool]
+
+COMPARISONS: Final[dict[str, Callable[[float, float], bool]]] = {
+    "=": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+def optimistic(_call: GroundCall) -> bool:
+    """The oracle of purely symbolic planning: every geometric test may succeed."""
+    return True
+
+
+class Query(ABC):
+    """A compiled formula. `reads` are all bits that its value may depend on."""
+
+    reads: int
+    has_tests: bool = False
+
+    @abstractmethod
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """Whether the query holds in the state; parts are evaluated in order and short-circuit."""
+
+    @abstractmethod
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """Bits that decide the value: any state that agrees on them gives the same answer."""
+
+    @abstractmethod
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Whether it can hold if the bits `ones` can be 1 and the bits `zeros` can be 0 (never wrongly False)."""
+
+
+@dataclass(frozen=True)
+class AllOf(Query):
+    """The bits of `mask` are exactly `value`."""
+
+    mask: int
+    value: int
+
+    @property
+    def reads(self) -> int:
+        """All bits tested."""
+        return self.mask
+
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """One masked comparison."""
+        return state & self.mask == self.value
+
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """All bits, or the lowest one that differs."""
+        wrong = (state & self.mask) ^ self.value
+        return wrong & -wrong if wrong else self.mask
+
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Every bit can have its value."""
+        return not (self.value & ~ones or self.mask & ~self.value & ~zeros)
+
+
+@dataclass(frozen=True)
+class AnyOf(Query):
+    """Some bit of `mask` is 1."""
+
+    mask: int
+
+    @property
+    def reads(self) -> int:
+        """All bits tested."""
+        return self.mask
+
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """One masked comparison."""
+        return state & self.mask != 0
+
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """The lowest bit that is 1, or all."""
+        held = state & self.mask
+        return held & -held if held else self.mask
+
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Some bit can be 1."""
+        return self.mask & ones != 0
+
+
+TRUE: Final = AllOf(0, 0)
+FALSE: Final = AnyOf(0)
+
+
+@dataclass(frozen=True)
+class NumberTerm:
+    """A number that may be known: `value` reads the bits `reads` of a state, None means unknown."""
+
+    reads: int
+    value: Callable[[int], float | None]
+
+
+@dataclass(frozen=True)
+class Compare(Query):
+    """A comparison of two known numbers; `positive` is False for "not known to compare so"."""
+
+    operator: str
+    left: NumberTerm
+    right: NumberTerm
+    positive: bool = True
+
+    @property
+    def reads(self) -> int:
+        """The bits of all numbers compared."""
+        return self.left.reads | self.right.reads
+
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """Unknown numbers compare to nothing, so the negated query holds for them."""
+        left, right = self.left.value(state), self.right.value(state)
+        known = left is not None and right is not None and COMPARISONS[self.operator](left, right)
+        return known == self.positive
+
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """All bits of the numbers."""
+        return self.reads
+
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Numbers are not relaxed: they can become anything."""
+        return True
+
+
+@dataclass(frozen=True)
+class GeometricTest(Query):
+    """A geometric test; depends on no bit, only on the geometric state behind the oracle."""
+
+    call: GroundCall
+    positive: bool = True
+
+    reads = 0
+    has_tests = True
+
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """What the oracle says."""
+        return test(self.call) == self.positive
+
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """No bit: equal geometric states answer equally."""
+        return 0
+
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Geometry may say anything."""
+        return True
+
+
+class _Junction(Query):
+    """What conjunction and disjunction share."""
+
+    parts: tuple[Query, ...]
+
+    def __init__(self, parts: tuple[Query, ...]) -> None:
+        self.parts = parts
+        self.reads = union(part.reads for part in parts)
+        self.has_tests = any(part.has_tests for part in parts)
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.parts == other.parts  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.parts))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}{self.parts!r}"
+
+
+class All(_Junction):
+    """Conjunction, short-circuit in order."""
+
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """No part fails."""
+        return all(part.holds(state, test) for part in self.parts)
+
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """What makes all parts hold, or what makes the first failing one fail."""
+        for part in self.parts:
+            if not part.holds(state, test):
+                return part.support(state, test)
+        return union(part.support(state, test) for part in self.parts)
+
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Every part is possible on its own."""
+        return all(part.possible(ones, zeros) for part in self.parts)
+
+
+class Some(_Junction):
+    """Disjunction, short-circuit in order."""
+
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """Some part holds."""
+        return any(part.holds(state, test) for part in self.parts)
+
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """What makes the first holding part hold, or what makes all fail."""
+        for part in self.parts:
+            if part.holds(state, test):
+                return part.support(state, test)
+        return union(part.support(state, test) for part in self.parts)
+
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Some part is possible."""
+        return any(part.possible(ones, zeros) for part in self.parts)
+
+
+def union(masks: Iterable[int]) -> int:
+    """The bits of all masks."""
+    result = 0
+    for mask in masks:
+        result |= mask
+    return result
+
+
+def truth(value: bool) -> Query:
+    """The constant query."""
+    return TRUE if value else FALSE
+
+
+def conjunction(parts: Iterable[Query]) -> Query:
+    """All parts; the masks among them become one test that comes first, geometric tests stay in order behind."""
+    mask = value = 0
+    rest: list[Query] = []
+    for part in _flat(parts, All):
+        if isinstance(part, AllOf):
+            if (part.value ^ value) & part.mask & mask:
+                return FALSE
+            mask, value = mask | part.mask, value | part.value
+        elif part == FALSE:
+            return FALSE
+        elif part not in rest:
+            rest.append(part)
+    rest.sort(key=lambda part: part.has_tests)
+    if mask:
+        rest.insert(0, AllOf(mask, value))
+    return _only(rest, All, TRUE)
+
+
+def disjunction(parts: Iterable[Query]) -> Query:
+    """Some part; single bits among them become one test that comes first."""
+    mask = 0
+    rest: list[Query] = []
+    for part in _flat(parts, Some):
+        if part == TRUE:
+            return TRUE
+        if isinstance(part, AnyOf):
+            mask |= part.mask
+        elif isinstance(part, AllOf) and part.mask == part.value and part.mask & (part.mask - 1) == 0:
+            mask |= part.mask
+        elif part not in rest:
+            rest.append(part)
+    rest.sort(key=lambda part: part.has_tests)
+    if mask:
+        rest.insert(0, known_one(mask))
+    return _only(rest, Some, FALSE)
+
+
+def known_one(mask: int) -> Query:
+    """Some bit of the mask is 1: a plain test if it is a single bit."""
+    return AllOf(mask, mask) if mask and mask & (mask - 1) == 0 else AnyOf(mask)
+
+
+def negation(query: Query) -> Query:
+    """The negated query, in negation normal form."""
+    match query:
+        case AllOf(mask, value):
+            return disjunction(AllOf(bit, bit & ~value) for bit in bits_of(mask))
+        case AnyOf(mask):
+            return AllOf(mask, 0)
+        case Compare() | GeometricTest():
+            return replace(query, positive=not query.positive)
+        case All():
+            return disjunction(negation(part) for part in query.parts)
+        case Some():
+            return conjunction(negation(part) for part in query.parts)
+    raise TypeError(f"not a compiled query: {query!r}")
+
+
+def bits_of(mask: int) -> Iterator[int]:
+    """The single bits of a mask, lowest first."""
+    while mask:
+        bit = mask & -mask
+        yield bit
+        mask ^= bit
+
+
+def _flat(parts: Iterable[Query], kind: type[_Junction]) -> Iterator[Query]:
+    for part in parts:
+        if isinstance(part, kind):
+            yield from part.parts
+        else:
+            yield part
+
+
+def _only(parts: list[Query], kind: type[_Junction], empty: Query) -> Query:
+    if not parts:
+        return empty
+    return parts[0] if len(parts) == 1 else kind(tuple(parts))  # type: ignore[abstract]
+
+
+def split(query: Query) -> tuple[int, int, Query | None]:
+    """A conjunction as one masked comparison (mask, value) and what remains to be asked, None if nothing."""
+    parts = query.parts if isinstance(query, All) else (query,)
+    if not isinstance(parts[0], AllOf):
+        return 0, 0, query
+    rest = parts[1:]
+    return parts[0].mask, parts[0].value, conjunction(rest) if rest else None

@@ -1,0 +1,96 @@
+"""Formulas as text, in the language's own spelling: what explanations and messages quote."""
+
+from collections.abc import Iterable
+
+from kabo.knowledge.compiler import Binding, ground_call
+from kabo.language.formulas import (
+    And,
+    Application,
+    Arithmetic,
+    Atom,
+    Claim,
+    Comparison,
+    Constant,
+    Exists,
+    Forall,
+    Formula,
+    Know,
+    KnowValue,
+    KnowWhether,
+    Literal,
+    Not,
+    Number,
+    Or,
+    Temporal,
+    Term,
+    Test,
+    Truth,
+    Variable,
+    Xor,
+)
+
+
+def formula_text(formula: Formula, binding: Binding) -> str:
+    """The formula with its bound variables replaced; compound parts stand in parentheses."""
+    match formula:
+        case Truth(value=value):
+            return "true" if value else "false"
+        case Know(claim=claim):
+            return f"K({claim_text(claim, binding)})"
+        case KnowWhether(atom=atom):
+            return f"Kw({claim_text(Literal(atom), binding)})"
+        case KnowValue(term=term):
+            return f"Kv({term_text(term, binding)})"
+        case Test(call=call):
+            return str(ground_call(call, binding))
+        case Not(body=body):
+            return f"not {_part(body, binding)}"
+        case And(parts=parts):
+            return " and ".join(_part(part, binding) for part in parts)
+        case Or(parts=parts):
+            return " or ".join(_part(part, binding) for part in parts)
+        case Xor(first=first, second=second):
+            return f"{_part(first, binding)} xor {_part(second, binding)}"
+        case Forall(variables=variables, body=body):
+            return f"forall({_variables(variables)}) {_part(body, binding)}"
+        case Exists(variables=variables, body=body):
+            return f"exists({_variables(variables)}) {_part(body, binding)}"
+        case Temporal(kind=kind, body=body):
+            return f"{kind}({formula_text(body, binding)})"
+
+
+def _part(formula: Formula, binding: Binding) -> str:
+    text = formula_text(formula, binding)
+    return f"({text})" if isinstance(formula, And | Or | Xor) else text
+
+
+def _variables(variables: Iterable[Variable]) -> str:
+    return ", ".join(f"{variable.type} {variable.name}" for variable in variables)
+
+
+def claim_text(claim: Claim, binding: Binding) -> str:
+    """A literal or comparison."""
+    if isinstance(claim, Comparison):
+        return f"{term_text(claim.left, binding)} {claim.operator} {term_text(claim.right, binding)}"
+    return ("" if claim.positive else "not ") + _applied(claim.atom, binding)
+
+
+def term_text(term: Term, binding: Binding) -> str:
+    """A term."""
+    match term:
+        case Constant(name=name):
+            return name
+        case Variable(name=name):
+            return binding.get(name, name)
+        case Number(value=value):
+            return str(int(value)) if value.is_integer() else repr(value)
+        case Application():
+            return _applied(term, binding)
+        case Arithmetic(operator=operator, left=left, right=right):
+            return f"({term_text(left, binding)} {operator} {term_text(right, binding)})"
+
+
+def _applied(thing: Atom | Application, binding: Binding) -> str:
+    name = thing.predicate if isinstance(thing, Atom) else thing.function
+    arguments = ", ".join(term_text(argument, binding) for argument in thing.arguments)
+    return f"{name}({arguments})" if arguments else name

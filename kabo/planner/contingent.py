@@ -1,0 +1,183 @@
+"""Contingent search: a plan in which every leaf fulfils the goal [K 3.3, ch. 6].
+
+Solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and solve
+the node behind *every* outcome. What the continuation needs is then known by regression, and serves every node that
+has it. If some outcome cannot be solved, the step is banned at this node, and the next weak plan goes elsewhere.
+
+Plans are acyclic, so a node is not solved through its own ancestors. A failure is therefore relative: it names the
+ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
+"""
+
+from collections.abc import Generator
+
+from kabo.knowledge import Task, unreachable_goals
+from kabo.planner.delay import delay_sensing
+from kabo.planner.explanation import Explanation
+from kabo.planner.failures import Failure, Failures
+from kabo.planner.memo import Memo, Solved
+from kabo.planner.searches import SEARCHES
+from kabo.planner.skeleton import (
+    Exhausted,
+    Found,
+    Geometry,
+    Limits,
+    SearchResult,
+    Skeleton,
+    SkeletonBuilder,
+    Unreachable,
+)
+from kabo.planner.space import Decide, Node, Space, Step
+from kabo.planner.weak import BudgetSpent, Counter, OnProgress, WeakGraph, choice_of, steps_of
+
+DEFAULT_SEARCH = "breadth-first"
+
+Outcome = Solved | Failure
+Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
+
+
+def find_skeleton(
+    task: Task,
+    *,
+    search: str | None = None,
+    geometry: Geometry | None = None,
+    limits: Limits | None = None,
+    on_progress: OnProgress | None = None,
+) -> SearchResult:
+    """A contingent plan for the task, the proof that there is none, or what ended the search.
+
+    Args:
+        task: the grounded problem.
+        search: how weak plans are found, a key of `SEARCHES`; None is the best all-round one.
+        geometry: what may be refused and which attempts there are; None for purely symbolic planning.
+        limits: the budget; None is unlimited.
+        on_progress: called now and then with the statistics so far.
+
+    Raises:
+        KeyError: there is no search of that name.
+    """
+    counter = Counter(limits or Limits(), on_progress)
+    contingent = _Contingent(Space(task, geometry), search or DEFAULT_SEARCH, counter)
+    try:
+        outcome = _run(contingent.solve(contingent.space.start, []))
+    except BudgetSpent as spent:
+        return Exhausted(counter.statistics, spent.budget)
+    if isinstance(outcome, Failure):
+        return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
+    return Found(Skeleton(outcome.node), counter.statistics)
+
+
+class _Contingent:
+    """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
+
+    def __init__(self, space: Space, search: str, counter: Counter) -> None:
+        self.space = space
+        self.search = SEARCHES[search]
+        self.counter = counter
+        self.explanation = Explanation(space)
+        self.memo = Memo()
+        self.failures = Failures()
+        self.builder = SkeletonBuilder()
+
+    def solve(self, node: Node, plan: list[Step]) -> Solving:
+        """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
+        key = self.space.key(node)
+        outcome: Outcome | None = self.known(node) or self.failures.of_node(key)
+        if outcome is not None:
+            return outcome
+        self.failures.path.add(key)
+        while True:
+            weak = plan or self.weak_plan(node)
+            if isinstance(weak, Failure):
+                outcome = weak
+                break
+            outcome = yield self.follow(node, weak)
+            if isinstance(outcome, Solved):
+                self.remember(node, outcome)
+                break
+            self.failures.add_choice(key, choice_of(weak[0]), outcome)
+            plan = []
+        self.failures.path.discard(key)
+        return outcome
+
+    def follow(self, node: Node, plan: list[Step]) -> Solving:
+        """Takes the first step of a weak plan and solves whatever it may lead to."""
+        step, rest = plan[0], plan[1:]
+        if isinstance(step, Decide):
+            return (yield self.branch(node, step, rest))
+        after = self.space.after(node, step)
+        outcome = yield self.solve(after, rest)
+        if isinstance(outcome, Failure):
+            return outcome
+        needed = self.explanation.before_action(node, step, after, outcome.needed)
+        delivered = self.space.delivered(node, step, after)
+        made = self.builder.act(step.action, step.attempt, delivered, outcome.node)
+        return Solved(needed, made, outcome.length + 1)
+
+    def branch(self, node: Node, step: Decide, rest: list[Step]) -> Solving:
+        """Solves every outcome of a branching, the hoped one first: what it finds may serve the others."""
+        branching, needed = step.branching, 0
+        outcomes = self.space.outcomes(node, branching)
+        children: dict[str, Solved] = {}
+        for outcome, child in sorted(outcomes, key=lambda pair: pair[0] != step.outcome):
+            solved = yield self.solve(child, rest if outcome == step.outcome else [])
+            if isinstance(solved, Failure):
+                return solved
+            need = self.explanation.before_branching(branching, child, solved.needed)
+            if not children and not need & branching.mask:
+                return Solved(need, solved.node, solved.length)  # it serves whatever is sensed: no branch at all
+            needed |= need
+            children[outcome] = solved
+        if not children:
+            return Failure(frozenset())
+        branches = tuple((outcome, children[outcome].node) for outcome, _ in outcomes)
+        length = min(child.length for child in children.values())
+        return Solved(needed | branching.mask, self.builder.branch(branching.fact, branches), length)
+
+    def weak_plan(self, node: Node) -> list[Step] | Failure:
+        """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
+        graph = WeakGraph(self.space, self.failures, self.counter, lambda end: self.known(end) is not None)
+        found = self.search(node, graph)
+        self.counter.weak_searches += 1
+        if found.path is None:
+            return self.failures.add_nodes(self.space.key(node), found.visited, graph.blocked)
+        steps = steps_of(self.space, node, found.path)
+        delayed = delay_sensing(steps, self.space.task.entry_mask)
+        return delayed if delayed != steps and self.may_follow(node, delayed) else steps
+
+    def may_follow(self, node: Node, steps: list[Step]) -> bool:
+        """Whether no step of a reordered weak plan is known to fail."""
+        for step in steps:
+            if self.failures.of_choice(self.space.key(node), choice_of(step)) is not None:
+                return False
+            node = self.space.after(node, step)
+            if self.failures.of_node(self.space.key(node)) is not None:
+                return False
+        return True
+
+    def known(self, node: Node) -> Solved | None:
+        """The continuation of a node that fulfils the goal, or that an earlier continuation covers."""
+        if self.space.is_goal(node):
+            return Solved(self.explanation.goal(node), self.builder.goal, 0)
+        if self.memo.is_empty or self.space.task.open_branching(node[0]) is not None:
+            return None  # what stands open is branched on first
+        return self.memo.find(self.explanation.extended(node[0]), self.space.geometry_key(node))
+
+    def remember(self, node: Node, solved: Solved) -> None:
+        """Keeps a continuation for every node that has what it needs."""
+        self.counter.solved += 1
+        if self.space.task.open_branching(node[0]) is None:
+            self.memo.add(self.explanation.extended(node[0]), self.space.geometry_key(node), solved)
+
+
+def _run(solving: Solving) -> Outcome:
+    """Runs a recursion of generators on a stack of its own: plans may be longer than Python's stack is deep."""
+    stack, outcome = [solving], None
+    while stack:
+        try:
+            stack.append(stack[-1].send(outcome))  # type: ignore[arg-type]
+            outcome = None
+        except StopIteration as finished:
+            stack.pop()
+            outcome = finished.value
+    assert outcome is not None
+    return outcome

@@ -1,0 +1,53 @@
+"""What could not be solved, and on which ancestors that depends.
+
+A plan is acyclic, so while a node is being solved its descendants must not come back to it. A failure found on the
+way says "no plan that avoids the nodes `blocked`"; it holds wherever all of these are ancestors, and everywhere if
+there are none. A node's own key is dropped from its failure: a plan for the node never comes back to it anyway.
+"""
+
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass
+
+Choice = Hashable  # what is tried at a node: (index of the action, attempt), or None for branching
+
+
+@dataclass(frozen=True)
+class Failure:
+    """No plan that avoids these nodes."""
+
+    blocked: frozenset[Hashable]
+
+
+class Failures:
+    """Failures of nodes and of single choices at a node, and the `path` of nodes that are being solved."""
+
+    def __init__(self) -> None:
+        self.path: set[Hashable] = set()
+        self._nodes: dict[Hashable, Failure] = {}
+        self._choices: dict[Hashable, dict[Choice, Failure]] = {}
+
+    def of_node(self, key: Hashable) -> Failure | None:
+        """Why a node is not to be solved here: it is being solved already, or failed for the same reasons."""
+        if key in self.path:
+            return Failure(frozenset([key]))
+        failure = self._nodes.get(key)
+        return failure if failure is not None and failure.blocked <= self.path else None
+
+    def of_choice(self, key: Hashable, choice: Choice) -> Failure | None:
+        """Why a choice is banned at a node."""
+        choices = self._choices.get(key)
+        failure = None if choices is None else choices.get(choice)
+        return failure if failure is not None and failure.blocked <= self.path else None
+
+    def add_choice(self, key: Hashable, choice: Choice, failure: Failure) -> None:
+        """An outcome of the choice failed; the node itself does not count as an obstacle."""
+        self._choices.setdefault(key, {})[choice] = Failure(failure.blocked - {key})
+
+    def add_nodes(self, key: Hashable, visited: Iterable[Hashable], blocked: set[Hashable]) -> Failure:
+        """All of a search from `key` that reached no end failed for the same reasons; returns that failure."""
+        failure = Failure(frozenset(blocked - {key}))
+        for node in visited:
+            known = self._nodes.get(node)
+            if known is None or not known.blocked <= failure.blocked:
+                self._nodes[node] = failure
+        return failure

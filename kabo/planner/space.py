@@ -1,0 +1,117 @@
+"""The nodes of the search: what is known, and the trace of the procedures that made the geometric state."""
+
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
+
+from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
+from kabo.knowledge.queries import bits_of, split
+from kabo.language.formulas import GroundCall
+from kabo.planner.skeleton import Geometry, Trace
+
+Node = tuple[int, Trace]
+Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedure, and the node after it
+
+
+@dataclass(frozen=True)
+class Act:
+    """A step of a weak plan: an action, and the trace that its procedure leaves behind."""
+
+    action: GroundAction
+    attempt: int
+    trace: Trace
+
+
+@dataclass(frozen=True)
+class Decide:
+    """A step of a weak plan: the outcome hoped for of a branching."""
+
+    branching: Branching
+    outcome: str
+
+
+Step = Act | Decide
+
+
+class Space:
+    """A task and its geometry as a graph of nodes; without geometry every procedure succeeds and leaves no trace."""
+
+    def __init__(self, task: Task, geometry: Geometry | None) -> None:
+        self.task = task
+        self.geometry = geometry
+        self.start: Node = (task.initial, None if geometry is None else geometry.start)
+        self._actions = [(*split(action.precondition), action, action.effects.after) for action in task.actions]
+
+    def key(self, node: Node) -> Hashable:
+        """What tells nodes apart: nodes with equal keys have the same plans."""
+        return node[0] if self.geometry is None else (node[0], self.geometry.key(node[1]))
+
+    def oracle(self, trace: Trace) -> GeometricOracle:
+        """Answers the geometric tests inside formulas at this trace."""
+        return optimistic if self.geometry is None else _Oracle(self.geometry, trace)
+
+    def is_goal(self, node: Node) -> bool:
+        """Whether the goal holds."""
+        return self.task.is_goal(node[0], self.oracle(node[1]))
+
+    def moves(self, node: Node) -> Iterator[Move]:
+        """Every applicable action with every attempt that geometry allows, in the order of the file.
+
+        Left out is what cannot help: actions that change neither knowledge nor geometry, and sensing what is known.
+        """
+        state, trace = node
+        test = self.oracle(trace)
+        for mask, value, rest, action, after_of in self._actions:
+            if state & mask != value or (rest is not None and not rest.holds(state, test)):
+                continue
+            after = after_of(state, test)
+            if after is None or (after == state and (self._is_free(action) or action.sense)):
+                continue
+            for attempt, trace_after in self._options(action, trace):
+                yield action, attempt, (after, trace_after)
+
+    def after(self, node: Node, step: Step) -> Node:
+        """The node after a step that is known to be possible."""
+        state, trace = node
+        if isinstance(step, Decide):
+            return dict(step.branching.outcomes(state))[step.outcome], trace
+        after = step.action.after(state, self.oracle(trace))
+        assert after is not None, f"{step.action} contradicts itself"
+        return after, trace if self._is_free(step.action) else step.trace
+
+    def leaves(self, node: Node) -> "list[Node]":
+        """The nodes behind all open branchings; one that fulfils the goal need not be branched any further."""
+        if not node[0] & self.task.pending:
+            return [node]
+        return [(state, node[1]) for state in self.task.leaves(node[0], self.oracle(node[1]))]
+
+    def geometry_key(self, node: Node) -> Hashable:
+        """What of geometry tells nodes apart."""
+        return None if self.geometry is None else self.geometry.key(node[1])
+
+    def delivered(self, node: Node, step: Act, after: Node) -> tuple[str, ...]:
+        """The facts that the step senses and that were not known, not even for run time, before it."""
+        new = after[0] & ~node[0] & self.task.entry_mask
+        facts = {self.task.entries[bit] for bit in bits_of(new)}
+        return tuple(fact for fact in step.action.sense if fact in facts)
+
+    def outcomes(self, node: Node, branching: Branching) -> list[tuple[str, Node]]:
+        """The nodes behind a branching, in plan order."""
+        return [(outcome, (state, node[1])) for outcome, state in branching.outcomes(node[0])]
+
+    def _is_free(self, action: GroundAction) -> bool:
+        """Whether the action asks nothing of geometry."""
+        return self.geometry is None or action.call is None
+
+    def _options(self, action: GroundAction, trace: Trace) -> "list[tuple[int, Trace]]":
+        if self.geometry is None or action.call is None:
+            return [(0, trace)]
+        return list(self.geometry.options(action.call, trace))
+
+
+@dataclass(frozen=True)
+class _Oracle:
+    geometry: Geometry
+    trace: Trace
+
+    def __call__(self, call: GroundCall) -> bool:
+        return self.geometry.test(call, self.trace)

@@ -1,0 +1,114 @@
+"""The graph that weak searches walk: every sensed outcome may be hoped for, what is known to fail is left out."""
+
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from kabo.knowledge import GroundAction
+from kabo.planner.failures import Choice, Failures
+from kabo.planner.skeleton import Limits, Statistics, Trace
+from kabo.planner.space import Act, Decide, Node, Space, Step
+
+DEADLINE_EVERY = 64  # expansions between two looks at the deadline
+PROGRESS_EVERY = 4096  # expansions between two reports
+
+OnProgress = Callable[[Statistics], None]
+Move = tuple[GroundAction, int, Trace] | None  # action, attempt, trace after; None branches on what stands open
+
+
+class BudgetSpent(Exception):
+    """Ends a search from within; never leaves `find_skeleton`."""
+
+    def __init__(self, budget: Literal["expansions", "time"]) -> None:
+        self.budget = budget
+        super().__init__(budget)
+
+
+@dataclass
+class Counter:
+    """Counts what a search does and ends it when its budget is spent."""
+
+    limits: Limits
+    on_progress: OnProgress | None = None
+    expanded: int = 0
+    generated: int = 0
+    weak_searches: int = 0
+    solved: int = 0
+
+    @property
+    def statistics(self) -> Statistics:
+        """The counts so far."""
+        return Statistics(self.expanded, self.generated, self.weak_searches, self.solved)
+
+    def expand(self) -> None:
+        """Counts an expansion.
+
+        Raises:
+            BudgetSpent: it is one too many, or the deadline has passed.
+        """
+        if self.limits.expansions is not None and self.expanded >= self.limits.expansions:
+            raise BudgetSpent("expansions")
+        deadline = self.limits.deadline
+        if deadline is not None and self.expanded % DEADLINE_EVERY == 0 and deadline():
+            raise BudgetSpent("time")
+        self.expanded += 1
+        if self.on_progress is not None and self.expanded % PROGRESS_EVERY == 0:
+            self.on_progress(self.statistics)
+
+
+class WeakGraph:
+    """Nodes and moves as a weak search sees them; `blocked` collects the ancestors that stood in its way."""
+
+    def __init__(self, space: Space, failures: Failures, counter: Counter, is_end: Callable[[Node], bool]) -> None:
+        self.blocked: set[Hashable] = set()
+        self.key = space.key
+        self.is_end = is_end
+        self._space, self._failures, self._counter = space, failures, counter
+
+    def successors(self, node: Node) -> Iterator[tuple[Move, Node]]:
+        """Every node that one action may lead to, all it senses decided one way or another."""
+        self._counter.expand()
+        key = self.key(node)
+        for move, after in self._moves(node):
+            failure = self._failures.of_choice(key, None if move is None else (move[0].index, move[1]))
+            if failure is not None:
+                self.blocked |= failure.blocked
+                continue
+            for leaf in self._space.leaves(after):
+                self._counter.generated += 1
+                failure = self._failures.of_node(self.key(leaf))
+                if failure is None:
+                    yield move, leaf
+                else:
+                    self.blocked |= failure.blocked
+
+    def _moves(self, node: Node) -> Iterator[tuple[Move, Node]]:
+        if self._space.task.open_branching(node[0]) is not None:
+            yield None, node
+            return
+        for action, attempt, after in self._space.moves(node):
+            yield (action, attempt, after[1]), after
+
+
+def steps_of(space: Space, start: Node, path: list[tuple[Move, Node]]) -> list[Step]:
+    """The path of a weak search as single steps: each action, then each decision that it hopes for."""
+    steps: list[Step] = []
+    node = start
+    for move, end in path:
+        if move is not None:
+            steps.append(Act(*move))
+            node = space.after(node, steps[-1])
+        while node != end:
+            branching = space.task.open_branching(node[0])
+            assert branching is not None, "a weak step ends behind its branchings"
+            hoped = end[0] & branching.mask
+            outcomes = space.outcomes(node, branching)
+            outcome = next(name for name, child in outcomes if child[0] & branching.mask == hoped)
+            steps.append(Decide(branching, outcome))
+            node = space.after(node, steps[-1])
+    return steps
+
+
+def choice_of(step: Step) -> Choice:
+    """What a step chooses at its node."""
+    return None if isinstance(step, Decide) else (step.action.index, step.attempt)
