@@ -69,9 +69,9 @@ def files_of(problem: Problem) -> Iterator[Path]:
 
 def geometry_files(scene: SceneDescription) -> Iterator[Path]:
     """The meshes and URDFs of a scene, and the meshes that the URDFs name."""
-    for shaped in (*scene.bodies.values(), *scene.regions.values()):
-        if shaped.shape.path is not None:
-            yield shaped.shape.path
+    for shape in (*(body.shape for body in scene.bodies.values()), *(r.shape for r in scene.regions.values())):
+        if shape.path is not None:
+            yield shape.path
     for robot in scene.robots.values():
         own = None if robot.gripper is None else robot.gripper.urdf
         for urdf in (robot.urdf, own):
@@ -96,19 +96,22 @@ def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
             yield urdf.parent / name.removeprefix("file://")
 
 
-def unpack_problem(problem: ProblemFiles, folder: Path) -> Path:
-    """Writes the inline files below `folder`; returns the problem file.
+def unpack_problem(problem: ProblemFiles, folder: Path) -> PurePosixPath:
+    """Writes the inline files below `folder`; returns the problem file's path from there.
 
     Raises:
         Forbidden: a name is absolute or leads out of the folder.
-        Unreadable: it is not clear which of the files is the problem.
+        Unreadable: a file cannot be written, or it is not clear which of them is the problem.
     """
     files = problem.files or {}
     for name, content in files.items():
         target = folder / safe_name(name)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content.base64 if isinstance(content, InlineFile) else content.encode())
-    return folder / safe_name(_main_file(problem.path, files))
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content.base64 if isinstance(content, InlineFile) else content.encode())
+        except OSError as error:  # too long a name, or a file where another needs a folder
+            raise Unreadable(f"the file {name!r} of the request cannot be written: {error.strerror}") from None
+    return safe_name(_main_file(problem.path, files))
 
 
 def safe_name(name: str) -> PurePosixPath:
@@ -123,33 +126,29 @@ def safe_name(name: str) -> PurePosixPath:
     return path
 
 
-def below(root: Path, name: str) -> Path:
-    """The file `name` below the server's root, after following links.
+def below(root: Path, name: str) -> PurePosixPath:
+    """The path of the file `name` from the server's root; links may not lead out of it.
 
     Raises:
         Forbidden: it leads out of the root.
     """
-    path = (root / name).resolve()
-    if not path.is_relative_to(root.resolve()):
+    if not (root / safe_name(name)).resolve().is_relative_to(root.resolve()):
         raise Forbidden(f"the path {name!r} does not lie below the server's root")
-    return path
+    return safe_name(name)
 
 
 def refuse_outside(problem: Problem, folder: Path) -> None:
     """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
 
     Raises:
-        InputError: which files do not.
+        InputError: the first that does not.
     """
     if problem.scene is None:
         return
-    outside = [
-        path for path in geometry_files(problem.scene) if not path.resolve().is_relative_to(folder.resolve())
-    ]
-    if outside:
-        hint = "a server reads only files that were sent along: use paths relative to the scene"
-        place = str(problem.scene.path)
-        raise InputError(Diagnostic(place, 1, 1, f'"{path}" is not part of the request', hint) for path in outside)
+    for path in geometry_files(problem.scene):  # yields a URDF before opening it
+        if not path.resolve().is_relative_to(folder.resolve()):
+            hint = "a server reads only files that were sent along: use paths relative to the scene"
+            raise InputError([Diagnostic(str(problem.scene.path), 1, 1, f'"{path}" may not be read', hint)])
 
 
 def _main_file(path: str | None, files: Mapping[str, Any]) -> str:

@@ -61,7 +61,7 @@ class Server:
             self._store,
             workers=settings.workers,
             bound=settings.bound,
-            root=settings.root,
+            root=None if settings.root is None else settings.root.resolve(),
             on_progress=self._put_progress,
         )
         verbs = {"solve": self._solve, "cancel": self._cancel, "status": self._status}

@@ -11,7 +11,8 @@ import tempfile
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from multiprocessing import parent_process
 from multiprocessing.connection import Connection, wait
@@ -87,19 +88,22 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
 
     try:
         message = read(SolveRequest, request)
-        with tempfile.TemporaryDirectory(prefix="kabo-", ignore_cleanup_errors=True) as folder:
+        with tempfile.TemporaryDirectory(prefix="kabo-", ignore_cleanup_errors=True) as own:
             if message.problem.files is not None:
-                within = Path(folder)
-                path = inline.unpack_problem(message.problem, within)
+                folder, path = Path(own), inline.unpack_problem(message.problem, Path(own))
             elif message.problem.path is not None and root is not None:
-                within, path = root, inline.below(root, message.problem.path)
+                folder, path = root, inline.below(root, message.problem.path)
             else:
-                raise Refused(
-                    "forbidden" if root is None else "bad_request", "send `$.problem.files`, all of them"
+                code = "bad_request" if message.problem.path is None else "forbidden"
+                raise Refused(code, "this server reads no paths: send all files in `$.problem.files`")
+            with _working_in(folder):
+                answer = solve_file(
+                    Path(path),
+                    message.options,
+                    within=Path(),
+                    progress=ticker.progress,
+                    cancelled=ticker.cancelled,
                 )
-            limit = min(ticker.remaining(), message.options.timeout or ticker.remaining())
-            options = msgspec.structs.replace(message.options, timeout=limit)
-            answer = solve_file(path, options, within=within, progress=ticker.progress, cancelled=ticker.cancelled)
     except Unreadable as error:
         raise Refused("bad_request", str(error)) from None
     except inline.Forbidden as error:
@@ -107,6 +111,17 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
     if ticker.stopped is not None:
         raise Stopped(ticker.stopped)
     return msgspec.json.encode({**answer.body, "id": message.id}), answer.plan
+
+
+@contextmanager
+def _working_in(folder: Path) -> Iterator[None]:
+    """Makes `folder` the current one, so that findings name files as the client does."""
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
 
 
 def worker_main(connection: Connection, work_name: str, root: Path | None) -> None:
