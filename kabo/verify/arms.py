@@ -42,6 +42,11 @@ class Arm:
         self.revolute = [not self._model.joints[j].shortname().startswith("JointModelP") for j in range(count)]
         self.chains = [self._chain(j) for j in range(count)]
         self._offsets = [self._offset(j) for j in range(count)]
+        self._reaches: dict[tuple[int, float, frozenset[int]], Array] = {}
+        # Where pinocchio's configuration takes its values; endless joints stand in it as cosine and sine.
+        joints = [self._model.joints[j] for j in range(1, count)]
+        self._endless = [(j.idx_q, k) for k, j in enumerate(joints) if j.nq == 2]
+        self._simple = np.array([(j.idx_q, k) for k, j in enumerate(joints) if j.nq == 1], dtype=int).reshape(-1, 2)
 
     def _chain(self, joint: int) -> frozenset[int]:
         """The joints that move what hangs on this one."""
@@ -71,8 +76,18 @@ class Arm:
 
     def joint_poses(self, q: Sequence[float]) -> Array:
         """The poses world_T_joint (J, 4, 4) of pinocchio's joints; joint 0 is the world."""
-        self._pinocchio.forwardKinematics(self._model, self._data, self.robot.expand(q))
+        self._pinocchio.forwardKinematics(self._model, self._data, self._expanded(np.asarray(q)))
         return np.array([placement.homogeneous for placement in self._data.oMi])
+
+    def _expanded(self, q: Array) -> Array:
+        """Pinocchio's configuration."""
+        actuation = self.robot.actuation
+        values = np.asarray(actuation.ratio)[1:] * q[list(actuation.source[1:])] + np.asarray(actuation.shift)[1:]
+        result = np.zeros(self._model.nq)
+        result[self._simple[:, 0]] = values[self._simple[:, 1]]
+        for place, k in self._endless:
+            result[place : place + 2] = np.cos(values[k]), np.sin(values[k])
+        return result
 
     def pose(self, q: Sequence[float], mount: Mount) -> Array:
         """The pose (4, 4) in the world of what hangs there."""
@@ -87,8 +102,13 @@ class Arm:
             radius: its distance from that joint's origin [m].
             joints: the joints that count; others are taken to stand.
         """
+        key = joint, radius, joints
+        if key not in self._reaches:
+            self._reaches[key] = self._reach(joint, radius, joints)
+        return self._reaches[key]
+
+    def _reach(self, joint: int, lever: float, joints: frozenset[int]) -> Array:
         result = np.zeros(len(self.robot.joint_names))
-        lever = radius
         while joint > 0:
             if joint in joints:
                 actuation = self.robot.actuation

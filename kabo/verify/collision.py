@@ -9,7 +9,7 @@ import numpy as np
 from kabo.verify.contacts import RAISED, Permits
 from kabo.verify.report import Finding, Least
 from kabo.verify.surfaces import hull_depth
-from kabo.verify.sweep import Contact, Pair, Path, Proof, Thing, open_stretches
+from kabo.verify.sweep import Contact, Pair, Path, Proof, Stretches, Thing, open_stretches
 from kabo.verify.world import World
 
 
@@ -43,11 +43,9 @@ def check_collision(
         world: the scene.
         tally: what was proven before, and the figures; both grow.
     """
-    pairs = [pair for pair in _pairs(path, moving, standing, permits, world) if pair.length > 0.0]
-    tally.pairs += len(pairs)
-    for pair, stretches in zip(pairs, open_stretches(pairs), strict=True):
-        if not stretches:
-            continue
+    count, open_ = open_stretches(path, list(_couples(moving, standing, permits, world)))
+    tally.pairs += count
+    for pair, stretches in open_:
         names = pair.first.name, pair.second.name
         shift = _raise(names, permits)
         key = _key(pair, shift)
@@ -65,18 +63,14 @@ def check_collision(
             yield _finding(node, names, proof)
 
 
-def _pairs(
-    path: Path, moving: Sequence[Thing], standing: Sequence[Thing], permits: Permits, world: World
-) -> Iterator[Pair]:
+def _couples(
+    moving: Sequence[Thing], standing: Sequence[Thing], permits: Permits, world: World
+) -> Iterator[tuple[Thing, Thing]]:
     for i, first in enumerate(moving):
         for second in (*moving[i + 1 :], *standing):
-            names = frozenset((first.name, second.name))
-            if (
-                len(names) == 2
-                and names not in permits.loose
-                and not world.scene.never_collide(first.name, second.name)
-            ):
-                yield Pair(path, first, second)
+            if world.may_meet(first.name, second.name):
+                if not permits.loose or frozenset((first.name, second.name)) not in permits.loose:
+                    yield first, second
 
 
 def _raise(names: tuple[str, str], permits: Permits) -> np.ndarray | None:
@@ -84,7 +78,7 @@ def _raise(names: tuple[str, str], permits: Permits) -> np.ndarray | None:
     return np.array([0.0, 0.0, RAISED]) if frozenset(names) in permits.raised else None
 
 
-def _prove(pair: Pair, stretches: Sequence[tuple[float, float]], shift: np.ndarray | None) -> Proof:
+def _prove(pair: Pair, stretches: Stretches, shift: np.ndarray | None) -> Proof:
     if stretches[0][0] == 0.0 and shift is None and pair.contained():
         a, b = pair.poses(0.0)
         depth = hull_depth(pair.first.surface, a, pair.second.surface, b)

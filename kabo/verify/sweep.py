@@ -5,7 +5,7 @@ metres; a distance d measured at one place therefore proves the path for d metre
 pairs at once, hulls most of the rest, meshes what is left. A pair is free only if every stretch is proven.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from kabo.verify.arms import Arm, Mount
 from kabo.verify.surfaces import Surface, encloses, hull_depth, hull_gap, mesh_distance
 
 Array = npt.NDArray[np.float64]
+Stretches = list[tuple[float, float]]  # from, to: metres of a pair's own motion
 
 LEAST = 1e-7  # [m] bodies nearer than this count as touching
 VANISHING = 1e-6  # a step smaller than this share of a pair's whole motion decides nothing
@@ -30,6 +31,13 @@ class Thing:
     surface: Surface
     world_T: Array | None = None  # (4, 4) if it stands
     mount: Mount | None = None  # if it hangs on the moving robot
+
+    @property
+    def lever(self) -> float:
+        """How far its points are at most from the joint that carries it [m]."""
+        assert self.mount is not None
+        placed = self.mount.joint_T_body
+        return float(np.linalg.norm(placed[:3, :3] @ self.surface.centre + placed[:3, 3])) + self.surface.radius
 
     def pose(self, joint_poses: Array) -> Array:
         """Its pose in the world, given those of the robot's joints."""
@@ -82,12 +90,11 @@ class Proof:
 
 
 class Pair:
-    """Two bodies along a path; `weights` (n,) bounds their relative motion by each coordinate."""
+    """Two bodies along a path; `bound` (n,) says how far they move against each other by each coordinate."""
 
-    def __init__(self, path: Path, first: Thing, second: Thing) -> None:
+    def __init__(self, path: Path, first: Thing, second: Thing, bound: Array) -> None:
         self.path, self.first, self.second = path, first, second
-        self.weights = _weights(path.arm, first, second)
-        self.ends = np.concatenate([[0.0], np.cumsum(path.steps @ self.weights)])  # metres at every way point
+        self.ends = np.concatenate([[0.0], np.cumsum(path.steps @ bound)])  # metres at every way point
 
     @property
     def length(self) -> float:
@@ -113,7 +120,7 @@ class Pair:
             self.second.surface, b, self.first.surface, a
         )
 
-    def advance(self, stretches: Sequence[tuple[float, float]], shift: Array | None = None) -> Proof:
+    def advance(self, stretches: Stretches, shift: Array | None = None) -> Proof:
         """Proves stretches [from, to] in metres of the pair's own motion.
 
         Args:
@@ -121,7 +128,7 @@ class Pair:
             shift: moves the first body by this vector in the world before distances are taken.
         """
         least, when, count = np.inf, 0.0, 0
-        stack = [stretch for stretch in reversed(stretches)]
+        stack = list(reversed(stretches))
         shortest = VANISHING * self.length
         while stack:
             start, end = stack.pop()
@@ -149,39 +156,44 @@ class Pair:
         return Proof(None, least, when, count)
 
 
-def _weights(arm: Arm, first: Thing, second: Thing) -> Array:
-    """Bounds of the relative motion by each coordinate: only joints that move one of the two count."""
+def weights(arm: Arm, first: Thing, second: Thing) -> Array:
+    """Bounds (n,) of the relative motion by each coordinate: only joints that move one of the two count."""
     chains = [arm.chains[thing.mount.joint] if thing.mount else frozenset() for thing in (first, second)]
     total = np.zeros(len(arm.robot.joint_names))
     for thing, joints in ((first, chains[0] - chains[1]), (second, chains[1] - chains[0])):
         if thing.mount is not None and joints:
-            surface, placed = thing.surface, thing.mount.joint_T_body
-            centre = placed[:3, :3] @ surface.centre + placed[:3, 3]
-            total += arm.reach(thing.mount.joint, float(np.linalg.norm(centre)) + surface.radius, joints)
+            total += arm.reach(thing.mount.joint, thing.lever, joints)
     return total
 
 
-def open_stretches(pairs: Sequence[Pair]) -> list[list[tuple[float, float]]]:
-    """For each pair of one path, the stretches [m, m] that balls around the bodies do not prove apart."""
-    if not pairs:
-        return []
-    path = pairs[0].path
-    places = _stations(path, np.max([pair.weights for pair in pairs], axis=0))
-    joints = [path.poses(*place) for place in places]
-    things = {id(t): t for pair in pairs for t in (pair.first, pair.second)}
-    centres = {key: _centres(thing, joints) for key, thing in things.items()}
+def open_stretches(path: Path, couples: Sequence[tuple[Thing, Thing]]) -> tuple[int, list[tuple[Pair, Stretches]]]:
+    """How many couples move against each other at all, and the stretches of these that balls do not prove apart.
+
+    The balls are compared at places about `SPACING` of motion apart; what they prove to both sides is taken away.
+    """
+    bounds = np.array([weights(path.arm, *couple) for couple in couples]).reshape(len(couples), -1)
+    moving = np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)
+    if not len(moving):
+        return 0, []
+    places = _stations(path, bounds.max(axis=0))
+    apart = _apart(path, [couples[i] for i in moving], places)  # (P, stations)
+    travelled = np.concatenate([np.zeros((1, path.steps.shape[1])), np.cumsum(path.steps, axis=0)])
+    passed = np.array([travelled[k] + share * path.steps[k] for k, share in places])
+    s = bounds[moving] @ passed.T  # (P, stations) metres of the couple's own motion
+    joined = (s[:, 1:] - s[:, :-1] <= apart[:, 1:] + apart[:, :-1]).all(axis=1)
+    settled = joined & (apart > 0.0).all(axis=1)
     result = []
-    for pair in pairs:
-        apart = np.linalg.norm(centres[id(pair.first)] - centres[id(pair.second)], axis=1)
-        apart -= pair.first.surface.radius + pair.second.surface.radius + 1e-9
-        s = np.array([pair.ends[k] + share * (pair.ends[k + 1] - pair.ends[k]) for k, share in places])
-        result.append(_uncovered(s, apart, pair.length))
-    return result
+    for row in np.flatnonzero(~settled):
+        pair = Pair(path, *couples[moving[row]], bounds[moving[row]])
+        stretches = _uncovered(s[row], apart[row], pair.length)
+        if stretches:
+            result.append((pair, stretches))
+    return len(moving), result
 
 
-def _stations(path: Path, weights: Array) -> list[tuple[int, float]]:
+def _stations(path: Path, bound: Array) -> list[tuple[int, float]]:
     """Places along the path about `SPACING` of motion apart, every way point among them."""
-    lengths = path.steps @ weights
+    lengths = path.steps @ bound
     spacing = max(SPACING, float(lengths.sum()) / STATIONS)
     result: list[tuple[int, float]] = []
     for piece, length in enumerate(lengths):
@@ -190,13 +202,29 @@ def _stations(path: Path, weights: Array) -> list[tuple[int, float]]:
     return [*result, (len(lengths) - 1, 1.0)]
 
 
-def _centres(thing: Thing, joints: Sequence[Array]) -> Array:
-    return np.array([pose[:3, :3] @ thing.surface.centre + pose[:3, 3] for pose in map(thing.pose, joints)])
+def _apart(path: Path, couples: Sequence[tuple[Thing, Thing]], places: Sequence[tuple[int, float]]) -> Array:
+    """The distances (P, stations) of the balls around the two of each couple."""
+    joints = np.array([path.poses(*place) for place in places])  # (stations, J, 4, 4)
+    things = {id(thing): thing for couple in couples for thing in couple}
+    row = {key: i for i, key in enumerate(things)}
+    centres = np.array([_centres(thing, joints) for thing in things.values()])
+    radii = np.array([thing.surface.radius for thing in things.values()])
+    first, second = (np.array([row[id(couple[k])] for couple in couples]) for k in (0, 1))
+    distances = np.linalg.norm(centres[first] - centres[second], axis=2)
+    apart: Array = distances - (radii[first] + radii[second] + 1e-9)[:, None]
+    return apart
 
 
-def _uncovered(s: Array, apart: Array, length: float) -> list[tuple[float, float]]:
+def _centres(thing: Thing, joints: Array) -> Array:
+    """Where the middle of a body is at every station (stations, 3)."""
+    poses = thing.pose(joints[0])[None] if thing.mount is None else joints[:, thing.mount.joint] @ thing.mount.joint_T_body
+    centres = poses[:, :3, :3] @ thing.surface.centre + poses[:, :3, 3]
+    return np.asarray(np.broadcast_to(centres, (len(joints), 3)))
+
+
+def _uncovered(s: Array, apart: Array, length: float) -> Stretches:
     """What of [0, length] no ball (s - apart, s + apart) covers."""
-    result: list[tuple[float, float]] = []
+    result: Stretches = []
     reached = 0.0  # everything before is covered
     for centre, radius in zip(s, apart, strict=True):
         if radius <= 0.0:
@@ -207,6 +235,3 @@ def _uncovered(s: Array, apart: Array, length: float) -> list[tuple[float, float
     if reached < length or not (apart > 0).any():
         result.append((reached, length))
     return result
-
-
-Told = Callable[[str, str, Contact], None]

@@ -35,12 +35,20 @@ class World:
         self.scene = scene
         self.arms = {name: Arm(robot) for name, robot in scene.robots.items()}
         self._surfaces: dict[str, Surface] = {}
+        self._meet: dict[tuple[str, str], bool] = {}
 
     def surface_of(self, mesh: Mesh) -> Surface:
         """The surface of a mesh; equal meshes share one."""
         if mesh.digest not in self._surfaces:
             self._surfaces[mesh.digest] = surface(mesh)
         return self._surfaces[mesh.digest]
+
+    def may_meet(self, first: str, second: str) -> bool:
+        """Whether contact of two things (`robot.link` or a body) would be a collision."""
+        pair = first, second
+        if pair not in self._meet:
+            self._meet[pair] = first != second and not self.scene.never_collide(first, second)
+        return self._meet[pair]
 
     @cached_property
     def fixed(self) -> list[Thing]:
