@@ -10,13 +10,15 @@ from pathlib import Path
 import numpy as np
 import pyvista
 from numpy.typing import NDArray
+from PIL import Image
 
 import kabo
 from kabo.scene import Mesh, link_poses, world_T
 
 ROOT = Path(__file__).resolve().parent.parent
-WINDOW = (1100, 750)
-STEEL, ORANGE, DARK, WOOD, GLASS, GREY = "#dfe3e8", "#f29f3d", "#4a5260", "#d9b98c", "#58a55c", "#9aa3ad"
+WINDOW = (1000, 680)
+COLOURS = 160  # of a picture file: enough for flat shades, a third of the bytes
+STEEL, ORANGE, DARK, WOOD, GLASS, GREY = "#dfe3e8", "#f29f3d", "#4a5260", "#e6cfa8", "#58a55c", "#9aa3ad"
 MOVABLE = ("#3f7fbf", "#4fa36b", "#b05fa0", "#c9593f", "#7a6fc0", "#c2a23a")
 
 
@@ -32,9 +34,9 @@ class View:
 
 
 VIEWS = (
-    View("domains/bartender/four_bottles.yaml", "domains/bartender/scene.png", (2.9, 1.0, 1.7), (0.0, 0.0, 0.3)),
+    View("domains/bartender/four_bottles.yaml", "domains/bartender/scene.png", (3.1, 0.9, 1.9), (0.0, -0.05, 0.28)),
     View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
-    View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.7, 1.0, 0.9), (0.2, 0.0, 0.25)),
+    View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )
 
 
@@ -44,7 +46,7 @@ def _surface(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> pyvista
 
 def _stage(camera: tuple[float, float, float], focus: tuple[float, float, float], angle: float) -> pyvista.Plotter:
     plotter = pyvista.Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
-    plotter.set_background("white", top="#dce6f0")
+    plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
     plotter.camera_position = [camera, focus, (0.0, 0.0, 1.0)]
     plotter.camera.view_angle = angle
@@ -66,6 +68,14 @@ def _add(
     )
 
 
+def _save(plotter: pyvista.Plotter, path: Path) -> None:
+    """Writes what the plotter shows as PNG with a palette."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    image = Image.fromarray(plotter.screenshot(return_img=True))
+    image.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    plotter.close()
+
+
 def draw_scene(view: View) -> None:
     """Draws a problem's first state to the view's picture file."""
     scene = kabo.load_scene(kabo.load_problem(ROOT / view.problem).scene)
@@ -82,9 +92,10 @@ def draw_scene(view: View) -> None:
         _add(plotter, body.mesh, world_T(scene, scene.start, name), colour)
     for name in scene.regions:
         if name != "anywhere":
-            _add(plotter, scene.regions[name].mesh, world_T(scene, scene.start, name), GLASS, 0.25)
-    plotter.screenshot(str(ROOT / view.picture))
-    plotter.close()
+            bounds = np.c_[-np.array(scene.regions[name].size), scene.regions[name].size].ravel()
+            box = pyvista.Box(bounds).transform(world_T(scene, scene.start, name), inplace=False)
+            plotter.add_mesh(box, color=GLASS, opacity=0.25)
+    _save(plotter, ROOT / view.picture)
 
 
 def main() -> None:

@@ -89,7 +89,7 @@ def _arc(
 
 
 def revolved(corners: Sequence[tuple[float, float, float]], detail: Detail) -> Solid:
-    """The solid of revolution around z of an outline of (r, z, fillet radius) corners, r > 0, from the bottom up."""
+    """The solid of revolution around z of an outline of (r, z, fillet radius) corners, r > 0, bottom to top."""
     outline = rounded(corners, detail.fillet_steps)
     turns = [2.0 * math.pi * k / detail.segments for k in range(detail.segments)]
     return lofted(np.array([[(r * math.cos(a), r * math.sin(a), z) for a in turns] for r, z in outline]))

@@ -4,7 +4,7 @@ import kabo
 
 NUMBERS = ("one", "two", "three", "four")
 POSITIONS = ((0.20, 0.62), (0.28, 0.44), (0.20, 0.02), (0.10, -0.30))  # on the table [m]
-MIDDLE_OF_TABLE = (0.025, 0.0)
+MIDDLE_OF_TABLE = (0.025, -0.07)
 HALF_THICKNESS = 0.02
 
 PROBLEM = """\
@@ -19,9 +19,11 @@ bodies:
 initial:
   - add(Kf, hand_empty(left), hand_empty(right))
   - forall(bottle o) add(Kf, not grasped(o))
-goal: >
-  forall(bottle o) ((K(at_location(o, dishwasher)) and K(not grasped(o)))
-                    xor K(not empty_bottle(o)))
+goal:
+  - forall(bottle o) Kw(empty_bottle(o))        # or a bottle that nobody looked at might be washed with the others
+  - >
+    forall(bottle o) ((K(at_location(o, dishwasher)) and K(not grasped(o)))
+                      xor K(not empty_bottle(o)))
 """
 
 
