@@ -7,7 +7,7 @@ from pathlib import Path
 
 from kabo.language.constraints import ConstraintReader, Owner, Roles
 from kabo.language.documents import Mapping, Node, Scalar, Sequence
-from kabo.language.features import WORLD_FEATURES, given_features, read_features
+from kabo.language.features import WORLD_FEATURES, given_features, read_features, sound_features
 from kabo.language.paths import read_file_path
 from kabo.language.poses import read_pose
 from kabo.language.scene_description import (
@@ -47,7 +47,7 @@ class Part:
     pose: PoseDescription
     movable: bool
     mass: float | None
-    features: MappingType[str, Feature] = field(default_factory=dict)
+    features: MappingType[str, Feature | None] = field(default_factory=dict)
 
     @property
     def owner(self) -> Owner:
@@ -66,7 +66,6 @@ class BodyReader:
     def part(self, name: str, mapping: Mapping, model: str | None, *, movable: bool, complete: bool) -> Part:
         """The first half of a body; a model need not be `complete`: the shape may stand in the body."""
         reader = self.reader
-        reader.keys(mapping, BODY_KEYS if complete else MODEL_KEYS, "a body" if complete else "a model")
         shape = self.shape(mapping, required=complete, what="a body")
         own = read_features(reader, mapping.get("features"))
         moves = reader.boolean(mapping.get("movable"), "`movable`")
@@ -85,7 +84,8 @@ class BodyReader:
         if part.shape is None:
             return None
         return BodyDescription(
-            part.name, part.shape, part.pose, part.movable, part.model, part.mass, part.features, grasps,
+            part.name, part.shape, part.pose, part.movable, part.model, part.mass,
+            sound_features(part.features), grasps,
             placements, part.mapping.place,
         )  # fmt: skip
 

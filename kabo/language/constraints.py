@@ -36,7 +36,7 @@ class Owner:
     """Something that a role may stand for, and its features."""
 
     name: str
-    features: Mapping[str, Feature]
+    features: Mapping[str, Feature | None]  # None: something is wrong with it, which was reported
 
 
 Roles = Mapping[str, Sequence[Owner]]
@@ -90,17 +90,16 @@ class ConstraintReader:
             self.findings.add(place, "inside takes whole bodies: inside(this, region)")
             return None
         owners = roles[name.owner]
-        found = {owner.features[name.feature].kind for owner in owners if name.feature in owner.features}
+        found = [owner.features[name.feature] for owner in owners if name.feature in owner.features]
         if not found and owners:
             self._report_missing(name, place, owners)
             return None
-        return tuple(sorted(found))
+        return tuple(sorted({feature.kind for feature in found if feature is not None}))
 
     def _report_missing(self, name: FeatureName, place: Place, owners: Sequence[Owner]) -> None:
         known = sorted({feature for owner in owners for feature in owner.features})
         who = f'"{owners[0].name}" has' if len(owners) == 1 else f'nothing that "{name.owner}" can be has'
         hint = self.findings.near(name.feature or "", known)
-        hint = hint or (f"there are {', '.join(known)}" if known else "it has no features")
         self.findings.add(place, f'{who} no feature "{name.feature}"', hint)
 
     def _in_order(self, written: "_Written", pairs: set[tuple[str, str]]) -> Constraint | None:

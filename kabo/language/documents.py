@@ -41,11 +41,12 @@ class Scalar(Node):
 
     text: str = ""
     style: str = ""
+    refused: bool = False  # a tag or an alias stood here; that was reported
 
     @property
     def empty(self) -> bool:
         """Whether nothing is written here: `key:` and no more."""
-        return not self.text and not self.style
+        return not self.text and not self.style and not self.refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,13 +102,15 @@ _REMEDIES = (
     ("cannot start any token", "\t", "this is a tab: indent with blanks"),
     ("cannot start any token", "`@%", "put the value in double quotes"),
     ("mapping values are not allowed", ":", 'a value that contains ": " must stand in double quotes'),
-    ("expected alphabetic or numeric character", "*&", "an operator is a word here: write `and`, not `&`"),
+    ("expected alphabetic or numeric character", "&", "write `and`, and not before the first formula"),
+    ("expected alphabetic or numeric character", "*", "a value that begins with * must stand in double quotes"),
     ("tab character", "", "this is a tab: indent with blanks"),
 )
 
 
 def _report_broken(source: SourceFile, findings: Findings, error: Any) -> None:
-    mark = error.problem_mark or error.context_mark
+    sign = error.context in ("while scanning an alias", "while scanning an anchor")
+    mark = error.context_mark if sign else error.problem_mark or error.context_mark
     offset = 0 if mark is None else min(mark.index, len(source.text))
     before = source.text[max(0, offset - 1) : offset + 1]
     problem = error.problem or error.context or "broken"
@@ -153,19 +156,19 @@ class _Builder:
                 return False
             self._open.append(_Frame(isinstance(event, yaml.MappingStartEvent), start, bool(event.flow_style)))
         elif isinstance(event, yaml.AliasEvent):
-            self._put(Scalar(self._source, start, end, "", ""))
+            self._put(Scalar(self._source, start, end, "", "", True))
         else:
-            self._put(Scalar(self._source, start, end, event.value, event.style or ""))
+            self._put(Scalar(self._source, start, end, event.value, event.style or "", event.tag is not None))
         return True
 
     def _refuse_extras(self, event: Any) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
             kind = "alias" if isinstance(event, yaml.AliasEvent) else "anchor"
             hint = "`models` and `model:` say a thing once; in a formula write `and` instead of `&`"
-            self._report(event, f'the {kind} "{event.anchor}" is not allowed in this file', hint)
+            self._report(event, f'the {kind} "{event.anchor}" is not allowed in this file', hint, length=1)
         elif getattr(event, "tag", None) is not None:
             hint = "the place of a value decides its type; in a formula write `not` instead of `!`"
-            self._report(event, f'the tag "{event.tag}" is not allowed', hint)
+            self._report(event, f'the tag "{event.tag}" is not allowed', hint, length=1)
 
     def _put(self, node: Node) -> None:
         if not self._open:
@@ -201,8 +204,9 @@ class _Builder:
         else:
             self._put(Sequence(self._source, frame.start, end, frame.items, frame.flow))
 
-    def _report(self, event: Any, message: str, hint: str | None = None) -> None:
-        place = self._source.place(event.start_mark.index, event.end_mark.index)
+    def _report(self, event: Any, message: str, hint: str | None = None, *, length: int | None = None) -> None:
+        start = event.start_mark.index
+        place = self._source.place(start, event.end_mark.index if length is None else start + length)
         self._findings.add(place, message, hint)
 
     def document(self) -> Mapping | None:

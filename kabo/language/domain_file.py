@@ -148,11 +148,8 @@ def _value_kind(reading: DomainReading, node: Node | None, what: str) -> Kind:
     scalar = reading.reader.scalar(node, f"the value of {what}")
     if scalar is None or scalar.text == NUMBER:
         return None if scalar is None else NUMBER
-    return (
-        scalar.text
-        if reading.vocabulary.check_type(scalar.text, scalar.place, f"as the value of {what}")
-        else None
-    )
+    where = f"as the value of {what}"
+    return scalar.text if reading.vocabulary.check_type(scalar.text, scalar.place, where, NUMBER) else None
 
 
 def _enumeration(reading: DomainReading, node: Sequence, what: str) -> Kind:
@@ -274,8 +271,12 @@ def _read_run_time_variable(
 
 def _read_sensed(context: Context, tree: Tree) -> f.Atom | f.Application | None:
     if tree.data == "term":
-        symbol = context.scope.find(str(tree.children[0]))
-        if symbol is not None and symbol.role == "function":
+        name = tree.children[0]
+        symbol = context.scope.find(str(name))
+        if symbol is None:
+            context.unknown(name, "predicate or function", "predicate", "function")
+            return None
+        if symbol.role == "function":
             return read_function_term(context, tree)
     return read_atom(context, tree)
 

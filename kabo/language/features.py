@@ -33,22 +33,26 @@ def given_features(shape: Shape | None) -> dict[str, Feature]:
     return features
 
 
-def read_features(reader: Reader, node: Node | None) -> dict[str, Feature]:
-    """The features of a mapping, by name; wrong ones are reported and left out."""
-    features: dict[str, Feature] = {}
+def read_features(reader: Reader, node: Node | None) -> dict[str, Feature | None]:
+    """The features of a mapping, by name; wrong ones are reported and None."""
+    features: dict[str, Feature | None] = {}
     for name, key, value in reader.entries(node, "features"):
         reader.check_name(key, "a feature")
         mapping = reader.mapping(value, "a feature")
+        features[name] = None
         if mapping is None:
             continue
         reader.keys(mapping, ("point", "line", "plane"), "a feature")
         if len(mapping.entries) != 1:
             reader.findings.add(key.place, "a feature is exactly one of point, line and plane")
             continue
-        feature = _read_feature(reader, mapping)
-        if feature is not None:
-            features[name] = feature
+        features[name] = _read_feature(reader, mapping)
     return features
+
+
+def sound_features(features: MappingType[str, Feature | None]) -> dict[str, Feature]:
+    """The features that could be read."""
+    return {name: feature for name, feature in features.items() if feature is not None}
 
 
 def _read_feature(reader: Reader, mapping: Mapping) -> Feature | None:

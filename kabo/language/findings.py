@@ -9,6 +9,7 @@ from kabo.language.source import SourceFile
 _LONGEST_LINE = 400  # a longer line is not shown: a file may be a single line of megabytes
 _MOST_SUGGESTIONS = 200  # looking for near names costs up to the product of both lists
 _MOST_NAMES = 2000
+_FEW = 12
 
 
 class Findings:
@@ -38,20 +39,28 @@ class Findings:
         )  # fmt: skip
 
     def near(
-        self, word: str, known: Collection[str], declared: Mapping[str, tuple[str, Place | None]] | None = None
+        self,
+        word: str,
+        known: Collection[str],
+        declared: Mapping[str, tuple[str, Place | None]] | None = None,
+        *,
+        all_if_few: bool = True,
     ) -> str | None:
-        """The remedy `did you mean "…"?` with where that was declared, or None if nothing is near.
+        """The remedy `did you mean "…"?` with where that was declared; None if nothing is near.
 
         Args:
             word: what was written.
             known: what could have been meant.
             declared: for some of `known`, its signature as text and its place.
+            all_if_few: if nothing is near and there are few, name them all.
         """
         self._suggestions += 1
         if self._suggestions > _MOST_SUGGESTIONS or len(known) > _MOST_NAMES or len(word) > 80:
             return None
         remedy = did_you_mean(word, known)
-        if remedy is None or declared is None:
+        if remedy is None:
+            return f"there are {', '.join(known)}" if 0 < len(known) <= _FEW and all_if_few else None
+        if declared is None:
             return remedy
         signature, place = declared.get(remedy.split('"')[1], ("", None))
         return remedy if place is None else f"{remedy} {signature} is declared at {spell_place(place)}"

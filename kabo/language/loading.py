@@ -10,7 +10,7 @@ from kabo.language.documents import Mapping, Node, read_document
 from kabo.language.domain_file import DomainReading, read_domain
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
-from kabo.language.paths import beside
+from kabo.language.paths import beside, near_file
 from kabo.language.problem import Problem
 from kabo.language.problem_file import read_problem
 from kabo.language.scene_file import SceneReading, read_scene
@@ -43,10 +43,12 @@ class _Loading:
             line, column = before.count("\n") + 1, error.offset - before.rfind("\n")
             self.findings.add(Place(name, line, column), error.message, error.hint)
         elif named_at is not None:
-            shown = name.replace("\\", "/")
-            self.findings.add(named_at, f"{shown}: {error.message}", error.hint)
+            shown = os.path.relpath(name, os.path.dirname(named_at.file) or ".").replace(os.sep, "/")
+            hint = error.hint or near_file(self.findings, Path(name))
+            self.findings.add(named_at, f'"{shown}": {error.message}', hint)
         else:
-            self.findings.add(Place(name, 1, 1), error.message, error.hint)
+            hint = error.hint or near_file(self.findings, Path(name))
+            self.findings.add(Place(name, 1, 1), error.message, hint)
 
     def problem(self, root: Mapping, name: str) -> Problem | None:
         """The problem of a document, with its domain and scene."""

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from kabo.language.documents import Node
+from kabo.language.findings import Findings
 from kabo.language.source import missing_file_reason
 from kabo.language.values import Reader
 
@@ -14,6 +15,15 @@ _SCHEME = "package://"
 def beside(folder: str, written: str) -> str:
     """The path `written` in a file that lies in `folder`, with `..` resolved by name."""
     return os.path.normpath(os.path.join(folder, written))
+
+
+def near_file(findings: Findings, path: Path) -> str | None:
+    """The remedy `did you mean "…"?` for a file that is not there, from the names beside it."""
+    try:
+        beside_it = sorted(os.listdir(path.parent))
+    except (OSError, ValueError):
+        return None
+    return findings.near(path.name, beside_it, all_if_few=False)
 
 
 def read_packages(reader: Reader, node: Node | None) -> dict[str, Path]:
@@ -38,7 +48,7 @@ def read_file_path(reader: Reader, node: Node | None, what: str, packages: Mappi
     if text.startswith(_SCHEME):
         package, _, rest = text[len(_SCHEME) :].partition("/")
         if package not in packages:
-            hint = reader.findings.near(package, packages.keys()) or "declare it: packages: {NAME: folder}"
+            hint = reader.findings.near(package, packages) or "declare it: packages: {NAME: folder}"
             reader.findings.add(node.place, f'unknown package "{package}"', hint)
             return None
         path = Path(beside(str(packages[package]), rest))
@@ -46,5 +56,6 @@ def read_file_path(reader: Reader, node: Node | None, what: str, packages: Mappi
         path = Path(beside(str(node.source.path.parent), text))
     reason = missing_file_reason(path)
     if reason is not None:
-        reader.findings.add(node.place, f'{what} "{text}": {reason}', f"looked for {path}")
+        hint = near_file(reader.findings, path) or f"looked for {path}"
+        reader.findings.add(node.place, f'{what} "{text}": {reason}', hint)
     return path

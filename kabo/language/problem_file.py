@@ -48,7 +48,7 @@ def read_problem(
     scope = Scope(domain.vocabulary)
     scalars = reader.formulas(root.get("initial"), "an initial update")
     effects = [
-        read_parsed(scalar, "effect", scope, "of the initial knowledge", _read_initial) for scalar in scalars
+        read_parsed(scalar, "effect", scope, "in the initial knowledge", _read_initial) for scalar in scalars
     ]
     scalars = reader.formulas(goal_node, "a goal")
     goal = [read_parsed(scalar, "formula", scope, "in the goal", _read_goal) for scalar in scalars]
@@ -151,6 +151,7 @@ def _check_call(
     problem: Problem, scene: SceneReading, call: f.ProcedureCall, kinds: MappingType[str, str],
     places: MappingType[str, f.Place], findings: Findings,
 ) -> None:  # fmt: skip
+    sound = not scene.unsound
     properties = PROCEDURES[call.procedure]
     by_name = {each.name: each for each in properties}
     for number, argument in enumerate(call.arguments):
@@ -159,7 +160,7 @@ def _check_call(
         if isinstance(value, f.Number) or place is None:
             continue
         if wanted.kind not in ("robot", "body", "region"):
-            if isinstance(value, f.Constant):
+            if isinstance(value, f.Constant) and sound:
                 _check_family(scene, wanted, value, findings)
             continue
         if isinstance(value, f.Variable):
@@ -178,10 +179,11 @@ def _check_thing(
         return
     things = {"robot": description.robots, "body": description.bodies, "region": description.regions}[wanted.kind]
     called = f"{spell(call)} at {spell_place(call.place)}" if call.place is not None else spell(call)
-    hint = findings.near(name, things.keys()) or f"the {wanted.kind}s of the scene: {', '.join(things) or 'none'}"
-    if role is None and name in scene.places:
+    if (role is None and name in scene.places) or (place, wanted.kind) in scene.reported:
         return  # it is there, but something is wrong with it, which was reported
+    scene.reported.add((place, wanted.kind))
     problem = f"is a {role} of the scene" if role is not None else f"is no {wanted.kind} of the scene"
+    hint = findings.near(name, things.keys())
     findings.add(place, f'"{name}" {problem}; {called} needs a {wanted.kind}', hint)
 
 
@@ -197,5 +199,5 @@ def _check_family(scene: SceneReading, wanted: Property, value: f.Constant, find
         names = {"any"}.union(*(body.placements for body in description.bodies.values()))
     if value.name not in names:
         kind = wanted.kind.replace("_", " ") + (" family" if wanted.kind == "grasp" else "")
-        hint = findings.near(value.name, names) or f"there are {', '.join(sorted(names)) or 'none'}"
+        hint = findings.near(value.name, sorted(names - {"any"}))
         findings.add(place, f'the scene has no {kind} "{value.name}"', hint)

@@ -1,12 +1,13 @@
 """Robots of a scene: URDF, base, planned joints, gripper, tool, configurations [LANGUAGE 4]."""
 
 from collections.abc import Mapping as MappingType
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from kabo.language.bodies import BodyReader
+from kabo.language.constraints import Owner
 from kabo.language.documents import Mapping, Node
-from kabo.language.features import read_features
+from kabo.language.features import read_features, sound_features
 from kabo.language.paths import read_file_path
 from kabo.language.poses import read_pose
 from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
@@ -25,13 +26,11 @@ class RobotReader:
     reader: Reader
     bodies: BodyReader
     packages: MappingType[str, Path]
+    tools: dict[str, Owner] = field(default_factory=dict)  # of every robot and robot model read
 
     def robot(self, name: str, mapping: Mapping, model: str | None, *, complete: bool) -> RobotDescription | None:
         """A robot, or a model of one, which need not be `complete`; None without a URDF."""
         reader = self.reader
-        reader.keys(
-            mapping, ROBOT_KEYS if complete else ROBOT_MODEL_KEYS, "a robot" if complete else "a robot model"
-        )
         node = reader.require(mapping, "urdf", "a robot") if complete else mapping.get("urdf")
         urdf = read_file_path(reader, node, "URDF", self.packages)
         base = read_pose(reader, mapping.get("base"))
@@ -39,10 +38,11 @@ class RobotReader:
         self._inverse_kinematics(mapping.get("inverse_kinematics"))
         gripper = self._gripper(mapping.get("gripper"))
         frame, features = self._tool(mapping.get("tool"))
+        self.tools[name] = Owner(name, features)
         configurations = self._configurations(mapping.get("configurations"), joints)
         return RobotDescription(
-            name, urdf or Path(), base, joints, "projection", gripper, frame, features, configurations, model,
-            mapping.place,
+            name, urdf or Path(), base, joints, "projection", gripper, frame, sound_features(features),
+            configurations, model, mapping.place,
         )  # fmt: skip
 
     def _inverse_kinematics(self, node: Node | None) -> None:
@@ -98,7 +98,7 @@ class RobotReader:
                     self.reader.findings.add(node.key(name).place, f'"{name}" is no joint of the gripper', hint)
         return values
 
-    def _tool(self, node: Node | None) -> tuple[str | None, dict[str, Feature]]:
+    def _tool(self, node: Node | None) -> tuple[str | None, dict[str, Feature | None]]:
         mapping = self.reader.mapping(node, "a tool")
         if mapping is None:
             return None, {}

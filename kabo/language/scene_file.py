@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field
 
-from kabo.language.bodies import WORLD, BodyReader, Part
+from kabo.language.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, Part
 from kabo.language.constraints import ConstraintReader, Owner, Roles
 from kabo.language.documents import Mapping, Node, Scalar, Sequence
 from kabo.language.features import given_features
@@ -15,7 +15,7 @@ from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.paths import read_packages
 from kabo.language.poses import Framed, check_frames
-from kabo.language.robots import RobotReader
+from kabo.language.robots import ROBOT_KEYS, ROBOT_MODEL_KEYS, RobotReader
 from kabo.language.scene_description import (
     BodyDescription,
     Constraint,
@@ -43,6 +43,8 @@ class SceneReading:
     reader: Reader
     description: SceneDescription | None = None
     places: dict[str, Place] = field(default_factory=dict)
+    reported: set[tuple[Place, str]] = field(default_factory=set)  # objects that lack something in the scene
+    unsound: bool = False  # something is wrong with the scene itself
 
     def role_of(self, name: str) -> str | None:
         """Whether `name` is a robot, body or region of the scene."""
@@ -56,14 +58,15 @@ class SceneReading:
 def read_scene(root: Mapping, additions: Mapping | None, findings: Findings) -> SceneReading:
     """The scene of a document, with the `bodies` and `regions` of the problem `additions` merged in."""
     reading = SceneReading(findings, Reader(findings))
-    reader = reading.reader
+    reader, before = reading.reader, len(findings.errors)
     reader.keys(root, SCENE_KEYS, "a scene")
     name = reader.name(reader.require(root, "scene", "a scene"), "a scene")
     epsilon = reader.positive(reader.require(root, "epsilon", "a scene"), "epsilon")
     packages = read_packages(reader, root.get("packages"))
     body_reader = BodyReader(reader, ConstraintReader(findings), packages)
-    robots = _Robots(reading, RobotReader(reader, body_reader, packages)).read(root)
-    bodies = _Bodies(reading, body_reader, robots)
+    robot_reader = RobotReader(reader, body_reader, packages)
+    robots = _Robots(reading, robot_reader).read(root)
+    bodies = _Bodies(reading, body_reader, {name: robot_reader.tools[name] for name in robots})
     bodies.read_parts(root, additions)
     regions = bodies.read_regions(root, additions)
     described = bodies.describe(regions)
@@ -75,6 +78,7 @@ def read_scene(root: Mapping, additions: Mapping | None, findings: Findings) -> 
         _read_contacts(reader, root.get("allowed_contacts"), robots, {**bodies.parts}), packages, root.source.path,
     )  # fmt: skip
     _check_frames(reading, bodies.parts, reading.description)
+    reading.unsound = len(findings.errors) > before
     return reading
 
 
@@ -84,8 +88,7 @@ def with_model(reader: Reader, mapping: Mapping, models: MappingType[str, Mappin
     if name is None:
         return mapping, None
     if name not in models:
-        hint = reader.findings.near(name, models.keys())
-        hint = hint or (f"there are {', '.join(models)}" if models else "this scene has no models of this kind")
+        hint = reader.findings.near(name, models.keys()) or "this scene has no models of this kind"
         reader.findings.add(mapping.entries["model"][1].place, f'unknown model "{name}"', hint)
         return mapping, None
     entries = {**models[name].entries, **mapping.entries}
@@ -121,13 +124,15 @@ class _Robots:
             mapping = reader.mapping(value, "a robot model")
             if mapping is not None:
                 models[name] = mapping
+                reader.keys(mapping, ROBOT_MODEL_KEYS, "a robot model")
         found: dict[str, RobotDescription] = {}
         used: set[str] = set()
         for name, key, value in reader.entries(root.get("robots"), "the robots"):
-            mapping = reader.mapping(value, "a robot")
+            mapping = reader.mapping(value, "a robot") or Mapping(value.source, key.start, key.end)
+            reader.keys(mapping, ROBOT_KEYS, "a robot")
             if not _claim_name(self.reading, key, "a robot"):
                 continue
-            merged, model = with_model(reader, mapping or Mapping(value.source, key.start, key.end), models)
+            merged, model = with_model(reader, mapping, models)
             used.add(model or "")
             unknown_model = model is None and "model" in merged.entries
             robot = self.robots.robot(name, merged, model, complete=not unknown_model)
@@ -143,7 +148,7 @@ class _Robots:
 class _Bodies:
     reading: SceneReading
     bodies: BodyReader
-    robots: dict[str, RobotDescription]
+    tools: dict[str, Owner]  # the tool features of every robot
     parts: dict[str, Part] = field(default_factory=dict)
     models: dict[str, Part] = field(default_factory=dict)
 
@@ -156,6 +161,7 @@ class _Bodies:
             mapping = reader.mapping(value, "a model")
             if mapping is not None:
                 mappings[name] = mapping
+                reader.keys(mapping, MODEL_KEYS, "a model")
                 self.models[name] = self.bodies.part(name, mapping, None, movable=True, complete=False)
         self._read_bodies(root.get("objects"), "the objects", mappings, movable=False)
         if additions is not None:
@@ -167,6 +173,7 @@ class _Bodies:
         reader = self.reading.reader
         for name, key, value in reader.entries(node, what):
             mapping = reader.mapping(value, "a body") or Mapping(value.source, key.start, key.end)
+            reader.keys(mapping, BODY_KEYS, "a body")
             if not _claim_name(self.reading, key, "a body", replaces=movable and name in self.parts):
                 continue
             merged, model = with_model(reader, mapping, models)
@@ -202,16 +209,12 @@ class _Bodies:
         """What tool, this, support, region and world may stand for in this scene."""
         parts = [part.owner for part in (*self.models.values(), *self.parts.values())]
         areas = [Owner(name, given_features(region.shape)) for name, region in regions.items()]
-        tools = [robot for robot in self.tools().values() if robot.features]
+        tools = [tool for tool in self.tools.values() if tool.features]
         return {"tool": tools, "this": parts, "support": parts, "region": areas, "world": [WORLD]}
-
-    def tools(self) -> dict[str, Owner]:
-        """The tool features of every robot."""
-        return {name: Owner(name, robot.tool_features) for name, robot in self.robots.items()}
 
     def describe(self, regions: MappingType[str, RegionDescription]) -> dict[str, BodyDescription]:
         """All bodies with their grasps and placements; those of models that nothing uses are checked as well."""
-        roles, tools = self.roles(regions), self.tools()
+        roles, tools = self.roles(regions), self.tools
         supports, areas = list(roles["support"]), list(roles["region"])
         described = {name: self.bodies.body(part, tools, supports, areas) for name, part in self.parts.items()}
         used = {part.model for part in self.parts.values()}

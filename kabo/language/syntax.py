@@ -119,12 +119,12 @@ def _report(
     word = "" if ended else str(token) if token is not None else text[at]
     expected: Iterable[str] = getattr(error, "allowed", None) or ()
     if isinstance(error, lark.exceptions.UnexpectedToken):
-        expected = error.accepts or error.expected
+        expected = error.accepts or error.expected or ("$END",)
     message = f"unexpected {'end' if ended else _quoted(word)}"
     if expected:
         message += f", expected {_spell_expected(expected)}"
     place = scalar.source.place(scalar.start + at, scalar.start + at + max(1, len(word)))
-    findings.add(place, message, _remedy(text[:at], word, text[at:], start))
+    findings.add(place, message, _remedy(text[:at], word, text[at:], start, "LPAR" in expected))
 
 
 def _quoted(word: str) -> str:
@@ -138,12 +138,13 @@ def _spell_expected(expected: Iterable[str]) -> str:
     return " or ".join(words)
 
 
+_NO_IMPLICATION = "=> stands only in effects: write not … or …"
 _CLAIM_OPEN = re.compile(r"\bK\s*\(\s*(not\s+)?[a-z_]\w*\s*(\([^()]*\))?\s*$")
 _LAST_NAME = re.compile(r"([A-Za-z_]\w*)\s*$")
 _LAST_TERM = re.compile(r"([A-Za-z_]\w*\s*(\([^()]*\))?)\s*$")
 
 
-def _remedy(before: str, word: str, after: str, start: str) -> str | None:
+def _remedy(before: str, word: str, after: str, start: str, callable_: bool) -> str | None:
     """What was probably meant where the formula broke; the first matching case."""
     if word in ("!", "~", "¬"):
         return "write not"
@@ -151,8 +152,14 @@ def _remedy(before: str, word: str, after: str, start: str) -> str | None:
         return "a formula has no escapes" if word == "\\" else f"write {'and' if word in '&∧' else 'or'}"
     if word == "=" and before.rstrip().endswith("="):
         return 'write a single "="'
-    if word in (">", "-") or (word == ">" and before.rstrip().endswith(("-", "="))):
-        return "write condition => add(…)" if start == "effect" else None
+    if word == "-" and after[1:2] == ">":
+        return "write condition => add(…)" if start == "effect" else _NO_IMPLICATION
+    if word in ("=>", "implies") and start == "formula":
+        return _NO_IMPLICATION
+    if word in ("K", "Kw", "Kv", "Kx") and before.rstrip().endswith(("(", ",", "not", "when", "then")):
+        return "a claim about the world stands here, without K"
+    if word == "" and start == "effect" and (meant := _effect_remedy(before)):
+        return meant
     if word in ("and", "or", "xor") and _CLAIM_OPEN.search(before):
         return f"K takes one literal: write K(a) {word} K(b)"
     name = _LAST_NAME.search(before)
@@ -160,7 +167,9 @@ def _remedy(before: str, word: str, after: str, start: str) -> str | None:
         return f"without arguments, write {called[1]}"
     if word in ("or", "xor") and re.search(r"\b(or|xor)\b", before):
         return "or and xor do not mix without parentheses, and xor takes two"
-    return _remedy_of_place(before, name[1] if name else None, word, after, start)
+    if start == "formula" and word in ("=", "!=", "<", "<=", ">", ">=") and (term := _LAST_TERM.search(before)):
+        return f"write K({term[1].strip()} {word} …)"
+    return _remedy_of_place(before, name[1] if name and callable_ else None, word, after, start)
 
 
 def _remedy_of_place(before: str, name: str | None, word: str, after: str, start: str) -> str | None:
@@ -169,18 +178,18 @@ def _remedy_of_place(before: str, name: str | None, word: str, after: str, start
         return "write forall(type x, other y) add(…) or forall(type x) (condition => add(…))"
     if in_quantifier and in_quantifier[2] is None:
         return f"write {in_quantifier[1]}(type x) …"
+    if word == "" and before.count("(") > before.count(")"):
+        return "a parenthesis is not closed"
     if name is None:
         return None
     if re.fullmatch(r"[A-Za-z_]\w*", word) and word not in ("and", "or", "xor", "then", "when", "not"):
         return None if re.search(r"[A-Za-z_]\w*\s*\($", before) else f"write {name}({word})"
     opened = before.count("(") > before.count(")")
-    if start == "formula" and word in ("=", "!=", "<", "<=", ">", ">=") and (term := _LAST_TERM.search(before)):
-        return f"write K({term[1].strip()} {word} …)"
     if start == "formula" and word in ("and", "or", "xor", ")", "", "=>") and not before.rstrip().endswith(")"):
         return f"write K({name})" if not opened or word in ("and", "or", "xor") else None
     return None
 
 
-def effect_remedy(text: str) -> str | None:
+def _effect_remedy(text: str) -> str | None:
     """For an effect that is only an atom: the update that was probably meant."""
     return f"write add(Kf, {text.strip()})" if re.fullmatch(r"\s*(not\s+)?[a-z_]\w*(\(.*\))?\s*", text) else None

@@ -14,7 +14,7 @@ from kabo.language.findings import Findings, spell_place
 from kabo.language.procedures import Property, spell_signature
 from kabo.language.syntax import Parsed, Token, Tree
 from kabo.language.values import NAME, proper_name
-from kabo.language.vocabulary import NUMBER, Kind, Scope, Symbol, Vocabulary, term_of
+from kabo.language.vocabulary import NUMBER, Kind, Scope, Symbol, Values, Vocabulary, term_of
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ class Context:
         procedures: what geometric procedures there are.
         hint_of: remedies for names that would be known elsewhere in the same formula.
         in_update: inside an atom of add or del, where no run-time variable may stand.
+        fallback: the remedy for unknown names that nothing is near to.
     """
 
     parsed: Parsed
@@ -34,6 +35,7 @@ class Context:
     procedures: Mapping[str, tuple[Property, ...]]
     hint_of: Mapping[str, str]
     in_update: bool = False
+    fallback: str | None = None
 
     @property
     def findings(self) -> Findings:
@@ -49,6 +51,13 @@ class Context:
         """Reports something at a piece of the formula."""
         self.findings.add(self.parsed.place(piece), message, hint)
 
+    def text(self, piece: Tree) -> str:
+        """The piece as it is written, on one line."""
+        place = self.parsed.scalar
+        begin = place.start + (0 if piece.meta.empty else piece.meta.start_pos)
+        end = place.end if piece.meta.empty else place.start + piece.meta.end_pos
+        return " ".join(place.source.text[begin:end].split())
+
     def inside(self, scope: Scope) -> "Context":
         """This context with another scope."""
         return replace(self, scope=scope)
@@ -56,11 +65,13 @@ class Context:
     def unknown(self, token: Tree | Token, role: str, *roles: str) -> None:
         """Reports an unknown name that should be one of `roles`."""
         known = self.scope.names(*roles)
-        hint = self.hint_of.get(str(token)) or self.findings.near(str(token), known.keys(), known)
+        hint = self.hint_of.get(str(token)) or self.findings.near(
+            str(token), known.keys(), known, all_if_few=bool(roles)
+        )
         if hint is None and roles:
             everything = self.scope.names()
             hint = self.findings.near(str(token), everything.keys(), everything)
-        self.report(token, f'unknown {role} "{token}" {self.where}', hint)
+        self.report(token, f'unknown {role} "{token}" {self.where}', hint or self.fallback)
 
 
 def kind_with_article(kind: Kind) -> str:
@@ -171,7 +182,7 @@ def read_atom(context: Context, tree: Tree) -> f.Atom | None:
     if symbol is None:
         context.unknown(name, "predicate", "predicate")
     elif symbol.role == "function":
-        context.report(name, f'"{name}" is a function: compare its value, {name}… = value, or ask Kv({name}…)')
+        context.report(name, f'"{name}" is a function, not a predicate', _value_hint(context, tree))
     elif symbol.role != "predicate":
         context.report(name, f'"{name}" is {symbol.description}, not a predicate')
     else:
@@ -180,6 +191,11 @@ def read_atom(context: Context, tree: Tree) -> f.Atom | None:
     for argument in tree.children[1:]:
         read_term(context, argument)
     return None
+
+
+def _value_hint(context: Context, tree: Tree) -> str:
+    term = context.text(tree)
+    return f"write K({term} = value), or Kv({term}) for whether its value is known"
 
 
 def read_function_term(context: Context, tree: Tree) -> f.Application | None:
@@ -191,7 +207,9 @@ def read_function_term(context: Context, tree: Tree) -> f.Application | None:
             context.unknown(name, "function", "function")
             return None
         if symbol.role == "predicate":
-            context.report(name, f'"{name}" is a predicate', f"Kv is for functions: write Kw({name}…)")
+            context.report(
+                name, f'"{name}" is a predicate', f"Kv is for functions: write Kw({context.text(tree)})"
+            )
             return None
         if symbol.role == "function":
             term, _ = read_term(context, tree)
@@ -216,6 +234,8 @@ def _comparison(context: Context, tree: Tree) -> f.Comparison | None:
     left_tree, operator, right_tree = tree.children
     free = replace(context, in_update=False)  # a value may be a run-time variable, an atom's argument may not
     left, left_kind = read_term(free, left_tree)
+    if isinstance(left_kind, Values):  # the values are a closed list: a hint for what is not among them
+        free = replace(free, fallback=f"{context.text(left_tree)} is one of {', '.join(left_kind.names)}")
     right, right_kind = read_term(free, right_tree)
     if left is None or right is None:
         return None

@@ -88,6 +88,8 @@ class Reader:
                 if not open_parentheses:
                     self._report_cut(item, "[ ]")
                 open_parentheses = max(0, open_parentheses + surplus)
+            elif item.refused:
+                continue
             elif item.empty:
                 self.findings.add(item.place, f"{what} is missing after the dash")
             else:
@@ -112,6 +114,8 @@ class Reader:
             return None
         if not isinstance(node, Scalar):
             self._report_no_text(node, what)
+            return None
+        if node.refused:
             return None
         if not node.text.strip():
             self.findings.add(node.place, f"{what} is empty")
@@ -214,7 +218,7 @@ class Reader:
         if count is not None and len(node.items) != count:
             self.findings.add(node.place, f"{what} must have {count} numbers, not {len(node.items)}")
             return None
-        values = [self.number(item, f"each number of {what}", angle=angle) for item in node.items]
+        values = [self.number(item, f"every number of {what}", angle=angle) for item in node.items]
         return None if None in values else tuple(value for value in values if value is not None)
 
     def vector(self, node: Node | None, what: str) -> tuple[float, float, float] | None:

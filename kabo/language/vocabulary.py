@@ -99,14 +99,15 @@ class Vocabulary:
         hint = f"declared at {spell_place(earlier.place)}; predicates, functions, objects, variables share names"
         self.findings.add(symbol.place, message, hint)
 
-    def check_type(self, name: str, place: Place, where: str) -> bool:
-        """Whether `name` is a type; reports it if not."""
+    def check_type(self, name: str, place: Place, where: str, *also: str) -> bool:
+        """Whether `name` is a type; reports it if not, and may propose one of `also` as well."""
         if name in self.types:
             return True
         declared = {known: (known, self.type_places.get(known)) for known in self.types}
-        hint = self.findings.near(name, declared.keys(), declared)
-        if hint is None and name in self.symbols:
-            hint = f'"{name}" is {self.symbols[name].description}'
+        if name in self.symbols:
+            hint: str | None = f'"{name}" is {self.symbols[name].description}'
+        else:
+            hint = self.findings.near(name, [*declared, *also], declared)
         self.findings.add(place, f'unknown type "{name}" {where}', hint)
         return False
 
