@@ -33,7 +33,7 @@ def project(
         seeds: (N, n) [rad or m].
         lower, upper: (n,) limits; a joint outside is brought back by whole turns if that helps.
         active: (n,) which values may change; the others keep the seed's.
-        inset: a violated interval is left behind by so much [m or rad], at most by half its width.
+        inset: a violated interval is aimed at so far inside [m or rad], at most in its middle.
         hold_limits: joints that leave their limits are stopped there instead of failing the seed.
 
     Raises:

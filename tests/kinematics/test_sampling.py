@@ -1,0 +1,115 @@
+"""A sample is a function of its key and number; samples reach everywhere [K Definition 4]."""
+
+import numpy as np
+import pytest
+
+from kabo.kinematics import FrameFeature, rows_of, sample, seeds, stacked, stream_key, uniform, values
+from kabo.kinematics.kernels import streams
+from tests.kinematics.trees import seven_axes
+
+ARM = seven_axes()
+TREE = ARM.tree
+ALL = np.ones(7, bool)
+TIP, APPROACH, CLOSING = (
+    FrameFeature(7, "point", (0, 0, 0.2)),
+    FrameFeature(7, "line", (0, 0, 0.2), (0, 0, 1)),
+    FrameFeature(7, "line", (0, 0, 0.2), (0, 1, 0)),
+)
+AXIS, FOOT = FrameFeature(0, "line", (0.5, 0.1, 0.3), (0, 0, 1)), FrameFeature(0, "plane", (0.5, 0.1, 0.3), (0, 0, 1))
+SIDE_GRASP = stacked(
+    [
+        rows_of("coincident", TIP, AXIS),
+        rows_of("perpendicular", APPROACH, AXIS),
+        rows_of("perpendicular", CLOSING, AXIS),
+        rows_of("height", TIP, FOOT, 0.05, 0.12),
+    ]
+)
+KEY = stream_key("test", 7)
+
+
+def draw(first, count, key=KEY, **more):
+    return sample(TREE, SIDE_GRASP, key, first, count, TREE.lower, TREE.upper, ALL, **more)
+
+
+def test_a_sample_alone_is_the_same_as_in_a_batch_in_any_order():
+    Q, right = draw(0, 40)
+    for i in (39, 0, 17, 5):
+        q, one = draw(i, 1)
+        assert np.array_equal(q[0], Q[i])
+        assert one[0] == right[i]
+    later, still = draw(20, 20)
+    assert np.array_equal(later, Q[20:])
+    assert np.array_equal(still, right[20:])
+
+
+def test_another_key_gives_other_samples():
+    assert not np.array_equal(draw(0, 5)[0], draw(0, 5, stream_key("test", 8))[0])
+
+
+def test_intervals_are_filled_evenly():
+    Q, right = draw(0, 800)
+    heights = np.array([values(SIDE_GRASP, q, TREE)[-1] for q in Q[right]])
+    assert np.all((heights >= 0.05 - 1e-6) & (heights <= 0.12 + 1e-6))
+    counts, _ = np.histogram(heights, bins=7, range=(0.05, 0.12))
+    assert counts.min() > 0.6 * counts.mean()
+
+
+def test_free_rows_spread_what_the_constraints_leave_free():
+    around = rows_of("azimuth", APPROACH, AXIS)
+
+    def unevenness(free):
+        Q, right = draw(0, 3000, free=free)
+        angles = np.array([values(around, q, TREE)[0] for q in Q[right]])
+        counts, _ = np.histogram(angles, bins=12, range=(-np.pi, np.pi))
+        return counts.min() / counts.mean(), right.sum()
+
+    (spread, count), (alone, _) = unevenness(around), unevenness(None)
+    assert count > 100
+    assert spread > 0.3
+    assert spread > alone
+
+
+def test_joints_that_are_not_active_keep_their_base():
+    base = np.array([0.0, 0.3, 0.1, -1.2, 0.2, 1.0, 0.4])
+    active = np.array([True, True, True, True, True, True, False])
+    Q, right = sample(TREE, SIDE_GRASP[:2], KEY, 0, 20, TREE.lower, TREE.upper, active, base=base)
+    assert right.any()
+    assert np.all(Q[:, 6] == 0.4)
+
+
+def test_a_base_that_does_not_fit_is_refused():
+    with pytest.raises(ValueError, match="base configuration"):
+        draw(0, 1, base=np.zeros(3))
+
+
+def test_seeds_of_unbounded_joints_take_one_turn():
+    drawn = seeds([-np.inf, 0.0], [np.inf, 1.0], KEY, 0, 500)
+    assert np.all((drawn[:, 0] >= -np.pi) & (drawn[:, 0] < np.pi))
+    assert np.all((drawn[:, 1] >= 0.0) & (drawn[:, 1] < 1.0))
+    assert np.ptp(drawn[:, 0]) > 6.0
+
+
+def test_keys_tell_types_and_boundaries_apart():
+    parts = [("a", "b"), ("ab",), (b"ab",), (1,), (1.0,), ("1",), (), (1, 2), (12,)]
+    assert len({int(stream_key(*p)) for p in parts}) == len(parts)
+    assert stream_key("pick", 3, 0.5) == stream_key("pick", 3, 0.5)
+
+
+def test_a_key_is_the_same_on_every_machine():
+    assert int(stream_key("kabo", 1, 0.5, b"x")) == 1066468867295882465
+
+
+def test_numbers_are_uniform_and_uncorrelated():
+    u = np.array([[uniform(KEY, i, k) for k in range(3)] for i in range(4000)])
+    assert np.all((u >= 0.0) & (u < 1.0))
+    for k in range(3):
+        counts, _ = np.histogram(u[:, k], bins=20, range=(0, 1))
+        assert ((counts - 200) ** 2 / 200).sum() < 43.8  # chi-square, 19 degrees of freedom, 0.1 %
+    assert np.abs(np.corrcoef(np.hstack([u[1:], u[:-1]]).T) - np.eye(6)).max() < 0.06
+
+
+def test_streams_run_as_plain_python_with_the_same_bits():
+    with np.errstate(over="ignore"):
+        for i, k in [(0, 0), (1, 0), (0, 1), (123456789, 13)]:
+            assert streams.uniform.py_func(KEY, np.int64(i), np.int64(k)) == streams.uniform(KEY, i, k)
+            assert streams.stratified.py_func(KEY, i, k, 3) == pytest.approx(streams.stratified(KEY, i, k, 3))
