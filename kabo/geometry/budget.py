@@ -1,0 +1,51 @@
+"""How the epsilon that the user asked for is spent: the sum of all parts is the promise [K Def. 1, Table 4.1].
+
+Both sides of the collision predicate, for two bodies whose enclosing parts stick out by e_a, e_b <= `geometry`:
+
+- "free" is said when the parts (or the parts' swept volumes) are proven farther apart than `clearance`.
+- "hit" at a configuration is said when the parts are at most `clearance` + `numeric` apart, hence the bodies at most
+  e_a + e_b + clearance + numeric < epsilon.
+- "hit" on a segment is said when a pose brings the parts to epsilon - e_a - e_b or nearer, or when two hulls of
+  swept parts, whose points lie within `spread` of the true swept parts, are not proven apart and
+  spread + clearance + numeric + e_a + e_b <= epsilon; `sweep` is what remains for `spread` in the worst case.
+"""
+
+from dataclasses import dataclass
+
+LOWER_NUMERIC = 4e-10  # of `numeric`: rounding of a gap (at most 2e-10, asserted at load) and of world vertices
+SMALLEST, LARGEST = 1e-6, 0.3  # metres
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The parts of epsilon [m]."""
+
+    geometry: float  # how far the enclosing parts of ONE body may stick out; counts twice, for two bodies
+    sweep: float  # how far the hulls of moving parts may stick out of what they truly sweep, both together
+    clearance: float  # what a free answer keeps between the enclosing parts
+    numeric: float = 1e-9  # rounding and the stop rule of the search for an axis, with a factor to spare
+
+    @property
+    def epsilon(self) -> float:
+        """The promise: bodies this far apart are reported free."""
+        return 2 * self.geometry + self.sweep + self.clearance + self.numeric
+
+    @property
+    def margin(self) -> float:
+        """What an evaluated gap must exceed for "free"."""
+        return self.clearance + LOWER_NUMERIC
+
+    @classmethod
+    def share(cls, epsilon: float) -> "Budget":
+        """The default division: 0.4 for each body, a tenth for sweeps, a tenth as clearance.
+
+        Sweeps get little because the adaptive check makes a small share almost free, and geometry buys fewer
+        vertices with what it gets.
+
+        Raises:
+            ValueError: `epsilon` is not between a micrometre and 0.3 m.
+        """
+        if not SMALLEST <= epsilon <= LARGEST:
+            raise ValueError(f"epsilon must lie between {SMALLEST:g} and {LARGEST:g} m, but is {epsilon:g} m")
+        numeric = 1e-9
+        return cls(geometry=0.4 * epsilon, sweep=0.1 * epsilon, clearance=0.1 * epsilon - numeric, numeric=numeric)

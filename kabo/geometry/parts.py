@@ -1,0 +1,92 @@
+"""Bodies as convex parts: an enclosure, and groups of parts that hang on a joint or stand in the world."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mesh = tuple[Array, NDArray[np.int64]]  # vertices (V, 3) [m], faces (F, 3)
+
+COLUMNS = 24  # the most vertices of a part
+
+
+class Packed(NamedTuple):
+    """The parts of an enclosure as the kernels want them; unused columns repeat the first vertex."""
+
+    blocks: Array  # (B, 3, 24)
+    sizes: NDArray[np.int64]  # (B,) 8, 16 or 24: how many columns to read
+    diameters: Array  # (B,) greatest distance of two vertices [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """Convex parts whose union encloses a body; no point of them is farther than `deviation` [m] from the body."""
+
+    parts: tuple[Array, ...]  # each (V <= 24, 3) [m], in the body's frame
+    deviation: float
+
+    @cached_property
+    def packed(self) -> Packed:
+        """The parts in blocks.
+
+        Raises:
+            ValueError: a part is empty, not (V, 3) float64, has more than 24 vertices or a value that is not finite.
+        """
+        blocks = np.empty((len(self.parts), 3, COLUMNS))
+        sizes = np.empty(len(self.parts), np.int64)
+        diameters = np.empty(len(self.parts))
+        for index, part in enumerate(self.parts):
+            require_vertices(part)
+            blocks[index, :, : len(part)], blocks[index, :, len(part) :] = part.T, part[0][:, None]
+            sizes[index] = -(-len(part) // 8) * 8
+            diameters[index] = np.sqrt(((part[:, None] - part[None]) ** 2).sum(axis=2).max()) * (1 + 1e-12)
+        return Packed(blocks, sizes, diameters)
+
+
+def require_vertices(part: Array) -> None:
+    """Refuses what a kernel could not trust.
+
+    Raises:
+        ValueError: as `Enclosure.packed` says.
+    """
+    if part.dtype != np.float64 or part.ndim != 2 or part.shape[1] != 3 or not 1 <= len(part) <= COLUMNS:
+        raise ValueError(f"a convex part is (V, 3) float64 with 1 to {COLUMNS} vertices, not {part.shape} {part.dtype}")
+    wrong = np.flatnonzero(~np.isfinite(part).all(axis=1))
+    if len(wrong):
+        raise ValueError(f"vertex {wrong[0]} of a convex part is not finite: {part[wrong[0]].tolist()}")
+
+
+@dataclass(frozen=True, eq=False)
+class MovingGroup:
+    """A rigid body that hangs on a joint: a link, or what a gripper holds."""
+
+    joint: int
+    joint_T_group: Array  # (12,)
+    enclosure: Enclosure
+    mesh: Mesh | None = None  # the original, for exact views
+
+
+@dataclass(frozen=True, eq=False)
+class FixedGroup:
+    """A rigid body that stands in the world."""
+
+    world_T_group: Array  # (12,)
+    enclosure: Enclosure
+    mesh: Mesh | None = None
+
+
+def poses_of(moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup]) -> Array:
+    """The poses (G, 12) of all groups in their joint's or the world's frame.
+
+    Raises:
+        ValueError: a pose is not 12 finite numbers.
+    """
+    rows = [np.asarray(g.joint_T_group, float) for g in moving] + [np.asarray(g.world_T_group, float) for g in fixed]
+    poses = np.array(rows, dtype=np.float64).reshape(len(rows), 12)
+    if not np.isfinite(poses).all():
+        raise ValueError("the pose of a group is not finite")
+    return poses

@@ -1,0 +1,111 @@
+"""Bounded collision predicates over one kinematic tree: a view validates once, then answers from arrays.
+
+"Free" is a proof, everything else counts as a hit: a collision is never overlooked, a passage thinner than the
+budget's epsilon may be. A view keeps scratch space and belongs to one thread; its answers depend on nothing else.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.arrays import bodies_of, chain_of, sweep_of, tracks_of
+from kabo.geometry.budget import Budget
+from kabo.geometry.kernels.check import first_hit, first_hits
+from kabo.geometry.kernels.sweep import first_swept_hit
+from kabo.geometry.parts import Array, FixedGroup, MovingGroup
+from kabo.scene import KinematicTree
+
+FREE = -1  # the answer "proven free" of the kernels and of every view
+
+
+@dataclass
+class Counters:
+    """How often a view was asked, and what it took."""
+
+    configuration_checks: int = 0
+    sweep_checks: int = 0
+    pair_checks: int = 0  # narrow-phase calls
+    positive: int = 0  # checks that were not proven free
+
+
+class CollisionView:
+    """Which pair of bodies may collide, at a configuration or along a straight joint-space segment."""
+
+    def __init__(
+        self,
+        tree: KinematicTree,
+        moving: Sequence[MovingGroup],
+        fixed: Sequence[FixedGroup],
+        pairs: NDArray[np.int64],
+        budget: Budget,
+    ) -> None:
+        """Takes the bodies as they are now.
+
+        Args:
+            tree: all joints; its prismatic joints need finite limits.
+            moving: bodies on joints. fixed: bodies in the world.
+            pairs: (P, 2) index into moving, and index into moving and then fixed.
+            budget: how epsilon is spent; no enclosure may deviate by more than `budget.geometry`.
+
+        Raises:
+            ValueError: arrays of wrong type, shape or values; an enclosure that breaks the budget.
+        """
+        groups = [*moving, *fixed]
+        deviations = np.array([group.enclosure.deviation for group in groups], np.float64)
+        if not (deviations <= budget.geometry).all():
+            raise ValueError(f"an enclosure deviates by {deviations.max():g} m, the budget allows {budget.geometry:g} m")
+        chain = chain_of(tree)
+        bodies, scratch, radii = bodies_of(chain, moving, fixed, np.asarray(pairs).reshape(-1, 2))
+        diameters = np.concatenate([np.empty(0), *(group.enclosure.packed.diameters for group in groups)])
+        # What remains of epsilon for a sweep's spread: at least `budget.sweep`, more if the parts fit better.
+        slack = (budget.epsilon - budget.clearance - budget.numeric) / 2 - deviations
+        tracks = tracks_of(chain, bodies, radii, diameters, slack)
+        self.counters, self._size, self._budget, self._counts = Counters(), tree.size, budget, scratch.counters
+        self._check = (budget.margin, *chain, *bodies, *scratch)
+        self._sweep = (
+            *(budget.margin, budget.clearance, *chain, *bodies[1:]),
+            *(scratch.blocks, scratch.axis, scratch.simplex, scratch.counters),
+            *(*tracks, *sweep_of(chain, bodies, tracks)),
+        )
+
+    def configuration_hit(self, q: Array) -> int:
+        """-1 if all pairs are proven free at q (n,) with the budget's clearance, else the first pair that is not.
+
+        Raises:
+            ValueError: q has another size, is not finite, or far out of a sliding joint's limits.
+        """
+        found = int(first_hit(np.ascontiguousarray(q, np.float64), *self._check))
+        self.counters.configuration_checks += 1
+        return self._answer(found)
+
+    def configurations_hit(self, configurations: Array) -> NDArray[np.int64]:
+        """`configuration_hit` of every row (N, n)."""
+        rows = np.ascontiguousarray(configurations, np.float64).reshape(-1, self._size)
+        answers = np.empty(len(rows), np.int64)
+        first_hits(rows, answers, *self._check)
+        self.counters.configuration_checks += len(rows)
+        self.counters.positive += int((answers != FREE).sum())
+        self._answer(int(answers.min(initial=FREE)))
+        return answers
+
+    def segment_hit(self, start: Array, end: Array) -> int:
+        """-1 if all pairs are proven free on the whole straight segment, else the first pair that is not.
+
+        Bodies that come no closer than the budget's epsilon are free; pairs that do not move relative to each other
+        are checked as well.
+
+        Raises:
+            ValueError: as `configuration_hit`.
+        """
+        ends = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(end, np.float64)
+        found = int(first_swept_hit(*ends, *self._sweep))
+        self.counters.sweep_checks += 1
+        return self._answer(found)
+
+    def _answer(self, found: int) -> int:
+        self.counters.pair_checks, self.counters.positive = int(self._counts[0]), self.counters.positive + (found >= 0)
+        if found < FREE:
+            raise ValueError(f"a configuration has {self._size} finite values within the limits of sliding joints")
+        return found
