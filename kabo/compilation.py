@@ -68,6 +68,9 @@ def leaf_kernel(function: _Function) -> _Function:
 
 
 def reduction_kernel(function: _Function) -> _Function:
-    """As `leaf_kernel`, but sums may be reordered and contracted; only where the rounding bound allows any order."""
+    """As `kernel`, but sums may be reordered and contracted; only where the rounding bound allows any order.
+
+    Not inlined by numba, because an inlined body takes its caller's rules; LLVM inlines it with its own.
+    """
     options = {"contract", "reassoc", "nsz"}
-    return _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always", fastmath=options)(function)
+    return _numba().njit(cache=True, nogil=True, error_model="numpy", fastmath=options)(function)
