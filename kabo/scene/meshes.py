@@ -1,8 +1,9 @@
 """Triangle meshes: read through trimesh, or made from primitives; closed, in metres, with a digest."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -42,18 +43,27 @@ def refuse(place: Place | None, message: str, hint: str | None = None) -> MeshEr
     return MeshError([Diagnostic(at.file, at.line, at.column, message, hint, at.length)])
 
 
-def load_mesh(path: Path, scale: float | NDArray[np.float64] = 1.0, place: Place | None = None) -> Mesh:
+def load_mesh(path: Path, scale: float | Sequence[float] = 1.0, place: Place | None = None) -> Mesh:
     """The mesh of a file (STL, OBJ, PLY, OFF, DAE, GLB), equal vertices merged, scaled to metres.
 
     Raises:
         MeshError: the file cannot be read, or holds no triangles, or numbers that are not finite.
     """
+    try:
+        seen = path.stat().st_mtime_ns
+    except OSError:
+        raise refuse(place, f'mesh file "{path.name}" does not exist') from None
+    factors = (scale,) * 3 if isinstance(scale, (int, float)) else (*scale,)
+    return _read(path, factors, seen, place)
+
+
+@lru_cache(maxsize=256)
+def _read(path: Path, scale: tuple[float, ...], seen: int, place: Place | None) -> Mesh:
+    """Reads a file that was last changed at `seen`; two arms of one kind share their links."""
     import trimesh
 
     try:
         loaded = trimesh.load(path, force="mesh", process=False)
-    except FileNotFoundError:
-        raise refuse(place, f'mesh file "{path.name}" does not exist') from None
     except Exception as error:  # noqa: BLE001  readers of many formats raise whatever their parsers do
         raise refuse(place, f'mesh file "{path.name}" cannot be read: {error}') from None
     vertices = np.asarray(getattr(loaded, "vertices", np.empty((0, 3))), dtype=np.float64)
@@ -63,10 +73,21 @@ def load_mesh(path: Path, scale: float | NDArray[np.float64] = 1.0, place: Place
     wrong = int((~np.isfinite(vertices).all(axis=1)).sum())
     if wrong:
         raise refuse(place, f'mesh file "{path.name}": {wrong} of {len(vertices)} vertices are not finite')
-    merged, index = np.unique(vertices * scale + 0.0, axis=0, return_inverse=True)
-    faces = index.reshape(-1)[faces]
+    merged, index = _distinct(vertices * np.array(scale) + 0.0)
+    faces = index[faces]
     proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     return Mesh(np.ascontiguousarray(merged), np.ascontiguousarray(faces[proper]), path)
+
+
+def _distinct(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The different rows in lexicographic order, and for each row the number of its equal among them."""
+    order = np.lexsort(points.T[::-1])
+    ordered = points[order]
+    first = np.ones(len(points), dtype=bool)
+    first[1:] = np.any(ordered[1:] != ordered[:-1], axis=1)
+    index = np.empty(len(points), dtype=np.int64)
+    index[order] = np.cumsum(first) - 1
+    return ordered[first], index
 
 
 def primitive(shape: Shape) -> Mesh:

@@ -100,7 +100,7 @@ def _piece(
     if shape.tag == "mesh":
         path = _locate(shape.get("filename", ""), urdf, packages, place)
         files.append(path)
-        made = load_mesh(path, np.array(_numbers(shape.get("scale"), "1 1 1")), place)
+        made = load_mesh(path, _numbers(shape.get("scale"), "1 1 1"), place)
     elif shape.tag == "box":
         x, y, z = _numbers(shape.get("size"), "0 0 0")
         made = primitive(Shape("box", size=(x, y, z)))
@@ -189,15 +189,19 @@ def _place_base(model: Any, base: Array) -> None:
             frame.placement = world_M_base * frame.placement
 
 
-def _axis(joint: Any) -> tuple[int, Array] | None:
-    """The kind and axis of a joint, or None for a kind that kabo does not plan for."""
-    short = joint.shortname().removeprefix("JointModel")
-    if short in ("RevoluteUnaligned", "RevoluteUnboundedUnaligned", "PrismaticUnaligned"):
-        return (PRISMATIC if short.startswith("P") else REVOLUTE), np.asarray(joint.extract().axis, dtype=float)
-    kinds = {"R": REVOLUTE, "RUB": REVOLUTE, "P": PRISMATIC}
-    if short[:-1] in kinds and short[-1] in "XYZ":
-        return kinds[short[:-1]], np.eye(3)["XYZ".index(short[-1])]
-    return None
+def _axes(model: Any) -> list[tuple[int, Array] | None]:
+    """The kind and axis of every joint in its own frame; None for a kind that kabo does not plan for."""
+    pin, data = pinocchio(), model.createData()
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    found: list[tuple[int, Array] | None] = [None]
+    for j in range(1, model.njoints):
+        if model.joints[j].nv != 1:
+            found.append(None)
+            continue
+        column = pin.getJointJacobian(model, data, j, pin.LOCAL)[:, model.joints[j].idx_v]
+        kind = REVOLUTE if np.linalg.norm(column[3:]) > np.linalg.norm(column[:3]) else PRISMATIC
+        found.append((kind, column[3:] if kind == REVOLUTE else column[:3]))
+    return found
 
 
 def _z_to(axis: Array) -> Array:
@@ -223,8 +227,7 @@ def _assemble(
     planned = description.joints or tuple(name for name in movable if name not in gripper_joints)
     names = (*planned, *gripper_joints)
     kinds, turns = [REVOLUTE], [np.eye(3)]
-    for j in range(1, model.njoints):
-        kind_axis = _axis(model.joints[j])
+    for j, kind_axis in list(enumerate(_axes(model)))[1:]:
         if kind_axis is None:
             raise _refuse(description.place, f'joint "{model.names[j]}" is neither revolute nor prismatic')
         kinds.append(kind_axis[0])
