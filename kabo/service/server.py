@@ -74,13 +74,13 @@ class Server:
 
     def close(self, patience_s: float = 10.0) -> None:
         """Takes no more requests, lets the running ones end for a while, turns the rest away, and closes."""
-        self._stopping = True
-        self._token.undeclare()
+        self._stopping = True  # the token stays: clients give up what they asked of a server without one
         until = time.monotonic() + patience_s
         while self._store.unfinished() and time.monotonic() < until:
             time.sleep(0.02)
         for job in self._store.unfinished():
             self._store.finish(job, job.failure("shutting_down", "try another server"))
+        self._token.undeclare()
         self._pool.close()
         for queryable in self._queryables:
             queryable.undeclare()
@@ -155,7 +155,7 @@ def _payload(query: zenoh.Query) -> bytes:
 
 
 def _refuse(query: zenoh.Query, code: str, message: str, identifier: str | None = None) -> None:
-    _send_error(query, error_body(code, message, identifier, RETRY_AFTER_S if code == "busy" else None))
+    _send_error(query, error_body(code, message, identifier, RETRY_AFTER_S if code in ("busy", "shutting_down") else None))
 
 
 def _send_error(query: zenoh.Query, body: bytes) -> None:
