@@ -11,6 +11,11 @@ def schema(name: str) -> dict[str, Any]:
     Raises:
         FileNotFoundError: kabo has no format of this name.
     """
-    text = resources.files("kabo.plan").joinpath("schemas", f"{name}.schema.json").read_text(encoding="utf-8")
+    text = (
+        resources.files("kabo.plan")
+        .joinpath("schemas")
+        .joinpath(f"{name}.schema.json")
+        .read_text(encoding="utf-8")
+    )
     content: dict[str, Any] = json.loads(text)
     return content

@@ -198,7 +198,8 @@ def _axes(model: Any) -> list[tuple[int, Array] | None]:
         if model.joints[j].nv != 1:
             found.append(None)
             continue
-        column = pin.getJointJacobian(model, data, j, pin.LOCAL)[:, model.joints[j].idx_v]
+        jacobian = pin.getJointJacobian(model, data, j, pin.LOCAL).reshape(6, -1)  # a robot of one joint: (6,)
+        column = jacobian[:, model.joints[j].idx_v]
         kind = REVOLUTE if np.linalg.norm(column[3:]) > np.linalg.norm(column[:3]) else PRISMATIC
         found.append((kind, column[3:] if kind == REVOLUTE else column[:3]))
     return found

@@ -46,7 +46,9 @@ class Arm:
         # Where pinocchio's configuration takes its values; endless joints stand in it as cosine and sine.
         joints = [self._model.joints[j] for j in range(1, count)]
         self._endless = [(j.idx_q, k) for k, j in enumerate(joints) if j.nq == 2]
-        self._simple = np.array([(j.idx_q, k) for k, j in enumerate(joints) if j.nq == 1], dtype=int).reshape(-1, 2)
+        self._simple = np.array([(j.idx_q, k) for k, j in enumerate(joints) if j.nq == 1], dtype=int).reshape(
+            -1, 2
+        )
 
     def _chain(self, joint: int) -> frozenset[int]:
         """The joints that move what hangs on this one."""

@@ -68,13 +68,13 @@ def _couples(
 ) -> Iterator[tuple[Thing, Thing]]:
     for i, first in enumerate(moving):
         for second in (*moving[i + 1 :], *standing):
-            if world.may_meet(first.name, second.name):
-                if not permits.loose or frozenset((first.name, second.name)) not in permits.loose:
-                    yield first, second
+            names = first.name, second.name
+            if world.may_meet(*names) and not (permits.loose and frozenset(names) in permits.loose):
+                yield first, second
 
 
 def _raise(names: tuple[str, str], permits: Permits) -> np.ndarray | None:
-    """By what the first body is moved before distances are taken: the object that is lifted is the one that moves."""
+    """By what the first body, the one that moves, is raised before distances are taken."""
     return np.array([0.0, 0.0, RAISED]) if frozenset(names) in permits.raised else None
 
 

@@ -41,7 +41,7 @@ class Components:
 
     @cached_property
     def _parents(self) -> Mapping[str, list[str]]:
-        """object -> every parent that it has anywhere in the plan."""
+        """Object -> every parent that it has anywhere in the plan."""
         result: dict[str, list[str]] = {name: [] for name in self.scene.movable}
         changes = [node.after for node in self.plan.nodes.values()]
         for change in (self.plan.start, *changes):
@@ -61,14 +61,17 @@ class Components:
             node = self.plan.nodes[name]
             leaving = arriving[name]
             if node.after is not None:
-                leaving = {
-                    tuple(self._changed(n, v, node.after) for n, v in zip(names, values, strict=True))
-                    for values in leaving
-                }  # type: ignore[misc]
+                leaving = {self._after(names, values, node.after) for values in leaving}
             for successor in node.successors:
                 if successor in arriving:
                     arriving[successor] |= leaving
         return {name: frozenset(values) for name, values in arriving.items()}
+
+    def _after(
+        self, names: tuple[str, ...], values: tuple[ComponentValue, ...], change: StateChange
+    ) -> tuple[ComponentValue, ...]:
+        changed = (self._changed(name, value, change) for name, value in zip(names, values, strict=True))
+        return tuple(value for value in changed if value is not None)
 
     def _changed(self, name: str, value: ComponentValue | None, change: StateChange) -> ComponentValue | None:
         if name in change.objects:

@@ -1,4 +1,4 @@
-"""Which contacts a segment may permit: fingers and what they hold; what is held and what it stands on, at its ends."""
+"""Which contacts a segment may permit: fingers and what they hold; what is held and what it stands on."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ def permits(
         segment: the segment.
         scene: with the contacts that are always permitted.
         gripper_moves: whether only the gripper moves: then fingers may touch what they hold. When the arm moves,
-            fingers and what they hold do not move against each other, and what they do not hold they must not touch.
+            they do not move against what they hold, and must not touch anything else.
         objects: what the robot holds, takes or lets go in this node.
         supports: (object, body) that the object stands on at the beginning or end of this segment.
     """

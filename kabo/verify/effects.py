@@ -52,7 +52,7 @@ def apply(effects: Iterable[Effect], problem: Problem, state: Knowledge, binding
             whether.discard(symbol)
         elif relation == "!=":
             excluded.discard((symbol, value))  # type: ignore[arg-type]
-        elif known.get(symbol) == value:
+        elif value is not None and known.get(symbol) == value:
             del known[symbol]
     for operation, database, symbol, relation, value in updates:
         if operation != "add":
@@ -155,6 +155,7 @@ def ground_fact(
         for more in instances(problem, fact.variables, binding):
             yield from ground_fact(fact.body, problem, state, more)
         return
+    value: Value | None
     if isinstance(fact, Literal):
         name, arguments, relation, value = fact.atom.predicate, fact.atom.arguments, "=", fact.positive
     elif isinstance(fact, TermFact):

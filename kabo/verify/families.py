@@ -53,7 +53,8 @@ def check_placement(
     """The object stands as one of its placements allows, inside the region that is named.
 
     Args:
-        node, time: where in the plan.
+        node: the id of the node.
+        time: when [s].
         call: with the region, or the support.
         world: the scene.
         world_T_object: where the object is.

@@ -26,7 +26,7 @@ def check_geometry(
     """
     assert problem.scene is not None
     if plan.start is None:
-        text = "the plan has no motions (made with --geometry none?), but the problem has a scene: use --knowledge-only"
+        text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
         return dict(problem.files), [Finding(None, text)], {}
     scene = load_scene(problem.scene)
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)

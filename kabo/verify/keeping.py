@@ -1,4 +1,4 @@
-"""Whether a motion constraint holds along a whole path: bisection with a bound of how fast a measure can change."""
+"""Whether a motion constraint holds along a whole path: bisection, with a bound of how fast measures change."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,7 +13,7 @@ DEPTH = 24  # halvings of one straight piece; a measure that then still is not p
 
 
 class Lapse(Exception):
-    """Where a constraint is not kept: time [s], the constraint, by how much, and whether that is only not decided."""
+    """Where a constraint is not kept: time [s], which one, by how much, and whether that is only not decided."""
 
     def __init__(self, time: float, constraint: Constraint, measure: Measure, undecided: bool) -> None:
         self.time, self.constraint, self.measure, self.undecided = time, constraint, measure, undecided

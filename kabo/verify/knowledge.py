@@ -1,6 +1,6 @@
 """Knowledge as dictionaries and sets, and what formulas and effects mean on them [DESIGN section 3; P].
 
-Written to be obvious, not fast, and on its own: the planner's bit sets must agree with it, not the other way round.
+Written to be obvious, not fast, and on its own: the planner's bit sets must agree with it, not it with them.
 A predicate is a function with the values true and false, so atoms and function terms are treated alike.
 """
 

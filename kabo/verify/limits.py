@@ -1,4 +1,4 @@
-"""What the numbers of a segment must keep: its joints, where it begins, joint limits, velocities, the order of time."""
+"""What the numbers of a segment must keep: its joints, where it begins, limits, velocities, time."""
 
 from collections.abc import Iterator
 
@@ -16,7 +16,8 @@ ROUNDED = 1e-8  # what the rounding of way points may break limits by [rad, m]
 def check_joints(node: str, segment: Segment, robot: Robot) -> Iterator[Finding]:
     """Every segment names all planned joints, or all of the gripper's, in their order."""
     if segment.joints not in (robot.planned_joints, robot.gripper_joints) or not segment.joints:
-        text = f"a segment of {robot.name} moves {', '.join(segment.joints)}: neither its planned joints nor its gripper's"
+        moved = ", ".join(segment.joints)
+        text = f"a segment of {robot.name} moves {moved}: neither its planned joints nor its gripper's"
         yield Finding(node, text, segment.times[0])
 
 
@@ -66,5 +67,6 @@ def _check_limits(node, segment, robot, waypoints, times, index) -> Iterator[Fin
     over = np.maximum(robot.tree.lower[index] - waypoints, waypoints - robot.tree.upper[index]) - ROUNDED
     k, j = np.unravel_index(int(over.argmax()), over.shape)
     if over[k, j] > 0:
-        text = f"{segment.joints[j]} of {robot.name} is at {waypoints[k, j]:.6g}, beyond its limit by {over[k, j]:.3g}"
+        where = f"at {waypoints[k, j]:.6g}, beyond its limit by {over[k, j]:.3g}"
+        text = f"{segment.joints[j]} of {robot.name} is {where}"
         yield Finding(node, text, float(times[k]), depth=float(over[k, j]))

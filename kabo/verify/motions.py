@@ -1,4 +1,4 @@
-"""Whether the motion of a node is its action's: moves what the call names, takes, carries, puts down, ends as recorded.
+"""Whether the motion of a node is its action's: moves what the call names, and ends as recorded.
 
 A motion is walked segment by segment: numbers, permitted contacts, collisions, the motion constraint, then what is
 attached and detached; at the end what the call asks for, and the recorded state.
@@ -104,6 +104,7 @@ class _Walk:
     tally: Tally
     taken: set[str] = field(default_factory=set)
     let_go: set[str] = field(default_factory=set)
+    links: dict[str, str] = field(default_factory=dict)  # what each object that was taken hangs on
 
     def __post_init__(self) -> None:
         self.arm = self.world.arms[self.call.roles["robot"]]
@@ -164,9 +165,8 @@ class _Walk:
             supports=list(self._supports(segment, path, standing, first, last)),
         )
         for a, b in granted.refused:
-            yield Finding(
-                self.node, f"permits contact of {a} and {b}, which this motion may not", segment.times[0], (a, b)
-            )
+            text = f"permits contact of {a} and {b}, which this motion may not"
+            yield Finding(self.node, text, segment.times[0], (a, b))
         yield from check_collision(self.node, path, moving, standing, granted, self.world, self.tally)
 
     def _supports(
@@ -193,9 +193,8 @@ class _Walk:
     def _check_kept(self, segment: Segment, path: Path) -> Iterator[Finding]:
         moves = segment.joints == self.robot.planned_joints
         if self.call.keep is not None and moves and self.held and segment.constraint != self.call.keep:
-            yield Finding(
-                self.node, f"{self.call} must keep {self.call.keep}, but a segment does not", segment.times[0]
-            )
+            text = f"{self.call} must keep {self.call.keep}, but a segment does not"
+            yield Finding(self.node, text, segment.times[0])
         if segment.constraint is None:
             return
         constraints = self.world.scene.motion_constraints.get(segment.constraint)
@@ -211,7 +210,8 @@ class _Walk:
         except Lapse as lapse:
             by = lapse.measure.excess
             how = "cannot be decided" if lapse.undecided else f"is missed by {by:.3g}"
-            text = f"{segment.constraint}: {lapse.constraint.kind}({lapse.constraint.first}, {lapse.constraint.second})"
+            missed = lapse.constraint
+            text = f"{segment.constraint}: {missed.kind}({missed.first}, {missed.second})"
             unit = "m" if lapse.measure.kind == "length" else "rad"
             yield Finding(self.node, f"{text} {how} {unit}", lapse.time, (), max(0.0, by))
 
@@ -247,7 +247,7 @@ class _Walk:
             yield from check_grasp(self.node, self.ended, self.call, self.world, tuple(self.q.tolist()), world_T)
             joint = self.arm.joint_poses(self.q.tolist())[mount.joint]
             self.objects[name] = Mount(mount.joint, np.linalg.inv(joint) @ world_T)
-            self.links = {**getattr(self, "links", {}), name: link}
+            self.links[name] = link
             self.taken.add(name)
 
     def _detach(self, segment: Segment) -> Iterator[Finding]:
@@ -289,7 +289,7 @@ class _Walk:
             yield Finding(self.node, text, self.ended, (self.robot.name,))
 
     def _check_after(self, content: Node) -> Iterator[Finding]:
-        """`after` records the robot's last configuration and every object that was taken or let go, nothing else."""
+        """`after` records the robot's last configuration and what was taken or let go, nothing else."""
         after = content.after
         robots = {} if after is None else after.robots
         objects = {} if after is None else after.objects
@@ -312,7 +312,7 @@ class _Walk:
             yield Finding(self.node, f"does not record where {name} is afterwards", self.ended, (name,))
             return
         recorded, where = objects[name], self.objects[name]
-        parent = getattr(self, "links", {}).get(name, "") if isinstance(where, Mount) else "world"
+        parent = self.links.get(name, "") if isinstance(where, Mount) else "world"
         if recorded.parent != parent:
             text = f"records {name} on {recorded.parent}, the motion leaves it on {parent}"
             yield Finding(self.node, text, self.ended, (name,))

@@ -33,9 +33,10 @@ def relevant(plan: Plan, problem: Problem, order: Sequence[str], mentioned_by: A
     """What each node and its continuation mention; None if everything matters (update rules read what they like).
 
     Args:
-        plan, problem: of these.
+        plan: the plan.
+        problem: its problem.
         order: the reached nodes, each before its successors.
-        mentioned_by: node -> what it mentions itself.
+        mentioned_by: gives a node mentions itself.
     """
     if problem.domain.update_rules:
         return None

@@ -1,7 +1,8 @@
-"""The geometric situation at the start of a node: what its motion needs to be one, and all that the rest may be."""
+"""The geometric situation at the start of a node: what must be one there, and all that the rest may be."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -54,13 +55,12 @@ def situation(node: str, call: Call, world: World, components: Components) -> Si
         placed = _placed(node, name, robot, world, components)
         carried = any(isinstance(where, Mount) for where in placed)
         if name in named or name == support or carried:
-            where = _only(name, placed)
-            if name == support:
-                result.poses[name] = where if not isinstance(where, Mount) else np.eye(4)
-            if name != call.roles.get("object") and not carried:
-                result.standing.append(Thing(name, world.surface_of(world.scene.bodies[name].mesh), where))
-            else:
+            where: Array | Mount = _only(name, placed)
+            if isinstance(where, Mount) or name == call.roles.get("object"):
                 objects[name] = where
+            else:
+                result.standing.append(Thing(name, world.surface_of(world.scene.bodies[name].mesh), where))
+                result.poses[name] = where
         else:
             own = world.surface_of(world.scene.bodies[name].mesh)
             result.standing.extend(Thing(name, own, where) for where in placed if not isinstance(where, Mount))
@@ -73,7 +73,7 @@ def situation(node: str, call: Call, world: World, components: Components) -> Si
     return result
 
 
-def _only(name: str, values: Sequence) -> Array | Mount:  # type: ignore[type-arg]
+def _only(name: str, values: Collection[Any]) -> Any:
     if len(values) != 1:
         raise Ambiguous(f"{name} can be in {len(values)} different states here, but the motion moves or uses it")
     value = next(iter(values))

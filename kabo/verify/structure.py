@@ -29,7 +29,7 @@ def _missing(plan: Plan) -> Iterator[Finding]:
 
 
 def _on_cycle(plan: Plan) -> str | None:
-    """A node on a cycle: one that is left when nodes without remaining successors are taken away again and again."""
+    """A node on a cycle, or before one: one that is left when ends are taken away again and again."""
     rest = {name: {s for s in node.successors if s in plan.nodes} for name, node in plan.nodes.items()}
     while True:
         ends = [name for name, successors in rest.items() if not successors & rest.keys()]

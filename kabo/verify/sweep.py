@@ -172,8 +172,8 @@ def open_stretches(path: Path, couples: Sequence[tuple[Thing, Thing]]) -> tuple[
     The balls are compared at places about `SPACING` of motion apart; what they prove to both sides is taken away.
     """
     bounds = np.array([weights(path.arm, *couple) for couple in couples]).reshape(len(couples), -1)
-    moving = np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)
-    if not len(moving):
+    moving = [int(i) for i in np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)]
+    if not moving:
         return 0, []
     places = _stations(path, bounds.max(axis=0))
     apart = _apart(path, [couples[i] for i in moving], places)  # (P, stations)
@@ -217,7 +217,11 @@ def _apart(path: Path, couples: Sequence[tuple[Thing, Thing]], places: Sequence[
 
 def _centres(thing: Thing, joints: Array) -> Array:
     """Where the middle of a body is at every station (stations, 3)."""
-    poses = thing.pose(joints[0])[None] if thing.mount is None else joints[:, thing.mount.joint] @ thing.mount.joint_T_body
+    poses = (
+        thing.pose(joints[0])[None]
+        if thing.mount is None
+        else joints[:, thing.mount.joint] @ thing.mount.joint_T_body
+    )
     centres = poses[:, :3, :3] @ thing.surface.centre + poses[:, :3, 3]
     return np.asarray(np.broadcast_to(centres, (len(joints), 3)))
 

@@ -13,7 +13,7 @@ WITHOUT_GEOMETRY = "the plan was made with --geometry none: its motions do not e
 
 
 def verify_plan(problem: Problem, plan: Plan, *, knowledge_only: bool = False) -> Report:
-    """Whether a plan solves a problem: every branch reaches the goal, and every motion is its action's and is free.
+    """Whether a plan solves a problem: every branch reaches the goal, every motion is its action's and free.
 
     Args:
         problem: the problem as its files say it now.
