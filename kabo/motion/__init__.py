@@ -8,11 +8,11 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
-    "Blocked": "connect",
-    "connect": "connect",
+    "Blocked": "rrt_connect",
+    "connect": "rrt_connect",
     "FreeConfigurations": "edges",
     "FreeSegment": "edges",
-    "shortcut": "shortcut",
+    "shortcut": "shortcuts",
     "retime": "timing",
 }
 __all__ = sorted(_HOME)  # noqa: PLE0605
