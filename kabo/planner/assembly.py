@@ -1,19 +1,22 @@
 """From an evaluated skeleton to the plan: nodes with motions, equal ones shared from the leaves [LANGUAGE 6]."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from kabo.geometry_server import GeometryServer, Success
+from kabo.geometry_server.answers import Success
 from kabo.language.problem import Problem
 from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, StateChange
 from kabo.planner.evaluation import Variant
 from kabo.planner.skeleton import SkeletonNode
 from kabo.scene import Attachment, Component, Scene
 
+if TYPE_CHECKING:
+    from kabo.geometry_server import GeometryServer
 
 def assemble(
     problem: Problem,
     variants: tuple[Variant, ...],
-    server: GeometryServer | None,
+    server: "GeometryServer | None",
     files: Mapping[str, str],
     options: Mapping[str, str | float | int | None],
 ) -> Plan:
@@ -33,7 +36,7 @@ def assemble(
 
 
 def _add(
-    builder: PlanBuilder, variant: Variant, following: Mapping[str | None, str], server: GeometryServer | None
+    builder: PlanBuilder, variant: Variant, following: Mapping[str | None, str], server: "GeometryServer | None"
 ) -> str:
     node, action = variant.node, variant.node.action
     branches = {outcome: handle for outcome, handle in following.items() if outcome is not None}
