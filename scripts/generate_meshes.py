@@ -27,10 +27,10 @@ ROBOTS: dict[str, Callable[[Detail], RobotModel]] = {
 THINGS: dict[str, Callable[[Detail], Solid]] = {
     "bottle": things.bottle,
     "cup": things.cup,
-    "crate": things.crate,
-    "table": things.table,
     "block": things.wooden_block,
     "tap": things.tap,
+    "crate": things.crate,
+    "table": things.table,
 }
 MILLIMETRES = {"bottle"}  # drawn in millimetres, as many CAD exports are; scenes say `scale: 0.001`
 

@@ -13,11 +13,16 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import kabo
-from kabo.scene import Mesh, link_poses, world_T
+from kabo.scene import Scene, link_poses, world_T
+from scripts.generate_meshes import ROBOTS, THINGS
+from scripts.mesh_files import triangles
+from scripts.robot_files import RobotModel
+from scripts.solids import HIGH
 
+Floats = NDArray[np.float64]
+Vector = tuple[float, float, float]
 ROOT = Path(__file__).resolve().parent.parent
 WINDOW = (1000, 680)
-COLOURS = 160  # of a picture file: enough for flat shades, a third of the bytes
 STEEL, ORANGE, DARK, WOOD, GLASS, GREY = "#dfe3e8", "#f29f3d", "#4a5260", "#e6cfa8", "#58a55c", "#9aa3ad"
 MOVABLE = ("#3f7fbf", "#4fa36b", "#b05fa0", "#c9593f", "#7a6fc0", "#c2a23a")
 
@@ -28,23 +33,67 @@ class View:
 
     problem: str
     picture: str
-    camera: tuple[float, float, float]
-    focus: tuple[float, float, float]
-    angle: float = 30.0
+    camera: Vector
+    focus: Vector
 
 
 VIEWS = (
-    View("domains/bartender/four_bottles.yaml", "domains/bartender/scene.png", (3.1, 0.9, 1.9), (0.0, -0.05, 0.28)),
+    View(
+        "domains/bartender/four_bottles.yaml", "domains/bartender/scene.png", (3.1, 0.9, 1.9), (0.0, -0.05, 0.28)
+    ),
     View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
     View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )
 
 
-def _surface(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> pyvista.PolyData:
-    return pyvista.PolyData.from_regular_faces(vertices, faces)
+def draw_scene(view: View) -> None:
+    """Draws a problem's first state to the view's picture file."""
+    description = kabo.load_problem(ROOT / view.problem).scene
+    assert description is not None
+    scene = kabo.load_scene(description)
+    plotter = _stage(view.camera, view.focus, 30.0)
+    _add_robots(plotter, scene)
+    movable = list(scene.movable)
+    for name, body in scene.bodies.items():
+        colour = MOVABLE[movable.index(name) % len(MOVABLE)] if body.movable else (GREY if name == "tap" else WOOD)
+        _add(plotter, body.mesh.vertices, body.mesh.faces, world_T(scene, scene.start, name), colour)
+    for name, region in scene.regions.items():
+        if name != "anywhere":
+            box = pyvista.Box(np.c_[-np.array(region.size), region.size].ravel())
+            plotter.add_mesh(box.transform(region.world_T_region, inplace=False), color=GLASS, opacity=0.25)
+    _save(plotter, ROOT / view.picture)
 
 
-def _stage(camera: tuple[float, float, float], focus: tuple[float, float, float], angle: float) -> pyvista.Plotter:
+def draw_gallery(picture: Path) -> None:
+    """Draws every robot, bent a little, and every thing, side by side."""
+    plotter = _stage((1.2, 4.6, 1.7), (1.2, 0.0, 0.52), 32.0)
+    for index, make in enumerate(ROBOTS.values()):
+        robot = make(HIGH)
+        place = _placed(robot, _offset((0.55 * index, 0.0, 0.0)))
+        for number, (name, solid) in enumerate(robot.links.items()):
+            if solid is not None:
+                _add(plotter, *triangles(solid), place[name], (STEEL, ORANGE)[number % 2])
+    for index, thing in enumerate(THINGS.values()):
+        _add(plotter, *triangles(thing(HIGH)), _offset((0.38 * index, 0.7, 0.0)), MOVABLE[index])
+    _save(plotter, picture)
+
+
+def _placed(robot: RobotModel, world_T_root: Floats) -> dict[str, Floats]:
+    """The pose of every link with all joints at zero."""
+    place = {robot.joints[0].parent: world_T_root}
+    for joint in robot.joints:
+        half_turn = np.diag([-1.0, -1.0, 1.0, 1.0]) if joint.rpy[2] else np.eye(4)
+        place[joint.child] = place[joint.parent] @ _offset(joint.origin) @ half_turn
+    return place
+
+
+def _offset(origin: Vector) -> Floats:
+    pose = np.eye(4)
+    pose[:3, 3] = origin
+    return pose
+
+
+def _stage(camera: Vector, focus: Vector, angle: float) -> pyvista.Plotter:
     plotter = pyvista.Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
@@ -53,49 +102,26 @@ def _stage(camera: tuple[float, float, float], focus: tuple[float, float, float]
     return plotter
 
 
-def _add(
-    plotter: pyvista.Plotter, mesh: Mesh, pose: NDArray[np.float64], colour: str, opacity: float = 1.0
-) -> None:
-    surface = _surface(mesh.vertices, mesh.faces).transform(pose, inplace=False)
-    plotter.add_mesh(
-        surface,
-        color=colour,
-        opacity=opacity,
-        specular=0.3,
-        split_sharp_edges=True,
-        smooth_shading=True,
-        feature_angle=25.0,
-    )
-
-
-def _save(plotter: pyvista.Plotter, path: Path) -> None:
-    """Writes what the plotter shows as PNG with a palette."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    image = Image.fromarray(plotter.screenshot(return_img=True))
-    image.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
-    plotter.close()
-
-
-def draw_scene(view: View) -> None:
-    """Draws a problem's first state to the view's picture file."""
-    scene = kabo.load_scene(kabo.load_problem(ROOT / view.problem).scene)
-    plotter = _stage(view.camera, view.focus, view.angle)
+def _add_robots(plotter: pyvista.Plotter, scene: Scene) -> None:
     for robot in scene.robots.values():
         poses = link_poses(robot, scene.start.robots[robot.name])
         for index, (name, link) in enumerate(robot.links.items()):
             if link.mesh is not None:
-                finger = "finger" in name or "palm" in name or "gripper" in name
-                _add(plotter, link.mesh, poses[name], DARK if finger else (STEEL, ORANGE)[index % 2])
-    movable = [name for name, body in scene.bodies.items() if body.movable]
-    for name, body in scene.bodies.items():
-        colour = MOVABLE[movable.index(name) % len(MOVABLE)] if body.movable else (GREY if "tap" in name else WOOD)
-        _add(plotter, body.mesh, world_T(scene, scene.start, name), colour)
-    for name in scene.regions:
-        if name != "anywhere":
-            bounds = np.c_[-np.array(scene.regions[name].size), scene.regions[name].size].ravel()
-            box = pyvista.Box(bounds).transform(world_T(scene, scene.start, name), inplace=False)
-            plotter.add_mesh(box, color=GLASS, opacity=0.25)
-    _save(plotter, ROOT / view.picture)
+                hand = any(word in name for word in ("finger", "palm", "gripper"))
+                colour = DARK if hand else (STEEL, ORANGE)[index % 2]
+                _add(plotter, link.mesh.vertices, link.mesh.faces, poses[name], colour)
+
+
+def _add(plotter: pyvista.Plotter, vertices: Floats, faces: NDArray[np.int64], pose: Floats, colour: str) -> None:
+    surface = pyvista.PolyData.from_regular_faces(vertices, faces).transform(pose, inplace=False)
+    look = {"specular": 0.3, "split_sharp_edges": True, "smooth_shading": True, "feature_angle": 25.0}
+    plotter.add_mesh(surface, color=colour, **look)
+
+
+def _save(plotter: pyvista.Plotter, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(plotter.screenshot(return_img=True)).save(path, optimize=True)
+    plotter.close()
 
 
 def main() -> None:
@@ -103,6 +129,7 @@ def main() -> None:
     argparse.ArgumentParser(description=__doc__).parse_args()
     for view in VIEWS:
         draw_scene(view)
+    draw_gallery(ROOT / "docs" / "meshes.png")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Which robots can grasp standing bodies in an area: sampled inverse kinematics of the scene's own grasp families."""
+"""Which robots can grasp bodies that stand in an area: sampled inverse kinematics of a scene's grasp families."""
 
 from collections.abc import Iterable
 
@@ -11,12 +11,13 @@ from kabo.scene import Robot
 Box = tuple[float, float, float, float]  # x from, to, y from, to [m] in the world
 
 
-def grasps_in(robot: Robot, family: GraspFamily, features: dict[str, Feature], area: Box, foot: float, tries: int
-              ) -> int:
+def grasps_in(
+    robot: Robot, family: GraspFamily, features: dict[str, Feature], area: Box, foot: float, tries: int
+) -> int:
     """How many of `tries` random configurations can be projected onto a grasp of a body that stands in the area.
 
     The grasp constrains nothing about where in the area the body stands: the tool centre is kept above the area,
-    and every constraint that names the body's axis or base is taken with the vertical, or with the plane of its foot.
+    and every constraint on the body's axis or base is taken with the vertical, or with the plane of its foot.
     """
     tool = robot.links[robot.tool.frame]
     tcp = _carried(robot.tool.features["tcp"], tool.joint, tool.joint_T_link)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from kabo.scene import world_T
 
+from kabo.scene import world_T
 from tests.domains.reach import around, grasps_in, spot
 from tests.domains.scenes import DOMAINS, scene_of
 
@@ -47,8 +47,15 @@ def test_the_arms_meet_in_the_middle_of_the_table_only() -> None:
     rows = np.linspace(-0.9, 0.8, 18)
 
     def reached(robot: str) -> np.ndarray:
-        return np.array([grasps_in(SCENE.robots[robot], body.grasps["side"], body.features, spot(0.2, y), 0.0, 300)
-                         for y in rows]) > 0
+        return (
+            np.array(
+                [
+                    grasps_in(SCENE.robots[robot], body.grasps["side"], body.features, spot(0.2, y), 0.0, 300)
+                    for y in rows
+                ]
+            )
+            > 0
+        )
 
     both = rows[reached("left") & reached("right")]
     assert len(both) > 0

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from kabo.scene import link_poses, world_T
 
+from kabo.scene import link_poses, world_T
 from tests.domains.reach import grasps_in, spot
 from tests.domains.scenes import DOMAINS, scene_of
 

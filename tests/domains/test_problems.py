@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+
 from kabo.scene import Mesh, Scene, world_T
 from scripts.generate_problems import problems
-
 from tests.domains.scenes import PROBLEMS, problem_of, scene_of
 
 SMALL = [path for path in PROBLEMS if path.stem not in {f"n{n}" for n in range(7, 21)}]
