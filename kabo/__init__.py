@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from kabo.planner.result import Progress, Reason, Result
     from kabo.scene import Scene, load_scene
     from kabo.verify import verify_plan
+    from kabo.verify import verify_plan as verify
 
 __version__ = "0.1.0"
 

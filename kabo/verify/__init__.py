@@ -4,11 +4,15 @@ It knows the problem's language, the plan, the scene, pinocchio and coal; it jud
 with the original triangle meshes. What is wrong is a finding with its node, not an error.
 """
 
+import sys
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from kabo.verify.report import Finding, Least, Report
 
 if TYPE_CHECKING:
+    from kabo.language import Problem
+    from kabo.plan import Plan
     from kabo.verify.verification import verify_plan
 
 __all__ = ["Finding", "Least", "Report", "verify_plan"]
@@ -20,3 +24,16 @@ def __getattr__(name: str) -> Any:
 
         return verify_plan
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+class _Room(ModuleType):
+    """`kabo.verify` is this room and, as the façade promises, also the function."""
+
+    def __call__(self, problem: "Problem", plan: "Plan", *, knowledge_only: bool = False) -> Report:
+        """As `verify_plan`."""
+        from kabo.verify.verification import verify_plan
+
+        return verify_plan(problem, plan, knowledge_only=knowledge_only)
+
+
+sys.modules[__name__].__class__ = _Room
