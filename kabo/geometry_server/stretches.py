@@ -14,9 +14,7 @@ from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.frames import Frame
 from kabo.geometry_server.workspace import Contacts, Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key
-from kabo.motion.connect import Blocked, connect
-from kabo.motion.shortcut import shortcut
-from kabo.motion.timing import retime
+from kabo.motion import Blocked, connect, retime, shortcut
 from kabo.plan import Segment
 from kabo.scene import Robot
 
