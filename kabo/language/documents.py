@@ -74,6 +74,19 @@ class Mapping(Node):
         return self.entries[key][0]
 
 
+def size_of(node: Node) -> int:
+    """How many nodes the tree below `node` has, itself included."""
+    waiting, count = [node], 0
+    while waiting:
+        here = waiting.pop()
+        count += 1
+        if isinstance(here, Sequence):
+            waiting.extend(here.items)
+        elif isinstance(here, Mapping):
+            waiting.extend(value for _, value in here.entries.values())
+    return count
+
+
 def read_document(source: SourceFile, findings: Findings) -> Mapping | None:
     """The mapping that `source` consists of; None if there is none or the YAML is broken. Findings say why."""
     findings.know(source)

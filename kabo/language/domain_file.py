@@ -235,7 +235,8 @@ def _read_action(reading: DomainReading, name: str, key: Scalar, mapping: Mappin
 def _read_parameters(
     reading: DomainReading, action: str, node: Node | None
 ) -> tuple[tuple[Parameter, ...], Scope]:
-    scope = Scope(reading.vocabulary)
+    bound: dict[str, Symbol] = {}
+    scope = Scope(reading.vocabulary, bound)  # sees what is added to `bound`: earlier parameters
     parameters: list[Parameter] = []
     where = f'in the parameters of action "{action}"'
     for name, key, value in reading.reader.entries(node, f'the parameters of action "{action}"'):
@@ -250,7 +251,8 @@ def _read_parameters(
             if scalar is not None and reading.vocabulary.check_type(scalar.text, scalar.place, where):
                 kind = scalar.text
             symbol = Symbol("parameter", name, key.place, kind)
-        scope = scope.with_bound({name: symbol})
+        scope.check_free(symbol)
+        bound[name] = symbol
         if correct:
             parameters.append(Parameter(name, str(kind or ""), value_of, key.place))
     return tuple(parameters), scope

@@ -8,7 +8,7 @@ from kabo.language.source import SourceFile
 
 _LONGEST_LINE = 400  # a longer line is not shown: a file may be a single line of megabytes
 _MOST_SUGGESTIONS = 200  # looking for near names costs up to the product of both lists
-_MOST_NAMES = 2000
+_MOST_NAMES = 500
 _FEW = 12
 
 
@@ -55,7 +55,7 @@ class Findings:
             all_if_few: if nothing is near and there are few, name them all.
         """
         self._suggestions += 1
-        if self._suggestions > _MOST_SUGGESTIONS or len(known) > _MOST_NAMES or len(word) > 80:
+        if not self.may_suggest or len(known) > _MOST_NAMES or len(word) > 80:
             return None
         remedy = did_you_mean(word, known)
         if remedy is None:
@@ -64,6 +64,11 @@ class Findings:
             return remedy
         signature, place = declared.get(remedy.split('"')[1], ("", None))
         return remedy if place is None else f"{remedy} {signature} is declared at {spell_place(place)}"
+
+    @property
+    def may_suggest(self) -> bool:
+        """Whether near names are still looked for; after many findings it would take too long."""
+        return self._suggestions <= _MOST_SUGGESTIONS
 
     @property
     def diagnostics(self) -> list[Diagnostic]:

@@ -20,6 +20,8 @@ def beside(folder: str, written: str) -> str:
 def near_file(findings: Findings, path: Path) -> str | None:
     """The remedy `did you mean "…"?` for a file that is not there, from the names beside it."""
     try:
+        if path.exists():
+            return None
         beside_it = sorted(os.listdir(path.parent))
     except (OSError, ValueError):
         return None

@@ -13,6 +13,7 @@ from kabo.language.values import Reader
 
 POSE_KEYS = ("frame", "position", "quaternion", "rpy")
 _UNIT_TOLERANCE = 1e-6
+_LONGEST_CIRCLE = 12
 _FRAME = re.compile(r"[a-z][a-z0-9_]*(\.\S+)?")
 
 
@@ -104,13 +105,15 @@ def check_frames(
 def _report_circles(things: MappingType[str, Framed], findings: Findings) -> None:
     finished: set[str] = set()
     for start in things:
-        chain: list[str] = []
+        chain: dict[str, None] = {}
         here = start
         while here in things and here not in finished:
             if here in chain:
-                circle = [*chain[chain.index(here) :], here]
-                findings.add(things[here].place, f"the frames form a circle: {' → '.join(circle)}")
+                names = list(chain)
+                circle = [*names[names.index(here) :], here]
+                shown = circle if len(circle) <= _LONGEST_CIRCLE else [*circle[:_LONGEST_CIRCLE], "…"]
+                findings.add(things[here].place, f"the frames form a circle: {' → '.join(shown)}")
                 break
-            chain.append(here)
+            chain[here] = None
             here = things[here].frame.partition(".")[0]
         finished.update(chain)

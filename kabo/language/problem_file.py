@@ -22,6 +22,7 @@ PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "i
 OPTION_KEYS = ("search", "seed", "epsilon", "geometry", "budget")
 BUDGET_KEYS = ("expansions", "samples", "seconds")
 SEARCHES = ("breadth-first", "depth-first", "iterative-deepening", "greedy", "astar")
+THINGS = ("robot", "body", "region")
 GEOMETRIES = ("bounding", "exact", "none")
 
 
@@ -118,10 +119,41 @@ def _check_calls(
     problem: Problem, scene: SceneReading, places: MappingType[str, f.Place], findings: Findings
 ) -> None:
     """Reports every argument that a procedure can get and that the scene does not have."""
-    for action in problem.domain.actions.values():
-        kinds = {parameter.name: parameter.type for parameter in action.parameters}
-        for call in _calls_of(action.geometry, action.preconditions, action.effects):
-            _check_call(problem, scene, call, kinds, places, findings)
+    domain = problem.domain
+    wanted: dict[str, dict[str, f.ProcedureCall]] = {}  # type, kind of thing, the first call that says so
+    calls = list(_calls_of(problem.goal, domain.update_rules))
+    for action in domain.actions.values():
+        calls.extend(_calls_of(action.geometry, action.preconditions, action.effects))
+    for call in calls:
+        for property_, argument in _filled(call):
+            value = argument.value
+            if property_.kind in THINGS and isinstance(value, f.Variable):
+                wanted.setdefault(value.type, {}).setdefault(property_.kind, call)
+            elif property_.kind in THINGS and isinstance(value, f.Constant):
+                _check_thing(scene, property_.kind, value.name, value.place, call, findings)
+            elif isinstance(value, f.Constant) and not scene.unsound:
+                _check_family(scene, property_, value, findings)
+    for name, own_type in problem.objects.items():
+        for kind in ancestors(own_type, domain.types):
+            for thing, call in wanted.get(kind, {}).items():
+                place = places.get(name) or (call.place if call.place is not None else None)
+                _check_thing(scene, thing, name, place, call, findings)
+
+
+def ancestors(kind: str, types: MappingType[str, str | None]) -> Iterator[str]:
+    """The type and its supertypes."""
+    current: str | None = kind
+    while current is not None:
+        yield current
+        current = types.get(current)
+
+
+def _filled(call: f.ProcedureCall) -> Iterator[tuple[Property, f.Argument]]:
+    """Every argument of a call with the property that it fills."""
+    properties = PROCEDURES[call.procedure]
+    by_name = {each.name: each for each in properties}
+    for number, argument in enumerate(call.arguments):
+        yield (properties[number] if argument.name is None else by_name[argument.name]), argument
 
 
 def _calls_of(*trees: object) -> Iterator[f.ProcedureCall]:
@@ -147,44 +179,21 @@ def _calls_of(*trees: object) -> Iterator[f.ProcedureCall]:
             waiting.append(tree.body)
 
 
-def _check_call(
-    problem: Problem, scene: SceneReading, call: f.ProcedureCall, kinds: MappingType[str, str],
-    places: MappingType[str, f.Place], findings: Findings,
-) -> None:  # fmt: skip
-    sound = not scene.unsound
-    properties = PROCEDURES[call.procedure]
-    by_name = {each.name: each for each in properties}
-    for number, argument in enumerate(call.arguments):
-        wanted = properties[number] if argument.name is None else by_name[argument.name]
-        value, place = argument.value, argument.place
-        if isinstance(value, f.Number) or place is None:
-            continue
-        if wanted.kind not in ("robot", "body", "region"):
-            if isinstance(value, f.Constant) and sound:
-                _check_family(scene, wanted, value, findings)
-            continue
-        if isinstance(value, f.Variable):
-            for name in problem.of_type(value.type) if value.type in problem.domain.types else ():
-                _check_thing(scene, wanted, name, places.get(name, place), call, findings)
-        else:
-            _check_thing(scene, wanted, value.name, value.place or place, call, findings)
-
-
 def _check_thing(
-    scene: SceneReading, wanted: Property, name: str, place: f.Place, call: f.ProcedureCall, findings: Findings
-) -> None:  # fmt: skip
+    scene: SceneReading, wanted: str, name: str, place: f.Place | None, call: f.ProcedureCall, findings: Findings
+) -> None:
     role = scene.role_of(name)
     description = scene.description
-    if role == wanted.kind or description is None:
+    if role == wanted or description is None or place is None:
         return
-    things = {"robot": description.robots, "body": description.bodies, "region": description.regions}[wanted.kind]
+    things = {"robot": description.robots, "body": description.bodies, "region": description.regions}[wanted]
     called = f"{spell(call)} at {spell_place(call.place)}" if call.place is not None else spell(call)
-    if (role is None and name in scene.places) or (place, wanted.kind) in scene.reported:
+    if (role is None and name in scene.places) or (place, wanted) in scene.reported:
         return  # it is there, but something is wrong with it, which was reported
-    scene.reported.add((place, wanted.kind))
-    problem = f"is a {role} of the scene" if role is not None else f"is no {wanted.kind} of the scene"
+    scene.reported.add((place, wanted))
+    problem = f"is a {role} of the scene" if role is not None else f"is no {wanted} of the scene"
     hint = findings.near(name, things.keys())
-    findings.add(place, f'"{name}" {problem}; {called} needs a {wanted.kind}', hint)
+    findings.add(place, f'"{name}" {problem}; {called} needs a {wanted}', hint)
 
 
 def _check_family(scene: SceneReading, wanted: Property, value: f.Constant, findings: Findings) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from kabo.language.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, Part
 from kabo.language.constraints import ConstraintReader, Owner, Roles
-from kabo.language.documents import Mapping, Node, Scalar, Sequence
+from kabo.language.documents import MAX_NODES, Mapping, Node, Scalar, Sequence, size_of
 from kabo.language.features import given_features
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
@@ -44,6 +44,7 @@ class SceneReading:
     description: SceneDescription | None = None
     places: dict[str, Place] = field(default_factory=dict)
     reported: set[tuple[Place, str]] = field(default_factory=set)  # objects that lack something in the scene
+    copied: int = 0  # how many values came from models
     unsound: bool = False  # something is wrong with the scene itself
 
     def role_of(self, name: str) -> str | None:
@@ -82,14 +83,23 @@ def read_scene(root: Mapping, additions: Mapping | None, findings: Findings) -> 
     return reading
 
 
-def with_model(reader: Reader, mapping: Mapping, models: MappingType[str, Mapping]) -> tuple[Mapping, str | None]:
+def with_model(
+    reading: "SceneReading", mapping: Mapping, models: MappingType[str, Mapping]
+) -> tuple[Mapping, str | None]:
     """The mapping with the keys of its `model` copied beneath its own, and the model's name."""
+    reader = reading.reader
     name = reader.text(mapping.get("model"), "`model`")
     if name is None:
         return mapping, None
     if name not in models:
         hint = reader.findings.near(name, models.keys()) or "this scene has no models of this kind"
         reader.findings.add(mapping.entries["model"][1].place, f'unknown model "{name}"', hint)
+        return mapping, None
+    reading.copied += size_of(models[name])
+    if reading.copied > MAX_NODES:
+        reader.findings.add(
+            mapping.place, f"the models of this scene are copied into more than {MAX_NODES} values"
+        )
         return mapping, None
     entries = {**models[name].entries, **mapping.entries}
     return Mapping(mapping.source, mapping.start, mapping.end, entries, mapping.flow), name
@@ -132,7 +142,7 @@ class _Robots:
             reader.keys(mapping, ROBOT_KEYS, "a robot")
             if not _claim_name(self.reading, key, "a robot"):
                 continue
-            merged, model = with_model(reader, mapping, models)
+            merged, model = with_model(self.reading, mapping, models)
             used.add(model or "")
             unknown_model = model is None and "model" in merged.entries
             robot = self.robots.robot(name, merged, model, complete=not unknown_model)
@@ -176,7 +186,7 @@ class _Bodies:
             reader.keys(mapping, BODY_KEYS, "a body")
             if not _claim_name(self.reading, key, "a body", replaces=movable and name in self.parts):
                 continue
-            merged, model = with_model(reader, mapping, models)
+            merged, model = with_model(self.reading, mapping, models)
             if model is None and "model" in merged.entries:  # reported; the shape is not missing as well
                 if name not in self.parts:
                     self.parts[name] = Part(

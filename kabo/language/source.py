@@ -14,7 +14,7 @@ from pathlib import Path
 
 from kabo.language.formulas import Place
 
-MAX_BYTES = 8_000_000
+MAX_BYTES = 2_000_000
 _LINE_BREAK = re.compile(r"\r\n|\n|\r")
 
 

@@ -64,6 +64,9 @@ class Context:
 
     def unknown(self, token: Tree | Token, role: str, *roles: str) -> None:
         """Reports an unknown name that should be one of `roles`."""
+        if not self.findings.may_suggest:
+            self.report(token, f'unknown {role} "{token}" {self.where}')
+            return
         known = self.scope.names(*roles)
         hint = self.hint_of.get(str(token)) or self.findings.near(
             str(token), known.keys(), known, all_if_few=bool(roles)
@@ -207,9 +210,7 @@ def read_function_term(context: Context, tree: Tree) -> f.Application | None:
             context.unknown(name, "function", "function")
             return None
         if symbol.role == "predicate":
-            context.report(
-                name, f'"{name}" is a predicate', f"Kv is for functions: write Kw({context.text(tree)})"
-            )
+            context.report(name, f'"{name}" is a predicate', f"write Kw({context.text(tree)})")
             return None
         if symbol.role == "function":
             term, _ = read_term(context, tree)

@@ -103,7 +103,9 @@ class Vocabulary:
         """Whether `name` is a type; reports it if not, and may propose one of `also` as well."""
         if name in self.types:
             return True
-        declared = {known: (known, self.type_places.get(known)) for known in self.types}
+        declared = {
+            known: (known, self.type_places.get(known)) for known in self.types if self.findings.may_suggest
+        }
         if name in self.symbols:
             hint: str | None = f'"{name}" is {self.symbols[name].description}'
         else:
@@ -128,12 +130,16 @@ class Scope:
         visible = {**self.vocabulary.symbols, **self.bound}
         return {name: (s.signature, s.place) for name, s in visible.items() if not roles or s.role in roles}
 
+    def check_free(self, symbol: Symbol) -> None:
+        """Reports it if the name of `symbol` is taken here."""
+        earlier = self.find(symbol.name)
+        if earlier is not None:
+            self.vocabulary.report_taken(symbol, earlier)
+
     def with_bound(self, symbols: Mapping[str, Symbol]) -> "Scope":
         """This scope with more names bound; names that are taken are reported and keep their new meaning."""
-        for name, symbol in symbols.items():
-            earlier = self.find(name)
-            if earlier is not None:
-                self.vocabulary.report_taken(symbol, earlier)
+        for symbol in symbols.values():
+            self.check_free(symbol)
         return Scope(self.vocabulary, {**self.bound, **symbols})
 
 

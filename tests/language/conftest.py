@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from kabo.language import check_files
+
 DOMAIN = """\
 domain: bar
 types: [robot, bottle, location]
@@ -159,6 +161,20 @@ class Kitchen:
         line = text.count("\n", 0, start) + 1
         column = start - text.rfind("\n", 0, start)
         return Spoiled(self.folder, str(self.folder / f"{file}.yaml"), line, column, end - start)
+
+    def expect(self, file: str, old: str, new: str, message: str, hint: str | None) -> None:
+        """Spoils the files and asserts that one finding says so, exactly at the mark."""
+        spoiled = self.spoil(file, old, new)
+        found = check_files([self.problem])
+        assert [str(each) for each in found[1:]] == []
+        assert found, "nothing was reported"
+        one = found[0]
+        assert (one.file, one.line, one.column, one.length) == (
+            spoiled.file, spoiled.line, spoiled.column, max(1, spoiled.length)
+        )  # fmt: skip
+        assert one.message == message
+        assert one.source is not None
+        assert (one.hint or "").startswith(hint or "") and (one.hint is None) == (hint is None)
 
 
 @pytest.fixture

@@ -1,0 +1,86 @@
+"""Robots: URDF, joints, gripper, tool, configurations."""
+
+import pytest
+
+from tests.language.conftest import Kitchen
+
+WRONG_ROBOTS = [
+    ("urdf: arm.urdf", "urdf: «armm.urdf»", 'URDF "armm.urdf": there is no such file', 'did you mean "arm.urdf"?'),
+    (
+        "urdf: arm.urdf",
+        "urdf: «package://meshes/arm.urdf»",
+        'unknown package "meshes"',
+        "declare it: packages: {NAME: folder}",
+    ),
+    (
+        "    urdf: arm.urdf\n",
+        "    urdf: arm.urdf\n    inverse_kinematics: «analytic»\n",
+        "closed-form inverse kinematics (`analytic`) do not exist yet",
+        "write `projection`, or leave the key out",
+    ),
+    (
+        "    urdf: arm.urdf\n",
+        "    urdf: arm.urdf\n    inverse_kinematics: «fast»\n",
+        '`inverse_kinematics` must be one of projection, analytic, not "fast"',
+        "there are projection, analytic",
+    ),
+    (
+        "    urdf: arm.urdf\n",
+        "    urdf: arm.urdf\n    joints: [a, b, c, «a»]\n",
+        '"a" stands twice in the list',
+        None,
+    ),
+    (
+        "    urdf: arm.urdf\n",
+        "    urdf: arm.urdf\n    «joint»: [a, b]\n",
+        'unknown key "joint" of a robot model',
+        'did you mean "joints"?',
+    ),
+    (
+        "      home: [0, -90 deg, 0.5]",
+        "      home: [0, -90 deg, 0.5]\n      weigh: «[0, 1]»",
+        'the configuration "weigh" must have 3 numbers, not 2',
+        None,
+    ),
+    (
+        "      home: [0, -90 deg, 0.5]",
+        "      home: [0, «90°», 0.5]",
+        'every number of the configuration "home" must be a number, this is "90°"',
+        None,
+    ),
+    (
+        "      home: [0, -90 deg, 0.5]",
+        "      «Home»: [0, 0, 0]",
+        '"Home" cannot be the name of a configuration',
+        'write "home": names match [a-z][a-z0-9_]*',
+    ),
+    (
+        "      mount: tool0",
+        "      mount: tool0\n      «mont»: x",
+        'unknown key "mont" of a gripper',
+        'did you mean "mount"?',
+    ),
+    (
+        "      open: {finger_joint: 0.04}",
+        "      joints: [finger_joint]\n      open: {«finger_jont»: 0.04}",
+        '"finger_jont" is no joint of the gripper',
+        'did you mean "finger_joint"?',
+    ),
+    ("tcp: {point: [0, 0, 0.1]}", "tcp: {point: «[0, 0]»}", "a point must have 3 numbers, not 2", None),
+    ("tcp: {point: [0, 0, 0.1]}", "«tcp»: {}", "a feature is exactly one of point, line and plane", None),
+    ("along: [0, 0, 2]", "along: «[0, 0, 0]»", "`along` is zero and gives no direction", None),
+    ("along: [0, 0, 2]", "along: «z»", "`along` must be a list of 3 numbers: [0, 0, 0]", None),
+    (
+        "{line: {through: [0, 0, 0.1], along: [0, 0, 2]}}",
+        "{line: «{along: [0, 0, 2]}»}",
+        'a line needs the key "through"',
+        None,
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "message", "hint"), WRONG_ROBOTS, ids=[row[2] for row in WRONG_ROBOTS])
+def test_a_wrong_robot_is_reported_at_its_place(
+    kitchen: Kitchen, old: str, new: str, message: str, hint: str | None
+) -> None:
+    kitchen.expect("scene", old, new, message, hint)
