@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from kabo.language import load_problem
     from kabo.language.problem import Problem
     from kabo.plan import Plan, plan_from_json, plan_to_json
-    from kabo.planner.solve import solve
     from kabo.planner.result import Progress, Reason, Result
+    from kabo.planner.solve import solve
     from kabo.scene import Scene, load_scene
     from kabo.verify import verify_plan
     from kabo.verify import verify_plan as verify
@@ -58,6 +58,7 @@ __all__ = [
     "plan_from_json",
     "plan_to_json",
     "solve",
+    "verify",
     "verify_plan",
 ]
 
@@ -74,4 +75,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, "verify"})
+    return sorted({*globals(), *__all__})

@@ -104,14 +104,18 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
     from kabo.language import load_problem
-    from kabo.scene import load_scene
 
     try:
         problem = load_problem(path)
-        if problem.scene is not None:
+    except InputError:  # a domain, a scene, or errors that have been found already
+        return ()
+    if problem.scene is not None:
+        from kabo.scene import load_scene
+
+        try:
             load_scene(problem.scene)
-    except InputError as error:
-        return error.diagnostics
+        except InputError as error:
+            return error.diagnostics
     return ()
 
 

@@ -1,0 +1,82 @@
+"""The laws of the house that a machine can judge: who may import whom, what starts light, what every file says."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import kabo
+from kabo.cli.main import COMMANDS
+
+REPOSITORY = Path(__file__).parents[1]
+SOURCES = sorted((REPOSITORY / "kabo").rglob("*.py"))
+HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "rich", "yaml", "lark", "msgspec")
+EDGES = {"kabo/cli/main.py", "kabo/service/server.py", "kabo/service/worker.py", "kabo/scene/meshes.py"}
+
+
+def relative(path: Path) -> str:
+    """A source file as the repository names it."""
+    return path.relative_to(REPOSITORY).as_posix()
+
+
+def loaded_by(program: str) -> set[str]:
+    """The heavy packages that a program loads, run in a process of its own."""
+    report = f"{program}\nimport sys; print('LOADED', *(m for m in {HEAVY!r} if m in sys.modules))"
+    done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, cwd=REPOSITORY, check=True)
+    return set(done.stdout.rsplit("LOADED", 1)[1].split())
+
+
+def test_imports_go_down_and_the_verifier_shares_no_code_with_what_it_judges():
+    done = subprocess.run(
+        [Path(sys.executable).with_name("lint-imports"), "--no-cache"],
+        capture_output=True,
+        text=True,
+        cwd=REPOSITORY,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_importing_kabo_loads_nothing_heavy():
+    assert loaded_by("import kabo") == set()
+
+
+@pytest.mark.parametrize("arguments", [["--help"], *([command.NAME, "--help"] for command in COMMANDS)])
+def test_help_loads_nothing_heavy(arguments):
+    program = f"from kabo.cli import main\ntry:\n    main({arguments!r})\nexcept SystemExit:\n    pass"
+    assert loaded_by(program) == set()
+
+
+def test_checking_files_loads_no_kernels(tmp_path):
+    domain = tmp_path / "domain.yaml"
+    domain.write_text("domain: d\ntypes: [t]\nactions:\n  a: {parameters: {x: t}}\n")
+    program = f"from kabo.cli import main\nassert main(['check', {str(domain)!r}]) == 0"
+    assert not loaded_by(program) & {"numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh"}
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=relative)
+def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
+    tree = ast.parse(path.read_text())
+    assert ast.get_docstring(tree), "no docstring"
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    prints = [node.lineno for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
+    assert not prints or relative(path).startswith("kabo/cli/")
+
+
+def test_only_the_outer_edges_catch_every_exception():
+    blind = re.compile(r"except (Base)?Exception\b(?! as error:\n\s+raise)|except\s*:")
+    found = {relative(path) for path in SOURCES if blind.search(path.read_text())}
+    assert found <= EDGES
+
+
+def test_the_version_has_its_entry_in_the_changelog():
+    changelog = (REPOSITORY / "CHANGELOG.md").read_text()
+    assert re.search(rf"^## \[{re.escape(kabo.__version__)}\]", changelog, re.MULTILINE)
+
+
+def test_every_name_of_the_facade_exists():
+    missing = [name for name in kabo.__all__ if not hasattr(kabo, name)]
+    assert not missing
