@@ -1,0 +1,65 @@
+"""Paths: every piece is free, the same key gives the same path, shortcuts never lengthen, times keep the limits."""
+
+import numpy as np
+from hypothesis import event, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+from kabo.kinematics import stream_key
+from kabo.motion import Blocked, connect, retime, shortcut
+from kabo.motion.shortcuts import length
+from tests.motion.worlds import LEFT, LOWER, RIGHT, UPPER, Discs
+
+COUNT = settings.get_profile("kabo").max_examples
+
+
+@st.composite
+def worlds(draw):
+    """Discs anywhere, few or many, small or large; sometimes they hem in an end."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    count = draw(st.sampled_from([0, 3, 10, 25]))
+    return Discs(rng.uniform(-2, 2, (count, 2)), rng.uniform(0.05, 0.5, count))
+
+
+@settings(max_examples=max(20, COUNT // 2))
+@given(world=worlds(), number=st.integers(0, 1000))
+def test_every_path_is_free_and_repeats_itself_and_never_gets_longer(world, number):
+    key = stream_key("law", number)
+
+    def found():
+        return connect(
+            LEFT, RIGHT, world.free_segment, world.free_configurations, LOWER, UPPER, key, samples=150, restart=60
+        )
+
+    path = found()
+    if isinstance(path, Blocked):
+        event("blocked")
+        assert path.hits
+        assert path.samples in (0, 150)
+        assert isinstance(found(), Blocked)
+        return
+    event("straight" if len(path) == 2 else "around")
+    assert np.array_equal(path, found())
+    assert np.array_equal(path[[0, -1]], [LEFT, RIGHT])
+    assert world.clearance(path) > 0
+    short = shortcut(path, world.free_segment, key, 40, free_configurations=world.free_configurations)
+    assert length(short) <= length(path)
+    assert np.array_equal(short[[0, -1]], [LEFT, RIGHT])
+    assert world.clearance(short) > 0
+    assert np.array_equal(short, shortcut(path, world.free_segment, key, 40))
+
+
+@given(
+    path=arrays.arrays(np.float64, st.tuples(st.integers(1, 12), st.just(3)), elements=st.floats(-6, 6)),
+    limits=st.tuples(*[st.floats(0.05, 20.0)] * 3),
+    factor=st.floats(0.1, 1.0),
+)
+def test_times_increase_and_no_joint_exceeds_its_velocity(path, limits, factor):
+    path = np.round(path, 9)
+    times = retime(path, limits, factor=factor)
+    steps = np.diff(times)
+    assert times[0] == 0.0
+    assert np.all(steps > 0.0)
+    assert np.array_equal(times, np.round(times, 6))
+    speeds = np.abs(np.diff(path, axis=0)) / steps[:, None]
+    assert np.all(speeds <= factor * np.array(limits) * (1 + 1e-9))
