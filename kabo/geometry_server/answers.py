@@ -77,6 +77,7 @@ class Statistics:
     """What the geometry did, in counts (LANGUAGE section 7); the only thing of the server that changes."""
 
     inverse_kinematics_calls: int = 0
+    inverse_kinematics_s: float = 0.0
     collision_checks: int = 0
     positive_collision_checks: int = 0
     pair_checks: int = 0
@@ -84,6 +85,11 @@ class Statistics:
     collision_s: float = 0.0
     calls: Counter[str] = field(default_factory=Counter)
     failures: dict[str, Counter[str]] = field(default_factory=dict)
+
+    def drawn(self, samples: int) -> None:
+        """So many samples were drawn and projected on constraints, each an inverse kinematics of its own."""
+        self.samples += samples
+        self.inverse_kinematics_calls += samples
 
     def record(self, procedure: str, answer: Answer) -> None:
         """One call of a procedure and its answer."""

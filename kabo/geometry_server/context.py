@@ -1,7 +1,11 @@
 """What every procedure is given beside its arguments: the scene around, the seed, and how much to try."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
+from time import perf_counter
 
+from kabo.geometry_server.candidates import BATCH, Candidate
 from kabo.geometry_server.workspace import Surroundings
 from kabo.scene import Scene
 
@@ -19,3 +23,15 @@ class Context:
     def scene(self) -> Scene:
         """The scene."""
         return self.surroundings.scene
+
+    def drawn(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
+        """The candidates of a stream, batch by batch, as many as are to be tried; counts the samples behind them."""
+        batches, statistics = islice(stream, self.batches), self.surroundings.statistics
+        while True:
+            began = perf_counter()
+            batch = next(batches, None)
+            statistics.inverse_kinematics_s += perf_counter() - began
+            if batch is None:
+                return
+            statistics.drawn(BATCH)
+            yield from batch

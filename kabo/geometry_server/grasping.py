@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
@@ -88,12 +87,10 @@ def grasps(
     workspace = Workspace.of(context.surroundings, robot.name, situation)
     under = tuple((name, other) for other in supports(context.surroundings, situation, name))
     for stream in streams:
-        for batch in islice(stream, context.batches):
-            context.surroundings.statistics.inverse_kinematics_calls += 1
-            for found in batch:
-                grasp = _grasp(workspace, stream, name, found, under, refusals)
-                if grasp is not None:
-                    yield grasp
+        for found in context.drawn(stream):
+            grasp = _grasp(workspace, stream, name, found, under, refusals)
+            if grasp is not None:
+                yield grasp
 
 
 def _grasp(

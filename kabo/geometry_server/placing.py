@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
 
 import numpy as np
 import numpy.typing as npt
@@ -104,12 +103,10 @@ def lowerings(
     lift = held_by[0].lift if held_by is not None and held_by[0].lift is not None else LOWERING
     for stream in streams(context, robot, name, target, situation):
         roles = {"world": WORLD, "this": stream.this, "tool": tool_frame(robot)}
-        for batch in islice(stream, context.batches):
-            context.surroundings.statistics.inverse_kinematics_calls += 1
-            for found in batch:
-                lowering = _lowering(workspace, stream, name, target, found, lift, roles, refusals)
-                if lowering is not None:
-                    yield stream, lowering
+        for found in context.drawn(stream):
+            lowering = _lowering(workspace, stream, name, target, found, lift, roles, refusals)
+            if lowering is not None:
+                yield stream, lowering
 
 
 def _lowering(

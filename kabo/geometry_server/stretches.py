@@ -117,6 +117,7 @@ def reach(
     free = free_segment, free_configurations
     path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
     if isinstance(path, Blocked):
+        workspace.surroundings.statistics.samples += path.samples
         pairs = workspace.pairs
         return Refused(tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs)))
     short = shortcut(

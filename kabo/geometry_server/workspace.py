@@ -4,14 +4,16 @@ What the robot carries hangs on its joints; what others may be, in any of the va
 stands still around it. Things are compared in pairs, so every value of every other component is checked at once.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from time import perf_counter
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry import Budget, CollisionView, Enclosure, ExactView, FixedGroup, MovingGroup, enclosing_parts
+from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair, Statistics
 from kabo.geometry_server.situation import Situation
 from kabo.scene import Attachment, Configuration, Mesh, Robot, Scene, link_poses
@@ -19,7 +21,7 @@ from kabo.scene.transforms import flat, transform
 
 Array = npt.NDArray[np.float64]
 Contacts = frozenset[frozenset[str]]
-View = CollisionView | ExactView
+View = Any  # a CollisionView, or an ExactView with the same questions
 
 
 def contacts(pairs: Iterable[Pair]) -> Contacts:
@@ -36,6 +38,15 @@ class Surroundings:
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
 
+    @cached_property
+    def view(self) -> Any:
+        """The kind of view that answers: on convex parts, or on the original meshes."""
+        if not self.exact:
+            return CollisionView
+        from kabo.geometry import ExactView  # python-fcl is loaded only for `--geometry exact`
+
+        return ExactView
+
     def mesh(self, name: str) -> Mesh | None:
         """The mesh of a body or `robot.link`, in its own frame."""
         robot, dot, link = name.partition(".")
@@ -47,6 +58,8 @@ class Surroundings:
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
         if mesh.digest not in self._enclosures:
+            from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
+
             tolerance = self.budget.geometry
             self._enclosures[mesh.digest] = enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
         return self._enclosures[mesh.digest]
@@ -120,24 +133,16 @@ class Workspace:
 
     def first_hit(self, q: Array) -> Pair | None:
         """The first pair that is not proven apart at configuration q (n,), or None if all are."""
-        view, pairs = self._view
-        index = int(view.configuration_hit(q))
-        self._count(1, index >= 0)
-        return None if index < 0 else pairs[index]
+        index = self._asked(lambda view: view.configuration_hit(q))
+        return None if index < 0 else self.pairs[index]
 
     def hits(self, configurations: Array) -> npt.NDArray[np.int64]:
         """For each configuration (N, n) the index of the first pair not proven apart, or -1."""
-        view, _ = self._view
-        found = view.configurations_hit(configurations)
-        self._count(len(found), int((found >= 0).sum()))
-        return found
+        return self._asked(lambda view: view.configurations_hit(configurations))
 
     def segment_hit(self, start: Array, goal: Array) -> int:
         """-1 if the straight joint segment is proven free, else the index of the pair that is in the way."""
-        view, _ = self._view
-        index = int(view.segment_hit(start, goal))
-        self._count(1, index >= 0)
-        return index
+        return self._asked(lambda view: view.segment_hit(start, goal))
 
     def path_hit(self, waypoints: Sequence[Array]) -> Pair | None:
         """The first pair in the way of a path of straight joint segments, or None if it is proven free."""
@@ -152,10 +157,19 @@ class Workspace:
         """The names of all pairs that are checked, in the order of their indices."""
         return self._view[1]
 
-    def _count(self, checks: int, positive: int) -> None:
+    def _asked(self, question: Callable[[View], Any]) -> Any:
+        """The answer of the view, counted: once for the robot and once for each thing that it carries."""
+        view, began = self._view[0], perf_counter()
+        before = replace(view.counters)
+        answer = question(view)
+        counts, groups = view.counters, 1 + len(self.carried)
         statistics = self.surroundings.statistics
-        statistics.collision_checks += checks * (1 + len(self.carried))
-        statistics.positive_collision_checks += int(positive)
+        checks = counts.configuration_checks - before.configuration_checks + counts.sweep_checks - before.sweep_checks
+        statistics.collision_checks += groups * checks
+        statistics.positive_collision_checks += counts.positive - before.positive
+        statistics.pair_checks += counts.pair_checks - before.pair_checks
+        statistics.collision_s += perf_counter() - began
+        return answer
 
     @cached_property
     def _view(self) -> tuple[View, list[Pair]]:
@@ -163,8 +177,7 @@ class Workspace:
         fixed, fixed_names = self._fixed()
         indices, pairs = self._pairs(moving_names, fixed_names)
         chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
-        kind = ExactView if self.surroundings.exact else CollisionView
-        view = kind(self.robot.tree, moving, fixed, chosen, self.surroundings.budget)
+        view = self.surroundings.view(self.robot.tree, moving, fixed, chosen, self.surroundings.budget)
         return view, pairs
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:

@@ -40,6 +40,7 @@ class Ledger:
         self.components = (*scene.robots, *scene.movable)
         self._index = {name: i for i, name in enumerate(self.components)}
         self._lineages: dict[tuple[object, ...], int] = {}
+        self._options: dict[tuple[GroundCall, Trace], list[tuple[int, Trace]]] = {}
         self._origins: dict[tuple[int, int], Pattern] = {}
         self._tainted: set[tuple[int, int]] = set()
 
@@ -54,6 +55,12 @@ class Ledger:
 
         A further attempt is offered only where every one before it led to something that was refused.
         """
+        known = self._options.get((call, trace))
+        if known is None:
+            known = self._options[call, trace] = self._found(call, trace)
+        return known
+
+    def _found(self, call: GroundCall, trace: Trace) -> list[tuple[int, Trace]]:
         limit = min(
             (r.attempt for r in self.refusals.get(call, ()) if all(trace[i] == line for i, line in r.pattern)),
             default=ATTEMPTS * (1 + self.effort),
@@ -100,6 +107,7 @@ class Ledger:
 
     def refuse(self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Trace]) -> None:
         """Notes that a call failed, wherever the components that the failure reads are as in one of the traces."""
+        self._options.clear()
         for trace in traces:
             pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
             self.refusals.setdefault(call, []).append(Refusal(attempt, pattern, failure))
@@ -119,6 +127,7 @@ class Ledger:
         if self.effort >= MAX_EFFORT:
             return False
         self.effort += 1
+        self._options.clear()
         kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
         self.refusals = {call: rows for call, rows in kept.items() if rows}
         self._tainted = set()

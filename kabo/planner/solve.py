@@ -165,9 +165,8 @@ def _integrated(run: Run, task: Task) -> Result:
     while True:
         run.tell("searching", sum(server.statistics.calls.values()))
         found = _search(run, task, geometry)
-        if isinstance(found, Unreachable) and not eager and ledger.refusals and not ledger.proved():
-            if ledger.try_harder():
-                continue
+        if isinstance(found, Unreachable) and not eager and not ledger.proved() and ledger.try_harder():
+            continue
         if not isinstance(found, Found):
             return _without_plan(run, task, found, server, geometry)
         run.tell("moving", sum(server.statistics.calls.values()))
@@ -270,6 +269,7 @@ def _statistics(run: Run, server: "GeometryServer | None") -> dict[str, Any]:
         counted = server.statistics
         figures |= {
             "inverse_kinematics_calls": counted.inverse_kinematics_calls,
+            "inverse_kinematics_s": counted.inverse_kinematics_s,
             "collision_checks": counted.collision_checks,
             "positive_collision_checks": counted.positive_collision_checks,
             "collision_s": counted.collision_s,

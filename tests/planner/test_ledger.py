@@ -1,0 +1,90 @@
+"""The ledger: refusals hold where what they rest on is the same, and only they tell search nodes apart."""
+
+from kabo.geometry_server import Failure
+from kabo.language.formulas import GroundCall
+from kabo.planner.ledger import ATTEMPTS, Ledger
+from tests.planner.scripted import ScriptedServer, at, moved
+
+PICK = GroundCall("pick", ("r", "a"))
+PLACE = GroundCall("place", ("r", "a"))
+OTHER = GroundCall("pick", ("r", "b"))
+
+
+def ledger() -> Ledger:
+    server = ScriptedServer(lambda *_: moved(), {"r": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
+    return Ledger(server)  # type: ignore[arg-type]
+
+
+def refused(*reads: str, proof: bool = False) -> Failure:
+    return Failure("collision", "in the way", frozenset(reads), proof=proof)
+
+
+def test_until_something_is_refused_traces_do_not_tell_nodes_apart() -> None:
+    book = ledger()
+    after = book.after(PICK, 0, book.start)
+    assert after != book.start
+    assert book.key(after) == book.key(book.start)
+    assert book.options(PLACE, after) == [(0, book.after(PLACE, 0, after))]
+
+
+def test_a_refusal_holds_only_where_what_it_read_is_the_same() -> None:
+    book = ledger()
+    book.refuse(PICK, 0, refused("a"), [book.start])
+    assert not book.options(PICK, book.start)
+    elsewhere = book.after(PLACE, 0, book.start)
+    assert book.options(PICK, elsewhere), "the object has been moved"
+    other_moved = book.after(OTHER, 0, book.start)
+    assert not book.options(PICK, other_moved), "what it read is as before"
+    assert book.key(elsewhere) != book.key(book.start)
+
+
+def test_a_refusal_that_read_nothing_holds_everywhere() -> None:
+    book = ledger()
+    book.refuse(PICK, 0, refused(), [book.start])
+    assert not book.options(PICK, book.after(PLACE, 0, book.start))
+    assert book.key(book.after(PLACE, 0, book.start)) == book.key(book.start)
+
+
+def test_another_attempt_is_offered_only_where_the_first_led_to_a_refusal() -> None:
+    book = ledger()
+    assert [attempt for attempt, _ in book.options(PICK, book.start)] == [0]
+    book.refuse(PLACE, 0, refused("a"), [book.after(PICK, 0, book.start)])
+    assert [attempt for attempt, _ in book.options(PICK, book.start)] == [0, 1]
+
+
+def test_attempts_end_where_the_samples_ended() -> None:
+    book = ledger()
+    book.refuse(PLACE, 0, refused("a"), [book.after(PICK, 0, book.start)])
+    book.refuse(PICK, 1, refused("a"), [book.start])
+    assert [attempt for attempt, _ in book.options(PICK, book.start)] == [0]
+
+
+def test_attempts_are_bounded_and_the_bound_grows_with_the_effort() -> None:
+    book = ledger()
+    for attempt in range(20):
+        book.refuse(PLACE, 0, refused("a"), [book.after(PICK, attempt, book.start)])
+    assert len(book.options(PICK, book.start)) == ATTEMPTS
+    assert book.try_harder()
+    assert not book.refusals
+
+
+def test_trying_harder_keeps_proofs_and_forgets_the_rest() -> None:
+    book = ledger()
+    book.refuse(PICK, 0, refused("a", proof=True), [book.start])
+    book.refuse(OTHER, 0, refused("b"), [book.start])
+    assert not book.proved()
+    book.try_harder()
+    assert book.proved()
+    assert not book.options(PICK, book.start)
+    assert book.options(OTHER, book.start)
+
+
+def test_equal_keys_have_equal_options_even_before_the_refused_call() -> None:
+    """The law of `Geometry.key`: where lineages lead to a refusal, the nodes before it are told apart."""
+    book = ledger()
+    twice = book.after(PICK, 0, book.after(PLACE, 0, book.start))
+    book.refuse(PLACE, 0, refused("a"), [twice])
+    once = book.after(PLACE, 0, book.start)
+    assert len(book.options(PICK, once)) == 2
+    assert len(book.options(PICK, book.start)) == 1
+    assert book.key(once) != book.key(book.start)
