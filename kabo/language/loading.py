@@ -10,7 +10,7 @@ from kabo.language.documents import Mapping, Node, read_document
 from kabo.language.domain_file import DomainReading, read_domain
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
-from kabo.language.paths import beside, near_file
+from kabo.language.paths import OUTSIDE, beside, lies_within, near_file
 from kabo.language.problem import Problem
 from kabo.language.problem_file import read_problem
 from kabo.language.scene_file import SceneReading, read_scene
@@ -28,8 +28,8 @@ class _Loading:
     def document(self, name: str, named_at: Place | None = None) -> Mapping | None:
         """The document of the file called `name`; a missing one is reported where it is named."""
         try:
-            if self.within is not None and not Path(name).resolve().is_relative_to(self.within.resolve()):
-                raise UnreadableError("the file lies outside of the folder that may be read")
+            if not lies_within(Path(name), self.within):
+                raise UnreadableError(OUTSIDE)
             source = read_source(Path(name), name)
         except UnreadableError as error:
             self._report(name, named_at, error)
@@ -44,10 +44,10 @@ class _Loading:
             self.findings.add(Place(name, line, column), error.message, error.hint)
         elif named_at is not None:
             shown = os.path.relpath(name, os.path.dirname(named_at.file) or ".").replace(os.sep, "/")
-            hint = error.hint or near_file(self.findings, Path(name))
+            hint = error.hint or near_file(self.findings, Path(name), self.within)
             self.findings.add(named_at, f'"{shown}": {error.message}', hint)
         else:
-            hint = error.hint or near_file(self.findings, Path(name))
+            hint = error.hint or near_file(self.findings, Path(name), self.within)
             self.findings.add(Place(name, 1, 1), error.message, hint)
 
     def problem(self, root: Mapping, name: str) -> Problem | None:
@@ -68,7 +68,7 @@ class _Loading:
         if document is None:
             return None
         if kind_of(document) != "domain":
-            self.findings.add(named_at, f"{written} is no domain: it has no `domain` with `actions`")
+            self.findings.add(named_at, f"{written} is no domain: it has none of the keys of one")
             return None
         return read_domain(document, self.findings)
 
@@ -83,9 +83,9 @@ class _Loading:
         if document is None:
             return None
         if kind_of(document) != "scene":
-            self.findings.add(node.place, f"{written} is no scene: it has no key `scene` of its own")
+            self.findings.add(node.place, f"{written} is no scene: it has none of the keys of one")
             return None
-        return read_scene(document, root, self.findings)
+        return read_scene(document, root, self.findings, within=self.within)
 
     def _relative_to(self, folder: str) -> dict[str, str]:
         base = folder or "."
@@ -97,14 +97,20 @@ def _path_of(node: Node | None) -> str | None:
     return text if isinstance(text, str) and text.strip() and "\0" not in text else None
 
 
+_TELLING = {
+    "problem": {"problem", "goal", "initial"},
+    "domain": {"actions", "predicates", "types", "domain"},
+    "scene": {"scene", "epsilon", "robots"},
+}
+
+
 def kind_of(root: Mapping) -> str | None:
-    """What a document is, told by its keys: `problem`, `domain`, `scene`, or None."""
+    """What a document is, told by the keys that only one kind of file has; None if there are none."""
     keys = root.entries.keys()
-    if "problem" in keys:
-        return "problem"
-    if "domain" in keys and not keys & {"goal", "initial", "objects"}:
-        return "domain"
-    return "scene" if "scene" in keys else None
+    for kind, telling in _TELLING.items():
+        if keys & telling:
+            return kind
+    return None
 
 
 def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
@@ -122,7 +128,8 @@ def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
     root = loading.document(name)
     problem = None
     if root is not None and kind_of(root) != "problem":
-        loading.findings.add(_first_key(root), "this is no problem: it has no key `problem`")
+        kind = kind_of(root) or "file of another kind"
+        loading.findings.add(_first_key(root), f"a problem is needed here, this is a {kind}")
     elif root is not None:
         problem = loading.problem(root, name)
     if problem is None or loading.findings.errors:

@@ -9,6 +9,7 @@ from kabo.language.findings import Findings
 from kabo.language.source import missing_file_reason
 from kabo.language.values import Reader
 
+OUTSIDE = "the file lies outside of the folder that may be read"
 _SCHEME = "package://"
 
 
@@ -17,10 +18,18 @@ def beside(folder: str, written: str) -> str:
     return os.path.normpath(os.path.join(folder, written))
 
 
-def near_file(findings: Findings, path: Path) -> str | None:
+def lies_within(path: Path, folder: Path | None) -> bool:
+    """Whether `path` lies in `folder` once links are followed; always if there is no folder."""
+    try:
+        return folder is None or path.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):  # a null character, a circle of links
+        return False
+
+
+def near_file(findings: Findings, path: Path, within: Path | None = None) -> str | None:
     """The remedy `did you mean "…"?` for a file that is not there, from the names beside it."""
     try:
-        if path.exists():
+        if not lies_within(path.parent, within) or path.exists():
             return None
         beside_it = sorted(os.listdir(path.parent))
     except (OSError, ValueError):
@@ -36,7 +45,7 @@ def read_packages(reader: Reader, node: Node | None) -> dict[str, Path]:
         if text is None:
             continue
         folder = Path(beside(str(value.source.path.parent), text))
-        if "\0" in text or not folder.is_dir():
+        if "\0" in text or not lies_within(folder, reader.within) or not folder.is_dir():
             reader.findings.add(value.place, f'package "{name}": there is no folder "{text}"')
         packages[name] = folder
     return packages
@@ -56,8 +65,8 @@ def read_file_path(reader: Reader, node: Node | None, what: str, packages: Mappi
         path = Path(beside(str(packages[package]), rest))
     else:
         path = Path(beside(str(node.source.path.parent), text))
-    reason = missing_file_reason(path)
+    reason = missing_file_reason(path) if lies_within(path, reader.within) else OUTSIDE
     if reason is not None:
-        hint = near_file(reader.findings, path) or f"looked for {path}"
+        hint = near_file(reader.findings, path, reader.within) or f"looked for {path}"
         reader.findings.add(node.place, f'{what} "{text}": {reason}', hint)
     return path

@@ -6,6 +6,7 @@ Features are known before the constraints that name them: first robots, shapes a
 import re
 from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from kabo.language.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, Part
 from kabo.language.constraints import ConstraintReader, Owner, Roles
@@ -56,9 +57,18 @@ class SceneReading:
         return next((kind for kind, names in kinds.items() if name in names), None)
 
 
-def read_scene(root: Mapping, additions: Mapping | None, findings: Findings) -> SceneReading:
-    """The scene of a document, with the `bodies` and `regions` of the problem `additions` merged in."""
-    reading = SceneReading(findings, Reader(findings))
+def read_scene(
+    root: Mapping, additions: Mapping | None, findings: Findings, *, within: Path | None = None
+) -> SceneReading:
+    """The scene of a document, with the `bodies` and `regions` of the problem `additions` merged in.
+
+    Args:
+        root: the scene file.
+        additions: the problem file, if there is one.
+        findings: where reports go.
+        within: if given, no mesh or URDF outside of this folder is accepted.
+    """
+    reading = SceneReading(findings, Reader(findings, within))
     reader, before = reading.reader, len(findings.errors)
     reader.keys(root, SCENE_KEYS, "a scene")
     name = reader.name(reader.require(root, "scene", "a scene"), "a scene")

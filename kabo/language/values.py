@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from kabo.language.documents import Mapping, Node, Scalar, Sequence
 from kabo.language.findings import Findings
@@ -22,9 +23,13 @@ _LARGEST_WHOLE = 10**18
 
 @dataclass(frozen=True)
 class Reader:
-    """Reads values from nodes; what is wrong goes to `findings`."""
+    """Reads values from nodes; what is wrong goes to `findings`.
+
+    `within`: if given, no file outside of this folder is looked at.
+    """
 
     findings: Findings
+    within: Path | None = None
 
     # --------------------------------------------------------------------------------------------- structure
     def mapping(self, node: Node | None, what: str) -> Mapping | None:

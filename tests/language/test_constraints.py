@@ -1,8 +1,12 @@
 """Constraints: shapes, bounds, roles and features."""
 
+import math
+
 import pytest
 
-from tests.language.conftest import Kitchen
+from kabo.language import check_files, load_problem
+from kabo.language.scene_description import Constraint
+from tests.language.conftest import SCENE, Kitchen
 
 WRONG_CONSTRAINTS = [
     ("coincident(«tool.tpc», this.axis)", '"left" has no feature "tpc"', 'did you mean "tcp"?'),
@@ -71,3 +75,55 @@ def test_a_wrong_constraint_is_reported_at_its_place(
     kitchen: Kitchen, new: str, message: str, hint: str | None
 ) -> None:
     kitchen.expect("scene", "coincident(tool.tcp, this.axis)", new, message, hint)
+
+
+def _read(kitchen: Kitchen, text: str) -> Constraint:
+    kitchen.write(scene=SCENE.replace("coincident(tool.tcp, this.axis)", text))
+    scene = load_problem(kitchen.problem).scene
+    assert scene is not None
+    return scene.bodies["bottle_1"].grasps["side"].constraints[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "lower", "upper"),
+    [
+        ("distance(tool.tcp, this.axis) = 0.1", 0.1, 0.1),
+        ("distance(tool.tcp, this.axis) <= 0.1", None, 0.1),
+        ("distance(tool.tcp, this.axis) >= 0", 0.0, None),
+        ("height(tool.tcp, this.base) = 0", 0.0, 0.0),
+        ("height(tool.tcp, this.base) in [-0.1, 2e-2]", -0.1, 0.02),
+        ("angle(tool.approach, this.axis) = 90 deg", math.pi / 2, math.pi / 2),
+        ("angle(tool.approach, this.axis) in [0, 1.5]", 0.0, 1.5),
+        ("angle(tool.approach, this.base) >= 170deg", math.radians(170), None),
+        ("parallel(tool.approach, this.axis)", None, None),
+    ],
+)
+def test_bounds_are_in_metres_and_radians(
+    kitchen: Kitchen, text: str, lower: float | None, upper: float | None
+) -> None:
+    constraint = _read(kitchen, text)
+    assert (constraint.lower, constraint.upper) == (lower, upper)
+
+
+@pytest.mark.parametrize(
+    ("text", "first"),
+    [
+        ("coincident(this.axis, tool.tcp)", "tool.tcp"),
+        ("coincident(tool.tcp, this.axis)", "tool.tcp"),
+        ("aligned(this.base, tool.approach)", "tool.approach"),
+        ("aligned(this.axis, tool.approach)", "this.axis"),
+    ],
+)
+def test_features_stand_in_the_order_point_line_plane(kitchen: Kitchen, text: str, first: str) -> None:
+    assert str(_read(kitchen, text).first) == first
+
+
+def test_tool_features_are_those_of_any_robot_that_could_use_them(kitchen: Kitchen) -> None:
+    two = SCENE.replace(
+        "  left:\n    model: arm\n", "  right: {urdf: arm.urdf, tool: {frame: x}}\n  left:\n    model: arm\n"
+    )
+    kitchen.write(scene=two)
+    assert check_files([kitchen.problem]) == []
+    kitchen.write(scene=two.replace("      side:\n", "      side:\n        robots: right\n"))
+    messages = [each.message for each in check_files([kitchen.problem])]
+    assert messages == ['"right" has no feature "tcp"'] * 2 + ['"right" has no feature "approach"']

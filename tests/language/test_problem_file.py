@@ -15,7 +15,7 @@ WRONG_PROBLEMS = [
     (
         "domain: domain.yaml",
         "domain: «scene.yaml»",
-        "scene.yaml is no domain: it has no `domain` with `actions`",
+        "scene.yaml is no domain: it has none of the keys of one",
         None,
     ),
     (
@@ -28,7 +28,7 @@ WRONG_PROBLEMS = [
     (
         "scene: scene.yaml",
         "scene: «domain.yaml»",
-        "domain.yaml is no scene: it has no key `scene` of its own",
+        "domain.yaml is no scene: it has none of the keys of one",
         None,
     ),
     (
