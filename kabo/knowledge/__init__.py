@@ -1,13 +1,14 @@
 """Knowledge: what the agent knows, as bits; queries, effects, sensing and grounding [K 3.3.1, PKS].
 
-`ground(problem)` makes a `Task`: initial knowledge, ground actions, branchings and goal. States are Python integers,
-nothing is closed-world. This room knows formula trees only; no geometry, no scene, no files.
+`ground(problem)` makes a `Task`: initial knowledge, ground actions, branchings and goal. States are Python
+integers, nothing is closed-world. This room knows formula trees only; no geometry, no scene, no files.
 """
 
+from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.grounding import ground
 from kabo.knowledge.queries import GeometricOracle, Query, optimistic
 from kabo.knowledge.reachability import Reach, relaxed_reach, unreachable_goals
-from kabo.knowledge.task import Branching, GoalPart, GroundAction, Task
+from kabo.knowledge.task import GoalPart, Task
 
 __all__ = [
     "Branching",

@@ -1,6 +1,6 @@
 """Formula trees to queries on bits: variables bound, quantifiers unrolled, static knowledge settled.
 
-`Compiler` is the dictionary between the two: it hands out bits on first mention and knows which symbols are static.
+`Compiler` is the dictionary between the two: it hands out bits on first mention and knows what is static.
 """
 
 from collections.abc import Callable, Iterator, Mapping

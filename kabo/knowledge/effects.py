@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from kabo.knowledge.compiler import Binding, Compiler
-from kabo.knowledge.facts import AtomBits, Group
+from kabo.knowledge.facts import Group
 from kabo.knowledge.progression import Assignment, Update
 from kabo.knowledge.queries import TRUE, Compare, Query, conjunction, negation
 from kabo.language.formulas import (

@@ -1,6 +1,6 @@
 """Bits of a knowledge state: which bit says K(p), K(not p), Kw(p), K(f = v), K(f != v), Kv(f), and known numbers.
 
-States are Python integers, so a bit is the mask `1 << k`. A *group* holds all bits of one ground atom or term; they
+States are Python integers, so a bit is the mask `1 << k`. A *group* has all bits of one ground atom or term. They
 are kept without redundancy: what is known has no Kw or Kv entry, and a known value needs no `f != v`. Hence equal
 knowledge is an equal integer.
 """

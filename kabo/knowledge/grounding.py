@@ -3,14 +3,16 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
+from kabo.knowledge.actions import Branching, GroundAction, branching_of
 from kabo.knowledge.compiler import Binding, Compiler, ground_call
 from kabo.knowledge.effects import compile_effects, compile_sensing
 from kabo.knowledge.progression import Update, effects_of
 from kabo.knowledge.queries import FALSE, TRUE, Query, conjunction, union
 from kabo.knowledge.reachability import relaxed_reach
 from kabo.knowledge.refusals import refuse_unsupported
+from kabo.knowledge.relevance import Relevance
 from kabo.knowledge.symbols import symbols_of
-from kabo.knowledge.task import Branching, GoalPart, GroundAction, Task, branching_of
+from kabo.knowledge.task import GoalPart, Task
 from kabo.knowledge.text import formula_text
 from kabo.language.formulas import And, Forall, Formula, Variable
 from kabo.language.problem import Action, Problem
@@ -30,17 +32,20 @@ def ground(problem: Problem) -> Task:
     initial = _initial_state(compiler)
     actions = _numbered(a for schema in problem.domain.actions.values() for a in _instances(compiler, schema))
     goal = tuple(_goal_parts(compiler, problem.goal, {}))
-    branchings = _branchings(compiler)
-    reached = relaxed_reach(initial, _numbered(actions), branchings).actions
+    reach = relaxed_reach(initial, actions, _branchings(compiler))
+    actions = _numbered(reach.actions)
+    branchings = {entry: split for entry, split in _branchings(compiler).items() if entry & reach.ones}
+    query = conjunction(part.query for part in goal)
     return Task(
         initial=initial,
-        actions=_numbered(reached),
+        actions=actions,
         goal=goal,
-        goal_query=conjunction(part.query for part in goal),
+        goal_query=query,
         entries={group.entry: group.text for group in compiler.fluents},
         entry_mask=union(group.entry for group in compiler.fluents),
         branchings=branchings,
         pending=union(branchings),
+        relevance=Relevance(actions, query, branchings, [group.mask for group in compiler.fluents]),
         width=compiler.fluents.width,
     )
 

@@ -1,7 +1,7 @@
 """What an action does to a knowledge state, and what of the state before it needs for a given outcome.
 
-All conditions are read in the state before, then all updates happen; add wins over delete. Progression and regression
-stand side by side because they must agree bit by bit.
+All conditions are read in the state before, then all updates happen; add wins over delete. Progression and
+regression stand side by side because they must agree bit by bit.
 """
 
 from collections.abc import Iterable
@@ -104,7 +104,7 @@ class Effects:
         return clear, union(bits.encode(value) for bits, value in values.items() if value is not None)
 
     def needs(self, state: int, needed: int, test: GeometricOracle = optimistic) -> int:
-        """Bits of the state before which fix the bits `needed` of the state after (and that it is reached at all)."""
+        """Bits of the state before that fix the bits `needed` of the state after, and that there is one at all."""
         for rule in self.settlements:
             if needed & rule.implied:
                 needed |= rule.known | rule.implied

@@ -1,7 +1,7 @@
-"""Queries on knowledge states: compiled formulas in negation normal form over bits [K 3.3.1, PKS primitive queries].
+"""Queries on knowledge states: formulas in negation normal form over bits [K 3.3.1; PKS primitive queries].
 
 A knowledge state is one Python integer; a query is a small tree whose leaves are masks. Every query answers three
-questions: does it hold, *which bits make it so* (the explanation that generalises solved states), and could it ever
+questions: does it hold, *which bits make it so* (the explanation that generalises solved states), could it ever
 hold in the delete relaxation. "Not" exists only while compiling: `negation` pushes it into the leaves.
 """
 
@@ -32,10 +32,14 @@ def optimistic(_call: GroundCall) -> bool:
 
 
 class Query(ABC):
-    """A compiled formula. `reads` are all bits that its value may depend on."""
+    """A compiled formula; `has_tests` says whether it asks geometry."""
 
-    reads: int
     has_tests: bool = False
+
+    @property
+    @abstractmethod
+    def reads(self) -> int:
+        """All bits that its value may depend on."""
 
     @abstractmethod
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
@@ -149,8 +153,12 @@ class GeometricTest(Query):
     call: GroundCall
     positive: bool = True
 
-    reads = 0
     has_tests = True
+
+    @property
+    def reads(self) -> int:
+        """No bit."""
+        return 0
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
         """What the oracle says."""
@@ -172,11 +180,16 @@ class _Junction(Query):
 
     def __init__(self, parts: tuple[Query, ...]) -> None:
         self.parts = parts
-        self.reads = union(part.reads for part in parts)
+        self._reads = union(part.reads for part in parts)
         self.has_tests = any(part.has_tests for part in parts)
 
+    @property
+    def reads(self) -> int:
+        """The bits of all parts."""
+        return self._reads
+
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.parts == other.parts  # type: ignore[attr-defined]
+        return type(self) is type(other) and self.parts == other.parts
 
     def __hash__(self) -> int:
         return hash((type(self), self.parts))
@@ -262,10 +275,8 @@ def disjunction(parts: Iterable[Query]) -> Query:
     for part in _flat(parts, Some):
         if part == TRUE:
             return TRUE
-        if isinstance(part, AnyOf):
-            mask |= part.mask
-        elif isinstance(part, AllOf) and part.mask == part.value and part.mask & (part.mask - 1) == 0:
-            mask |= part.mask
+        if isinstance(part, AnyOf) or _is_one_bit(part):
+            mask |= part.reads
         elif part not in rest:
             rest.append(part)
     rest.sort(key=lambda part: part.has_tests)
@@ -303,6 +314,11 @@ def bits_of(mask: int) -> Iterator[int]:
         mask ^= bit
 
 
+def _is_one_bit(query: Query) -> bool:
+    """Whether the query asks for one bit to be 1."""
+    return isinstance(query, AllOf) and query.mask == query.value and query.mask & (query.mask - 1) == 0
+
+
 def _flat(parts: Iterable[Query], kind: type[_Junction]) -> Iterator[Query]:
     for part in parts:
         if isinstance(part, kind):
@@ -314,7 +330,7 @@ def _flat(parts: Iterable[Query], kind: type[_Junction]) -> Iterator[Query]:
 def _only(parts: list[Query], kind: type[_Junction], empty: Query) -> Query:
     if not parts:
         return empty
-    return parts[0] if len(parts) == 1 else kind(tuple(parts))  # type: ignore[abstract]
+    return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
 def split(query: Query) -> tuple[int, int, Query | None]:

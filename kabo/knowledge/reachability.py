@@ -3,8 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.queries import bits_of
-from kabo.knowledge.task import Branching, GroundAction, Task
+from kabo.knowledge.task import Task
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 """Contingent search: a plan in which every leaf fulfils the goal [K 3.3, ch. 6].
 
-Solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and solve
-the node behind *every* outcome. What the continuation needs is then known by regression, and serves every node that
-has it. If some outcome cannot be solved, the step is banned at this node, and the next weak plan goes elsewhere.
+Solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and
+solve the node behind *every* outcome. What the continuation needs is then known by regression, and it serves every
+node that has it. If some outcome cannot be solved, the step is banned at this node, and the next weak plan goes
+elsewhere.
 
 Plans are acyclic, so a node is not solved through its own ancestors. A failure is therefore relative: it names the
 ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
@@ -171,7 +172,8 @@ class _Contingent:
 
 def _run(solving: Solving) -> Outcome:
     """Runs a recursion of generators on a stack of its own: plans may be longer than Python's stack is deep."""
-    stack, outcome = [solving], None
+    stack: list[Solving] = [solving]
+    outcome: Outcome | None = None
     while stack:
         try:
             stack.append(stack[-1].send(outcome))  # type: ignore[arg-type]

@@ -1,8 +1,9 @@
 """Sensing is put off to where it is needed, so that fewer steps are repeated in several branches.
 
 Late steps (branchings, and actions that only sense) let other steps pass if nothing that one writes is read or
-written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must wait
-for a late one takes it along. Independence is judged by all that a step *could* touch, so it holds for every outcome.
+written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must
+wait for a late one takes it along. Independence is judged by all that a step *could* touch, so it holds for every
+outcome.
 """
 
 from collections.abc import Iterable

@@ -32,7 +32,7 @@ class Memo:
         table.setdefault((extended & solved.needed, geometry), solved)
 
     def find(self, extended: int, geometry: Hashable) -> Solved | None:
-        """The shortest continuation whose needs the state has, where the geometry is equal; the oldest of equals."""
+        """The shortest continuation whose needs the state has in an equal geometry; of equals the oldest."""
         best = None
         for needed, table in self._tables.items():
             solved = table.get((extended & needed, geometry))

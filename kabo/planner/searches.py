@@ -1,7 +1,7 @@
 """Weak search: one way to an end, with every sensed outcome as hoped for [K 6.2].
 
-Each algorithm takes a start and a graph and returns the path to an end, or None with everything that it visited when
-there is none. All are deterministic: successors are taken in the order in which the graph gives them.
+Each algorithm takes a start and a graph and returns the path to an end, or None with everything that it visited
+when there is none. All are deterministic: successors are taken in the order in which the graph gives them.
 """
 
 from collections import deque
@@ -11,17 +11,18 @@ from typing import Generic, Protocol, TypeVar
 
 Node = TypeVar("Node")
 Move = TypeVar("Move")
+Made_co = TypeVar("Made_co", covariant=True)
 
 
-class Graph(Protocol[Node, Move]):
+class Graph(Protocol[Node, Made_co]):
     """What a search needs; `successors` counts the expansion and raises when the budget is spent."""
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart."""
         ...
 
-    def successors(self, node: Node) -> Iterable[tuple[Move, Node]]:
-        """The nodes one move away."""
+    def successors(self, node: Node) -> Iterable[tuple[Hashable, Made_co, Node]]:
+        """The nodes one move away, each with its key."""
         ...
 
     def is_end(self, node: Node) -> bool:
@@ -42,17 +43,17 @@ Algorithm = Callable[[Node, Graph[Node, Move]], Search[Node, Move]]
 
 def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     """The shortest path to an end; of equally short ones the first."""
-    parents: dict[Hashable, tuple[Node, Move, Node] | None] = {graph.key(start): None}
-    queue = deque([start])
+    root = graph.key(start)
+    parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
+    queue = deque([(root, start)])
     while queue:
-        node = queue.popleft()
-        for move, child in graph.successors(node):
-            key = graph.key(child)
+        parent, node = queue.popleft()
+        for key, move, child in graph.successors(node):
             if key not in parents:
-                parents[key] = node, move, child
+                parents[key] = parent, move, child
                 if graph.is_end(child):
-                    return Search(_path(parents, graph, key))
-                queue.append(child)
+                    return Search(_path(parents, key))
+                queue.append((key, child))
     return Search(None, parents.keys())
 
 
@@ -62,7 +63,7 @@ def depth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     stack = [iter(graph.successors(start))]
     path: list[tuple[Move, Node]] = []
     while stack:
-        step = _first_new(stack[-1], graph, visited)
+        step = _first_new(stack[-1], visited)
         if step is None:
             stack.pop()
             if path:
@@ -102,38 +103,34 @@ def _depth_limited(
             if path:
                 path.pop()
             continue
-        key, depth = graph.key(step[1]), len(stack)
+        key, move, node = step
+        depth = len(stack)
         if depths.get(key, limit + 1) <= depth:
             continue
         depths[key] = depth
-        if graph.is_end(step[1]):
-            return [*path, step], depths
+        if graph.is_end(node):
+            return [*path, (move, node)], depths
         if depth < limit:
-            path.append(step)
-            stack.append(iter(graph.successors(step[1])))
+            path.append((move, node))
+            stack.append(iter(graph.successors(node)))
     return None, depths
 
 
-def _first_new(
-    steps: Iterator[tuple[Move, Node]], graph: Graph[Node, Move], visited: set[Hashable]
-) -> tuple[Move, Node] | None:
-    for step in steps:
-        key = graph.key(step[1])
+def _first_new(steps: Iterator[tuple[Hashable, Move, Node]], visited: set[Hashable]) -> tuple[Move, Node] | None:
+    for key, move, node in steps:
         if key not in visited:
             visited.add(key)
-            return step
+            return move, node
     return None
 
 
-def _path(
-    parents: dict[Hashable, tuple[Node, Move, Node] | None], graph: Graph[Node, Move], end: Hashable
-) -> list[tuple[Move, Node]]:
+def _path(parents: dict[Hashable, tuple[Hashable, Move, Node] | None], end: Hashable) -> list[tuple[Move, Node]]:
     path: list[tuple[Move, Node]] = []
     link = parents[end]
     while link is not None:
-        node, move, child = link
-        path.append((move, child))
-        link = parents[graph.key(node)]
+        parent, move, node = link
+        path.append((move, node))
+        link = parents[parent]
     return path[::-1]
 
 

@@ -33,17 +33,19 @@ Step = Act | Decide
 
 
 class Space:
-    """A task and its geometry as a graph of nodes; without geometry every procedure succeeds and leaves no trace."""
+    """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
 
     def __init__(self, task: Task, geometry: Geometry | None) -> None:
         self.task = task
         self.geometry = geometry
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
+        self._reduced = task.relevance.reduced
         self._actions = [(*split(action.precondition), action, action.effects.after) for action in task.actions]
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""
-        return node[0] if self.geometry is None else (node[0], self.geometry.key(node[1]))
+        state = self._reduced(node[0])
+        return state if self.geometry is None else (state, self.geometry.key(node[1]))
 
     def oracle(self, trace: Trace) -> GeometricOracle:
         """Answers the geometric tests inside formulas at this trace."""
@@ -56,7 +58,7 @@ class Space:
     def moves(self, node: Node) -> Iterator[Move]:
         """Every applicable action with every attempt that geometry allows, in the order of the file.
 
-        Left out is what cannot help: actions that change neither knowledge nor geometry, and sensing what is known.
+        Left out is what cannot help: what changes neither knowledge nor geometry, and sensing what is known.
         """
         state, trace = node
         test = self.oracle(trace)

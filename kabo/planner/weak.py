@@ -65,7 +65,7 @@ class WeakGraph:
         self.is_end = is_end
         self._space, self._failures, self._counter = space, failures, counter
 
-    def successors(self, node: Node) -> Iterator[tuple[Move, Node]]:
+    def successors(self, node: Node) -> Iterator[tuple[Hashable, Move, Node]]:
         """Every node that one action may lead to, all it senses decided one way or another."""
         self._counter.expand()
         key = self.key(node)
@@ -76,9 +76,10 @@ class WeakGraph:
                 continue
             for leaf in self._space.leaves(after):
                 self._counter.generated += 1
-                failure = self._failures.of_node(self.key(leaf))
+                leaf_key = self.key(leaf)
+                failure = self._failures.of_node(leaf_key)
                 if failure is None:
-                    yield move, leaf
+                    yield leaf_key, move, leaf
                 else:
                     self.blocked |= failure.blocked
 

@@ -1,0 +1,142 @@
+"""Knowledge that no longer matters: facts that only dead actions would read.
+
+An action is dead in a state if a literal of its precondition fails and nothing can make it hold again: no action
+writes it so, or only actions that are dead for that reason themselves. What is dead stays dead. So two states that
+differ in a fact which only dead actions read have the same plans; search nodes are told apart without such facts.
+(Whether a cup that was carried away may spill is such a fact: FORCE SENSING has 2^n such nodes instead of 3^n.)
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from kabo.knowledge.actions import Branching, GroundAction
+from kabo.knowledge.queries import AllOf, Query, bits_of, split, union
+
+
+@dataclass(frozen=True)
+class _Death:
+    """When an action is dead: a literal of `cube` fails, or one of `waiting` fails and all its makers are dead."""
+
+    cube: AllOf  # what nothing can make hold again
+    waiting: tuple[
+        tuple[AllOf, tuple[AllOf, ...]], ...
+    ]  # a literal, and for each of its makers what it cannot regain
+
+    def happened(self, state: int) -> bool:
+        """Whether the action is dead in the state."""
+        if state & self.cube.mask != self.cube.value:
+            return True
+        return any(
+            state & literal.mask != literal.value and all(state & maker.mask != maker.value for maker in makers)
+            for literal, makers in self.waiting
+        )
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether it can ever happen."""
+        return bool(self.cube.mask or self.waiting)
+
+    @property
+    def reads(self) -> int:
+        """The bits that decide it."""
+        return self.cube.mask | union(
+            literal.mask | union(maker.mask for maker in makers) for literal, makers in self.waiting
+        )
+
+
+@dataclass(frozen=True)
+class _Droppable:
+    """A group of bits and what decides whether it is obsolete; answers are kept by the bits that they rest on."""
+
+    group: int
+    readers: tuple[_Death, ...]
+    deciding: int
+    answers: dict[int, bool]
+
+    def is_obsolete(self, state: int) -> bool:
+        """Whether all its readers are dead."""
+        read = state & self.deciding
+        answer = self.answers.get(read)
+        if answer is None:
+            answer = self.answers[read] = all(death.happened(state) for death in self.readers)
+        return answer
+
+
+class Relevance:
+    """Drops from states what only dead actions would read."""
+
+    def __init__(
+        self,
+        actions: Iterable[GroundAction],
+        goal: Query,
+        branchings: Mapping[int, Branching],
+        groups: Iterable[int],
+    ) -> None:
+        actions = tuple(actions)
+        makers = _Makers(actions, branchings)
+        deaths = {action.index: makers.death(action) for action in actions}
+        self._droppable: list[_Droppable] = []
+        for group in groups:
+            readers = tuple(deaths[action.index] for action in actions if _reads(action) & group)
+            if not goal.reads & group and all(death.is_possible for death in readers):
+                deciding = union(death.reads for death in readers)
+                self._droppable.append(_Droppable(group, readers, deciding, {}))
+        self._entries = union(branchings)
+        self._deciding = union(one.deciding for one in self._droppable)
+        self._kept: dict[int, int] = {}
+
+    def reduced(self, state: int) -> int:
+        """The state without what no longer matters; while an entry stands open, everything does."""
+        if state & self._entries:
+            return state
+        deciding = state & self._deciding
+        kept = self._kept.get(deciding)
+        if kept is None:
+            kept = self._kept[deciding] = ~union(o.group for o in self._droppable if o.is_obsolete(state))
+        return state & kept
+
+
+class _Makers:
+    """Which actions can make a literal hold."""
+
+    def __init__(self, actions: tuple[GroundAction, ...], branchings: Mapping[int, Branching]) -> None:
+        self._writers: dict[AllOf, list[GroundAction]] = {}
+        self._by_sensing = union(branching.mask for branching in branchings.values())
+        for action in actions:
+            made = union(update.make for update in action.effects.updates)
+            made |= union(update.assignment.bits.field for update in action.effects.assigned if update.assignment)
+            cleared = action.effects.writes
+            for bit in bits_of(made):
+                self._writers.setdefault(AllOf(bit, bit), []).append(action)
+            for bit in bits_of(cleared):
+                self._writers.setdefault(AllOf(bit, 0), []).append(action)
+
+    def death(self, action: GroundAction) -> _Death:
+        """When the action is dead."""
+        final = self._final(action)
+        waiting = []
+        for literal in _literals(action):
+            if literal.mask & (final.mask | self._by_sensing):
+                continue
+            makers = tuple(self._final(maker) for maker in self._writers.get(literal, ()))
+            if all(maker.mask for maker in makers):
+                waiting.append((literal, makers))
+        return _Death(final, tuple(waiting))
+
+    def _final(self, action: GroundAction) -> AllOf:
+        """The literals of the precondition that nothing can make hold again once they fail."""
+        lost = [
+            literal
+            for literal in _literals(action)
+            if literal not in self._writers and not literal.mask & self._by_sensing
+        ]
+        return AllOf(union(literal.mask for literal in lost), union(literal.value for literal in lost))
+
+
+def _literals(action: GroundAction) -> list[AllOf]:
+    mask, value, _ = split(action.precondition)
+    return [AllOf(bit, value & bit) for bit in bits_of(mask)]
+
+
+def _reads(action: GroundAction) -> int:
+    return action.precondition.reads | union(update.reads for update in action.effects.updates)
