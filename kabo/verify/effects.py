@@ -87,7 +87,7 @@ def concluded(problem: Problem, state: Knowledge) -> Knowledge:
         values = possible_values(problem, symbol, state)
         if values is not None and len(values) == 1:
             known[symbol] = values[0]
-    whether = state.whether - known.keys()
+    whether = frozenset(symbol for symbol in state.whether if symbol not in known)
     return Knowledge(known, frozenset(e for e in state.excluded if e[0] not in known), whether)
 
 
