@@ -25,7 +25,8 @@ def relative(path: Path) -> str:
 def loaded_by(program: str) -> set[str]:
     """The heavy packages that a program loads, run in a process of its own."""
     report = f"{program}\nimport sys; print('LOADED', *(m for m in {HEAVY!r} if m in sys.modules))"
-    done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, cwd=REPOSITORY, check=True)
+    command = [sys.executable, "-c", report]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=REPOSITORY, check=True)
     return set(done.stdout.rsplit("LOADED", 1)[1].split())
 
 

@@ -122,7 +122,7 @@ class Client:
         until = time.monotonic() + deadline_s
         patient_until = time.monotonic() + self._patience_s
         avoid: set[str] = set()
-        lost, deaths = _Lost("unavailable", "no server answers"), 0
+        lost, deaths = _Lost("unavailable", "no server answers; `kabo serve` starts one"), 0
         while time.monotonic() < until:
             server = self._pick(avoid, min(patient_until, until))
             if server is None:

@@ -1,0 +1,58 @@
+"""The reference pages against the code: every option, exit code, error code, key and file that they name exists."""
+
+import re
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from kabo.cli import exit_codes
+from kabo.cli.main import COMMANDS, parser
+from kabo.service.messages import Code, SolveOptions, Status
+
+REPOSITORY = Path(__file__).parents[2]
+COMMANDS_PAGE = (REPOSITORY / "docs" / "commands.md").read_text()
+SERVICE_PAGE = (REPOSITORY / "docs" / "service.md").read_text()
+PAGES = [*sorted(REPOSITORY.glob("*.md")), *sorted(REPOSITORY.glob("docs/**/*.md"))]
+
+
+def options_of(command: str) -> set[str]:
+    """The long options of a command."""
+    (commands,) = (action for action in parser()._actions if hasattr(action, "choices") and action.choices)
+    own = commands.choices[command]._actions
+    return {option for action in own for option in action.option_strings if option.startswith("--")} - {"--help"}
+
+
+def test_every_option_is_described_and_every_described_option_exists():
+    sections = re.split(r"^## ", COMMANDS_PAGE, flags=re.MULTILINE)[1:]
+    described = {
+        section.split()[1]: set(re.findall(r"--[a-z-]+", section)) for section in sections if section[:4] == "kabo"
+    }
+    assert set(described) == {command.NAME for command in COMMANDS}
+    described["request"] |= described["solve"] - {"--workers"}
+    for name, found in described.items():
+        assert found - {"--workers"} == options_of(name) - {"--workers"}
+
+
+def test_every_exit_code_is_described():
+    listed = {int(code) for code in re.findall(r"^\| (\d+) \|", COMMANDS_PAGE, flags=re.MULTILINE)}
+    assert listed == {
+        value for name, value in vars(exit_codes).items() if name.isupper() and isinstance(value, int)
+    }
+
+
+def test_every_error_code_option_and_status_field_of_the_service_is_described():
+    listed = set(re.findall(r"^\| `([a-z_]+)` \|", SERVICE_PAGE, flags=re.MULTILINE))
+    assert listed == set(get_args(Code))
+    for name in (*SolveOptions.__struct_fields__, *Status.__struct_fields__):
+        assert f"`{name}`" in SERVICE_PAGE or f'"{name}"' in SERVICE_PAGE
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(REPOSITORY).as_posix())
+def test_links_and_files_that_a_page_names_exist(page):
+    text = page.read_text()
+    links = {target for target in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in target}
+    missing = {link for link in links if not (page.parent / link).exists()}
+    named = re.findall(r"`((?:kabo|tests|domains|scripts|benchmarks|docs)/[\w/.-]*)`", text)
+    missing |= {name for name in named if not (REPOSITORY / name).exists()}
+    assert not missing

@@ -1,0 +1,35 @@
+"""`kabo check`: all findings of all files at once."""
+
+
+def test_correct_files_are_exit_0(kabo, parcels):
+    said = kabo("check", *sorted(parcels.glob("*.yaml")))
+    assert said.code == 0 and "3 files: 0 errors" in said.err
+    assert kabo("check", "one.yaml", "--json").json == {"valid": True, "diagnostics": []}
+
+
+def test_findings_of_several_files_are_told_at_once_with_places(kabo, parcels):
+    domain = parcels / "domain.yaml"
+    domain.write_text(domain.read_text().replace("K(held(p))", "K(hold(p))", 1))
+    problem = parcels / "one.yaml"
+    problem.write_text(problem.read_text().replace("goal:", "gaol:"))
+    said = kabo("check", "one.yaml", "hopeless.yaml", "--json")
+    assert said.code == 2 and not said.json["valid"]
+    places = {(found["file"], found["line"]) for found in said.json["diagnostics"]}
+    assert ("domain.yaml", 20) in places and {file for file, _ in places} == {"domain.yaml", "one.yaml"}
+    assert kabo("check", "one.yaml").err.count("^") >= 2
+
+
+def test_a_mesh_that_does_not_load_is_found_where_it_is_named(kabo, parcels):
+    (parcels / "broken.stl").write_bytes(b"no triangles")
+    (parcels / "scene.yaml").write_text(
+        "scene: s\nepsilon: 0.01\nrobots: {}\nobjects:\n  thing: {mesh: broken.stl}\n"
+    )
+    problem = parcels / "one.yaml"
+    problem.write_text(problem.read_text().replace("objects:", "scene: scene.yaml\nobjects:", 1))
+    said = kabo("check", "one.yaml", "--json")
+    assert said.code == 2
+    assert [(found["file"], found["line"]) for found in said.json["diagnostics"]] == [("scene.yaml", 5)]
+
+
+def test_a_missing_file_is_a_finding(kabo, parcels):
+    assert kabo("check", "absent.yaml").code == 2
