@@ -4,7 +4,8 @@ Every constraint between two features becomes as many scalar rows as it takes de
 Jacobian shows the whole null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -44,10 +45,10 @@ class FrameFeature:
         return self.direction
 
     def __post_init__(self) -> None:
-        if not np.all(np.isfinite(self.origin)):
+        if not math.isfinite(sum(self.origin)):
             raise ValueError(f"the origin of a feature is not finite: {self.origin}")
         if self.kind != "point":
-            length = 0.0 if self.direction is None else float(np.linalg.norm(self.direction))
+            length = 0.0 if self.direction is None else math.hypot(*self.direction)
             if not abs(length - 1.0) <= 1e-6:
                 raise ValueError(f"the direction of a {self.kind} must be a unit vector, not {self.direction}")
 
@@ -106,10 +107,11 @@ def _row(
 
 def normals(direction: ArrayLike) -> NDArray[np.float64]:
     """Two unit vectors (2, 3) that complete a direction to a right-handed frame: null(d) of [K Table 5.1]."""
-    d = np.asarray(direction, np.float64)
-    d = d / np.linalg.norm(d)
-    x = np.array(columns.any_normal(*d))
-    return np.stack([x, np.cross(d, x)])
+    a, b, c = np.asarray(direction, np.float64).tolist()
+    length = math.hypot(a, b, c)
+    d = a / length, b / length, c / length
+    x = columns.any_normal(*d)
+    return np.array([x, columns.crossed(*d, *x)])
 
 
 def _on_planes(
@@ -206,7 +208,7 @@ def _limits(lower: float | None, upper: float | None) -> tuple[float, float]:
     return -np.inf if lower is None else lower, np.inf if upper is None else upper
 
 
-_MAKERS = {
+_MAKERS: dict[str, Callable[..., list[NDArray[np.float64]]]] = {
     "coincident": _coincident,
     "parallel": _parallel,
     "aligned": _aligned,

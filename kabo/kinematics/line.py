@@ -6,15 +6,16 @@ bounded, not sampled, and a jump to another branch is impossible.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
-from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.kernels.keeping import first_row_not_kept
+from kabo.kinematics.kernels.projection import project_seeds
 from kabo.kinematics.projection import Floats, arrays_of, checked, values
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.tree import KinematicTree
@@ -26,7 +27,7 @@ DEVIATION, TILT = (
 EXACT = 1e-7  # of the way points [m or rad]
 LARGEST_CHANGE = 0.5  # of a joint between way points [rad or m]
 SMALLEST_SHARE = 1.0 / 512  # of the line: where shorter pieces would be needed, joints turn too fast to follow
-ITERATIONS = 20
+RULE = 20, 0  # iterations, and no policy for joints at limits: the answer must stay near
 DECIMALS = 9  # plans store as many: what is proven is what is stored
 
 
@@ -91,7 +92,7 @@ class _Follower:
 
     tree: KinematicTree
     rows: Rows
-    active: np.ndarray
+    active: NDArray[np.bool_]
     tolerances: Floats
 
     def follow(self, start: Floats, length: float) -> Floats | OffLine:
@@ -112,13 +113,21 @@ class _Follower:
 
     def configuration_at(self, near: Floats, progress: float) -> Floats | None:
         """The configuration near another one with the tool at a place on the line, rounded; None without one."""
-        rows = self.rows.copy()
-        rows[0, [columns.LOWER, columns.UPPER]] = progress
+        self._set_progress(progress, progress)
         Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
-        aims, wide = np.full((1, len(rows)), np.nan), np.full(self.tree.size, np.inf)
-        rule = ITERATIONS, 0
-        kernels.project_seeds(
-            Q, succeeded, rows, len(rows), aims, 0.0, -wide, wide, self.active, *arrays_of(self.tree), *rule
+        size = len(self.rows)
+        project_seeds(
+            Q,
+            succeeded,
+            self.rows,
+            size,
+            self.no_aims,
+            0.0,
+            -self.wide,
+            self.wide,
+            self.active,
+            *self.arrays,
+            *RULE,
         )
         return np.round(Q[0], DECIMALS) if succeeded[0] else None
 
@@ -126,15 +135,32 @@ class _Follower:
         """What keeps the joint-linear piece between two way points from being part of the line, if anything."""
         if q1 is None:
             return OffLine("out_of_reach", progress0)
-        outside = np.flatnonzero((q1 < self.tree.lower) | (q1 > self.tree.upper))
+        outside = ((q1 < self.tree.lower) | (q1 > self.tree.upper)).nonzero()[0]
         if len(outside):
             return OffLine("limit", progress0, int(outside[0]))
-        rows = self.rows.copy()
-        rows[0, [columns.LOWER, columns.UPPER]] = progress0, progress1
-        if np.max(np.abs(q1 - q0)) > LARGEST_CHANGE:
-            return OffLine("singular", progress0)
-        kept = first_row_not_kept(rows, self.tolerances, q0, q1, *arrays_of(self.tree)) < 0
+        self._set_progress(progress0, progress1)
+        smooth = np.abs(q1 - q0).max() <= LARGEST_CHANGE
+        kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, *self.arrays) < 0
         return None if kept else OffLine("singular", progress0)
+
+    def _set_progress(self, lower: float, upper: float) -> None:
+        self.rows[0, columns.LOWER] = lower
+        self.rows[0, columns.UPPER] = upper
+
+    @cached_property
+    def arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Floats, Floats, Floats]:
+        """The tree as kernels take it."""
+        return arrays_of(self.tree)
+
+    @cached_property
+    def no_aims(self) -> Floats:
+        """No row aims anywhere but at its bounds."""
+        return np.full((1, len(self.rows)), np.nan)
+
+    @cached_property
+    def wide(self) -> Floats:
+        """Limits that stop nothing: a joint outside its own is a fault of the piece, no reason to go elsewhere."""
+        return np.full(self.tree.size, np.inf)
 
 
 def _line_rows(
@@ -145,18 +171,19 @@ def _line_rows(
     world_T[0, [0, 4, 8]] = 1.0
     forward_kinematics(q, *arrays_of(tree), world_T)
     rotation, origin = world_T[joint, :9].reshape(3, 3), world_T[joint, 9:]
-    place = rotation @ joint_T_tool[:3, 3] + origin
+    place = tuple(rotation @ joint_T_tool[:3, 3] + origin)
     point = FrameFeature(joint, "point", tuple(joint_T_tool[:3, 3]))
+    across = normals(direction)
     parts = [
-        rows_of("height", point, FrameFeature(0, "plane", tuple(place), tuple(n)), 0.0, 0.0)
-        for n in (direction, *normals(direction))
+        rows_of("height", point, FrameFeature(0, "plane", place, tuple(n)), 0.0, 0.0) for n in (direction, *across)
     ]
     if keep is None:
-        axes = joint_T_tool[:3, :3].T
+        axes, turned = joint_T_tool[:3, :3].T, (rotation @ joint_T_tool[:3, :3]).T
         for k in range(3):
             moved = FrameFeature(joint, "line", point.origin, tuple(axes[k]))
-            fixed = FrameFeature(0, "line", tuple(place), tuple(rotation @ axes[(k + 1) % 3]))
-            parts.append(rows_of("perpendicular", moved, fixed))
+            parts.append(
+                rows_of("perpendicular", moved, FrameFeature(0, "line", place, tuple(turned[(k + 1) % 3])))
+            )
     rows = stacked(parts if keep is None else [*parts, keep])
     rows[:, columns.TOLERANCE] = EXACT
     return rows

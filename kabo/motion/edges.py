@@ -50,7 +50,7 @@ class Space:
         return -1
 
     def advanced(self, start: Floats, target: Floats, reach: float) -> list[Floats]:
-        """The way points after `start` of a proven path towards the target, `reach` long [rad] or less; may be none.
+        """Way points after `start` of a proven path towards the target, `reach` long [rad] or less; maybe none.
 
         Without a constraint it is one straight piece. With one, it is small steps, each pulled back onto the
         constraint, as long as they come nearer to the target.

@@ -1,13 +1,14 @@
 """The proof that a motion keeps a constraint, and the way back onto it; the law itself is in tests/properties."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from kabo.kinematics import FrameFeature, keeps, projector, rows_of, seeds, stacked, stream_key, unkept_row, values
 from kabo.kinematics.keeping import INSET
 from kabo.kinematics.kernels import keeping as kernels
 from kabo.kinematics.projection import arrays_of
-from tests.kinematics.trees import planar, seven_axes, two_arms
+from tests.kinematics.trees import planar, seven_axes, twin, two_arms
 
 ARM = seven_axes()
 TREE = ARM.tree
@@ -27,7 +28,9 @@ def test_a_wrist_that_turns_about_the_vertical_keeps_upright_and_an_elbow_does_n
 def test_a_violation_in_the_middle_only_is_found():
     """Both ends of a swing of the planar arm are at height 0, the way between is not."""
     arm = planar(1, limits=4.0)
-    low = rows_of("height", FrameFeature(1, "point", (1, 0, 0)), FrameFeature(0, "plane", (0, 0, 0), (0, 1, 0)), upper=0.5)
+    low = rows_of(
+        "height", FrameFeature(1, "point", (1, 0, 0)), FrameFeature(0, "plane", (0, 0, 0), (0, 1, 0)), upper=0.5
+    )
     assert not keeps(arm.tree, low, [0.0], [np.pi])
     assert keeps(arm.tree, low, [0.0], [-np.pi])
 
@@ -47,6 +50,32 @@ def test_a_distance_is_kept_on_the_circle_that_its_chord_leaves():
     assert keeps(arm.tree, rows_of("distance", tip, UP, 1.0, 1.0), [-3.0], [3.0], 1e-4)
 
 
+def crossed_swings():
+    """Two joints at the origin that turn against each other, one under each feature."""
+    still = pin.SE3.Identity()
+    return twin([(0, 0, still, 0, 1.0, 0.0), (0, 0, still, 1, 1.0, 0.0)])
+
+
+@pytest.mark.parametrize("changes", [(0.3, 0.0), (0.0, 0.3), (0.2, -0.3)])
+def test_the_second_order_bound_is_attained_by_a_swing_of_either_frame_or_of_both(changes):
+    """A point at distance 1 leaves its chord by 1 - cos(half the relative turn): the bound for small turns."""
+    tree = crossed_swings().tree
+    row = rows_of("distance", FrameFeature(1, "point", (1, 0, 0)), FrameFeature(2, "point", (0, 0, 0)), 0.0, 2.0)[
+        0
+    ]
+    bound = kernels.curvature(row, *arrays_of(tree), np.zeros(2), np.array(changes)) / 8.0
+    half = 0.5 * abs(changes[0] - changes[1])
+    assert 0.98 * bound <= 1.0 - np.cos(half) <= bound
+
+
+def test_a_tool_upside_down_is_not_kept_aligned():
+    arm = planar(1)
+    tip, up = FrameFeature(1, "line", (0, 0, 0), (1, 0, 0)), FrameFeature(0, "line", (0, 0, 0), (1, 0, 0))
+    assert keeps(arm.tree, rows_of("aligned", tip, up), [-1e-4], [1e-4])
+    assert not keeps(arm.tree, rows_of("aligned", tip, up), [np.pi - 1e-4], [np.pi + 1e-4])
+    assert keeps(arm.tree, rows_of("parallel", tip, up), [np.pi - 1e-4], [np.pi + 1e-4])
+
+
 def test_joints_that_both_frames_hang_on_do_not_count():
     arms = two_arms(2)
     first, second = FrameFeature(8, "point", (0, 0, 0)), FrameFeature(15, "point", (0, 0, 0))
@@ -64,7 +93,9 @@ def test_the_row_that_fails_is_named():
 
 
 def test_a_tolerance_of_nothing_ends_the_proof_and_not_the_program():
-    lateral = rows_of("height", FrameFeature(7, "point", (0, 0, 0)), FrameFeature(0, "plane", (0, 0, 0), (0, 0, 1)), upper=0.5)
+    lateral = rows_of(
+        "height", FrameFeature(7, "point", (0, 0, 0)), FrameFeature(0, "plane", (0, 0, 0), (0, 0, 1)), upper=0.5
+    )
     assert not keeps(TREE, lateral, READY, READY + 0.1, -1.0)
     assert keeps(TREE, stacked([]), READY, READY + 0.1)
 

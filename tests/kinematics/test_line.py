@@ -77,7 +77,7 @@ def test_a_line_out_of_reach_is_refused_where_reach_ends():
 
 
 def test_a_line_through_a_singularity_is_not_jumped_over():
-    """The elbow of a planar arm with three joints stretches; beyond there is nothing, and no flip is taken for it."""
+    """The elbow of a planar arm stretches; beyond there is nothing, and no flip is taken for it."""
     arm = planar(3, limits=10.0)
     q = np.array([0.6, -1.2, 0.6])
     found = straight_line(arm.tree, q, 3, np.eye(4), (0.7, 0, 0))
@@ -98,9 +98,13 @@ def test_a_redundant_arm_keeps_what_it_is_told_to_keep():
     arm = twin(chain)
     tip = FrameFeature(5, "line", (0, 0, 0.1), (0, 0, 1))
     down = rows_of("opposed", tip, FrameFeature(0, "line", (0, 0, 0), (0, 0, 1)))
-    high = rows_of("height", FrameFeature(5, "point", (0, 0, 0.1)), FrameFeature(0, "plane", (0, 0, 0), (0, 0, 1)), 0.2, 0.3)
+    high = rows_of(
+        "height", FrameFeature(5, "point", (0, 0, 0.1)), FrameFeature(0, "plane", (0, 0, 0), (0, 0, 1)), 0.2, 0.3
+    )
     free = np.ones(5, bool)
-    Q, right = sample(arm.tree, stacked([down, high]), stream_key("down"), 0, 40, arm.tree.lower, arm.tree.upper, free)
+    Q, right = sample(
+        arm.tree, stacked([down, high]), stream_key("down"), 0, 40, arm.tree.lower, arm.tree.upper, free
+    )
     tool = pin.SE3(np.eye(3), np.array([0, 0, 0.1])).homogeneous
     found = 0
     for q in Q[right][:10]:
@@ -141,5 +145,7 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(ValueError, match="q must be finite"):
         straight_line(TREE, READY[:6], 7, TOOL, (0, 0, 0.1))
     with pytest.raises(ValueError, match="do not hold"):
-        keep = rows_of("opposed", FrameFeature(7, "line", (0, 0, 0), (0, 0, 1)), FrameFeature(0, "line", (0, 0, 0), (1, 0, 0)))
+        keep = rows_of(
+            "opposed", FrameFeature(7, "line", (0, 0, 0), (0, 0, 1)), FrameFeature(0, "line", (0, 0, 0), (1, 0, 0))
+        )
         straight_line(TREE, READY, 7, TOOL, (0, 0, 0.1), keep=keep)

@@ -149,7 +149,9 @@ def test_kernels_run_as_plain_python_with_the_same_result():
     start = drawn(tree, 5)
     q = start[0]
     for kernel in (kernels.row_values, kernels.row_jacobian):
-        assert np.allclose(kernel(q, rows, *arrays_of(tree)), kernel.py_func(q, rows, *arrays_of(tree)), atol=1e-14)
+        assert np.allclose(
+            kernel(q, rows, *arrays_of(tree)), kernel.py_func(q, rows, *arrays_of(tree)), atol=1e-14
+        )
     answers = []
     for run in (kernels.project_seeds, kernels.project_seeds.py_func):
         Q, right = start.copy(), np.zeros(5, bool)
@@ -170,9 +172,7 @@ def test_the_descent_runs_as_plain_python_with_the_same_result():
     for q in drawn(tree, 4):
         compiled, plain = q.copy(), q.copy()
         answers = [
-            run(
-                way, less, low, high, tree.lower, tree.upper, ALL.copy(), turning, arrays, signs, scratch, 50, 1
-            )
+            run(way, less, low, high, tree.lower, tree.upper, ALL.copy(), turning, arrays, signs, scratch, 50, 1)
             for run, way, scratch in (
                 (kernels.descend, compiled, kernels.scratch(len(less), len(arrays[0]), 7)),
                 (kernels.descend.py_func, plain, kernels.scratch.py_func(len(less), len(arrays[0]), 7)),

@@ -15,7 +15,10 @@ TIP, APPROACH, CLOSING = (
     FrameFeature(7, "line", (0, 0, 0.2), (0, 0, 1)),
     FrameFeature(7, "line", (0, 0, 0.2), (0, 1, 0)),
 )
-AXIS, FOOT = FrameFeature(0, "line", (0.5, 0.1, 0.3), (0, 0, 1)), FrameFeature(0, "plane", (0.5, 0.1, 0.3), (0, 0, 1))
+AXIS, FOOT = (
+    FrameFeature(0, "line", (0.5, 0.1, 0.3), (0, 0, 1)),
+    FrameFeature(0, "plane", (0.5, 0.1, 0.3), (0, 0, 1)),
+)
 SIDE_GRASP = stacked(
     [
         rows_of("coincident", TIP, AXIS),

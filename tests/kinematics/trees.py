@@ -24,7 +24,7 @@ class Twin:
         return [pin.SE3(M) for M in data.oMi]
 
     def jacobian(self, q, joint):
-        """The (6, n) derivative of a joint's frame, linear over angular, about its origin along the world's axes."""
+        """The (6, n) derivative of a joint's frame, linear over angular, along the world's axes."""
         tree, data = self.tree, self.model.createData()
         full = np.array([tree.ratio[j] * q[tree.source[j]] + tree.shift[j] for j in range(1, len(tree.parent))])
         pin.computeJointJacobians(self.model, data, full)
@@ -36,9 +36,13 @@ class Twin:
 
 
 def twin(joints, limits=3.0):
-    """A tree from (parent, kind, placement SE3, source, ratio, shift) of each joint, as kabo and pinocchio see it."""
+    """A tree from (parent, kind, placement, source, ratio, shift) of each joint, for kabo and for pinocchio."""
     model, count = pin.Model(), len(joints) + 1
-    arrays = [np.zeros(count, np.int64) for _ in range(3)] + [np.zeros(count), np.zeros(count), np.zeros((count, 12))]
+    arrays = [np.zeros(count, np.int64) for _ in range(3)] + [
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros((count, 12)),
+    ]
     arrays[5][0, [0, 4, 8]] = 1.0
     for j, (parent, kind, placement, source, ratio, shift) in enumerate(joints, 1):
         joint = pin.JointModelRZ() if kind == 0 else pin.JointModelPZ()
@@ -130,4 +134,6 @@ def separation(p, shape, r, e):
 
 def outside(value, lower, upper):
     """How far a value is outside its bounds."""
-    return max(0.0, (lower if lower is not None else -np.inf) - value, value - (upper if upper is not None else np.inf))
+    return max(
+        0.0, (lower if lower is not None else -np.inf) - value, value - (upper if upper is not None else np.inf)
+    )

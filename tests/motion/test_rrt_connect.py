@@ -13,7 +13,9 @@ KEY = stream_key("connect", 1)
 
 
 def path_in(world, key=KEY, samples=3000, **more):
-    return connect(LEFT, RIGHT, world.free_segment, world.free_configurations, LOWER, UPPER, key, samples=samples, **more)
+    return connect(
+        LEFT, RIGHT, world.free_segment, world.free_configurations, LOWER, UPPER, key, samples=samples, **more
+    )
 
 
 def test_the_straight_segment_is_taken_where_it_is_free():

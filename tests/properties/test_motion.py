@@ -1,4 +1,4 @@
-"""Paths: every piece is free, the same key gives the same path, shortcuts never lengthen, times keep the limits."""
+"""Paths are free and repeat themselves, shortcuts never lengthen, times keep the velocity limits."""
 
 import numpy as np
 from hypothesis import event, given, settings

@@ -18,7 +18,9 @@ from kabo.kinematics import (
     values,
 )
 from kabo.kinematics.kernels import rows as columns
-from tests.kinematics.trees import placement, seven_axes, twin, violation
+from kabo.kinematics.kernels.keeping import curvature
+from kabo.kinematics.projection import arrays_of
+from tests.kinematics.trees import placement, seven_axes, twin, violation, world_feature
 
 KINDS = [
     ("coincident", "point", "point", False),
@@ -130,6 +132,29 @@ def test_what_is_proven_is_kept_and_what_is_kept_with_room_is_proven(data, arm, 
     assert not kept or worst <= tolerance
     if kind not in ("aligned", "opposed") and slack > (1e-2 if kind == "angle" else 1e-3):
         assert kept, f"not proven with {slack:.4f} to spare"
+
+
+@given(data=st.data(), arm=trees(), length=st.sampled_from([0.1, 0.5, 2.0]))
+def test_no_relative_motion_leaves_its_chord_by_more_than_its_bound(data, arm, length):
+    """The lemma behind the proof, for every tree: |y - chord| <= max |y''| / 8; poses from pinocchio."""
+    kind = data.draw(st.sampled_from([KINDS[9], KINDS[13]]))
+    _, first, second, *_ = data.draw(constraints(number_of_joints(arm), [kind]))
+    row = rows_of(kind[0], first, second, 0.0, 1.0)[0]
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    q0 = rng.uniform(arm.tree.lower, arm.tree.upper)
+    q1 = q0 + length * rng.uniform(-1, 1, arm.tree.size)
+    bound = curvature(row, *arrays_of(arm.tree), q0, q1) / 8.0
+
+    def seen(t):
+        poses = arm.poses(q0 + t * (q1 - q0))
+        origin, direction = world_feature(first, poses)
+        M = poses[second.joint]
+        return M.actInv(origin) if kind[0] == "distance" else M.rotation.T @ direction
+
+    start, end = seen(0.0), seen(1.0)
+    away = max(np.linalg.norm(seen(t) - (1 - t) * start - t * end) for t in np.linspace(0, 1, 21))
+    event(f"{kind[0]}: bound used by {'nothing' if bound == 0 else 10 * round(10 * away / bound)} %")
+    assert away <= bound + 1e-12
 
 
 ARM = seven_axes()

@@ -153,7 +153,7 @@ def holds_between(row, y0, y1, deviation, tolerance):
     if kind == ANGLE:
         least, most = min(s0, s1) - deviation, max(s0, s1) + deviation
         return (high >= np.pi or least >= np.cos(high)) and (low <= 0.0 or most <= np.cos(low))
-    if kind == PLANE or kind == DIRECTION:
+    if kind in (PLANE, DIRECTION):
         return low <= min(s0, s1) - deviation and max(s0, s1) + deviation <= high
     if kind == GAP:
         least = 0.0 if s0 * s1 <= 0.0 else min(abs(s0), abs(s1))
@@ -193,7 +193,7 @@ def first_row_not_kept(rows, tolerances, q0, q1, parent, kind, source, ratio, sh
         width = ends[top] - ends[0]
         doubtful = -1
         for i in range(count):
-            # First the whole piece; if that is doubtful, its right end: one pose that violates a row ends the search.
+            # First the whole piece; if that is doubtful, its right end: one pose that violates a row ends it all.
             for deviation in (bound[i] * width * width, 0.0):
                 left = 0 if deviation > 0.0 else top
                 if holds_between(rows[i], vectors[left, i], vectors[top, i], deviation, tolerances[i]):

@@ -64,7 +64,7 @@ def position_value(row, world_T, wrench):
     ex, ey, ez = px - ex - world_T[b, 9], py - ey - world_T[b, 10], pz - ez - world_T[b, 11]
     gx, gy, gz = turned(world_T, b, row[12], row[13], row[14])
     along = gx * ex + gy * ey + gz * ez
-    if kind == PLANE or kind == GAP:
+    if kind in (PLANE, GAP):
         value = along
         if kind == GAP and along < 0.0:
             value, gx, gy, gz = -along, -gx, -gy, -gz
