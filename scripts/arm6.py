@@ -94,7 +94,7 @@ def _shoulder(d: Detail) -> Solid:
     """Turret on axis 1, hub of axis 2, and the cover of its motor."""
     turret = cylinder(0.076, (-0.206, -0.03), 0.006, d)
     body = upright_slab([(SHOULDER_OFFSET, 0.0, 0.084), (0.0, -0.09, 0.07)], (-0.07, 0.07), 0.012, d)
-    bearing = hub((SHOULDER_OFFSET, 0.0), 0.0765, (0.04, 0.127), 0.002, d)
+    bearing = hub((SHOULDER_OFFSET, 0.0), 0.0765, (0.04, 0.132), 0.002, d)
     motor = hub((SHOULDER_OFFSET, 0.0), 0.055, (-0.112, -0.05), 0.01, d)
     screws = (
         bolt_circle(0.045, 6, BOLT, (-0.003, 0.02), d)
@@ -117,7 +117,7 @@ def _upper_arm(d: Detail) -> Solid:
 
 def _elbow(d: Detail) -> Solid:
     """Hub of axis 3 and the housing of axis 4."""
-    bearing = hub((0.0, 0.0), 0.062, (-0.03, 0.077), 0.004, d)
+    bearing = hub((0.0, 0.0), 0.062, (-0.03, 0.082), 0.004, d)
     body = upright_slab([(0.0, 0.0, 0.058), (0.0, 0.10, 0.048)], (-0.05, 0.03), 0.014, d)
     housing = cylinder(0.05, (0.05, 0.165), 0.006, d)
     cap = hub((0.0, 0.0), 0.0435, (-0.062, -0.03), 0.006, d)

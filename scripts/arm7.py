@@ -88,6 +88,11 @@ def _cap(z: float, radius: float, side: float, width: float, d: Detail) -> Solid
     return cover.rotate((-90.0 if side > 0.0 else 90.0, 0.0, 0.0)).translate((0.0, 0.0, z))
 
 
+def _pin(radius: float, d: Detail) -> Solid:
+    """The bearing that joins the two cheeks of a bend."""
+    return hub((0.0, 0.0), radius, (-0.004, 0.01), 0.001, d)
+
+
 def _below_bend(start: float, bend: float, tube: float, head: float, side: float, d: Detail) -> Solid:
     """A link that turns around its own length and carries the next bend on one side."""
     shoulder = bend - head - 0.016
@@ -100,7 +105,7 @@ def _above_bend(length: float, tube: float, head: float, side: float, d: Detail)
     """A link that bends: a cheek on the hub below, then the column for the next turning axis."""
     column = cylinder(tube, (head + 0.016, length), 0.005, d)
     cheek = _cheek([(0.0, 0.0, head), (0.0, head + 0.046, tube - 0.008)], side, head, d)
-    return union([column, cheek, _cap(0.0, head * 0.7, side, head, d)])
+    return union([column, cheek, _pin(head * 0.6, d), _cap(0.0, head * 0.7, side, head, d)])
 
 
 def _wrist(d: Detail) -> Solid:
@@ -108,7 +113,7 @@ def _wrist(d: Detail) -> Solid:
     cheek = _cheek([(0.0, 0.0, 0.05), (0.0, 0.012, 0.046)], 1.0, 0.05, d)
     body = cylinder(0.044, (0.034, 0.087), 0.006, d, top_radius=0.04)
     bridge = upright_slab([(0.0, 0.012, 0.042), (0.0, 0.03, 0.038)], (0.004, 0.046), 0.008, d)
-    return union([cheek, body, bridge, _cap(0.0, 0.034, 1.0, 0.05, d)])
+    return union([cheek, body, bridge, _pin(0.03, d), _cap(0.0, 0.034, 1.0, 0.05, d)])
 
 
 def _flange(d: Detail) -> Solid:

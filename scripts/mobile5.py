@@ -113,7 +113,8 @@ def _upper_arm(d: Detail) -> Solid:
     shell = upright_slab([(0.0, 0.0, 0.046), (0.0, UPPER_ARM, 0.038)], (0.002, 0.044), 0.01, d)
     cover = hub((0.0, 0.0), 0.034, (0.035, 0.05), 0.003, d)
     screws = bolt_circle(0.026, 6, BOLT, (-0.01, 0.01), d).rotate((-90.0, 0.0, 0.0)).translate((0.0, 0.05, 0.0))
-    return cut(union([shell, cover]), [screws])
+    pins = [hub((0.0, z), r, (-0.005, 0.01), 0.001, d) for z, r in ((0.0, 0.03), (UPPER_ARM, 0.024))]
+    return cut(union([shell, cover, *pins]), [screws])
 
 
 def _forearm(d: Detail) -> Solid:
@@ -127,7 +128,9 @@ def _wrist(d: Detail) -> Solid:
     """Hub of the last bend and the housing of the roll axis."""
     cheek = upright_slab([(0.0, 0.0, 0.032), (0.0, 0.03, 0.028)], (0.002, 0.036), 0.008, d)
     housing = cylinder(0.03, (0.036, ROLL - 0.002), 0.004, d)
-    return union([cheek, housing, cylinder(0.024, (0.012, 0.045), 0.003, d).translate((0.0, 0.006, 0.0))])
+    neck = cylinder(0.024, (0.018, 0.051), 0.003, d)
+    pin = hub((0.0, 0.0), 0.02, (-0.005, 0.01), 0.001, d)
+    return union([cheek, housing, neck, pin])
 
 
 def _roll(d: Detail) -> Solid:

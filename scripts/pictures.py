@@ -44,6 +44,8 @@ VIEWS = (
     View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
     View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )
+# Where things stand in the picture of all meshes, in the order of THINGS: the table behind, the others in front.
+SHELF = ((0.5, 0.0, 0.0), (0.5, 0.3, 0.0), (0.5, 0.55, 0.0), (0.5, 0.95, 0.0), (0.5, 1.45, 0.0), (-0.7, 2.0, 0.0))
 
 
 def draw_scene(view: View) -> None:
@@ -66,15 +68,15 @@ def draw_scene(view: View) -> None:
 
 def draw_gallery(picture: Path) -> None:
     """Draws every robot, bent a little, and every thing, side by side."""
-    plotter = _stage((1.2, 4.6, 1.7), (1.2, 0.0, 0.52), 32.0)
+    plotter = _stage((4.3, 1.0, 1.6), (0.0, 0.95, 0.5), 30.0)
     for index, make in enumerate(ROBOTS.values()):
         robot = make(HIGH)
-        place = _placed(robot, _offset((0.55 * index, 0.0, 0.0)))
+        place = _placed(robot, _offset((0.0, 0.5 * index, 0.0)))
         for number, (name, solid) in enumerate(robot.links.items()):
             if solid is not None:
                 _add(plotter, *triangles(solid), place[name], (STEEL, ORANGE)[number % 2])
     for index, thing in enumerate(THINGS.values()):
-        _add(plotter, *triangles(thing(HIGH)), _offset((0.38 * index, 0.7, 0.0)), MOVABLE[index])
+        _add(plotter, *triangles(thing(HIGH)), _offset(SHELF[index]), MOVABLE[index])
     _save(plotter, picture)
 
 
