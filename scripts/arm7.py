@@ -7,7 +7,7 @@ cheek on one side and the upper one a cheek on the other, which gives the arm it
 import math
 
 from scripts.robot_files import LEFT, RIGHT, UP, Joint, RobotModel
-from scripts.solids import Detail, Solid, bolt_circle, bore, cut, cylinder, revolved, union, upright_slab
+from scripts.solids import Detail, Solid, bolt_circle, bore, cut, cylinder, hub, revolved, union, upright_slab
 
 BOLT = 0.003  # radius of the screw holes
 GAP = 0.002  # between the cheeks of a bend
