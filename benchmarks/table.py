@@ -58,9 +58,18 @@ class Table:
         columns = list(dict.fromkeys(key for row in self.rows for key in row))
         cells = [[_cell(row.get(column)) for column in columns] for row in self.rows]
         widths = [max(len(c), *(len(row[i]) for row in cells)) for i, c in enumerate(columns)] if cells else []
-        lines = [self.title, "  ".join(c.rjust(w) if i else c.ljust(w) for i, (c, w) in enumerate(zip(columns, widths)))]
+        lines = [
+            self.title,
+            "  ".join(
+                c.rjust(w) if i else c.ljust(w) for i, (c, w) in enumerate(zip(columns, widths, strict=True))
+            ),
+        ]
         for row in cells:
-            lines.append("  ".join(c.rjust(w) if i else c.ljust(w) for i, (c, w) in enumerate(zip(row, widths))))
+            lines.append(
+                "  ".join(
+                    c.rjust(w) if i else c.ljust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True))
+                )
+            )
         return "\n".join(lines)
 
 

@@ -2,9 +2,9 @@
 
     python benchmarks/thesis.py [--trials 5] [--largest 6] [--output thesis.json]
 
-Columns as in [K Tables 6.2, 6.4, 6.7]; the last table compares bounded with exact geometry on the same search and the
-same samples. Medians over the trials, each with a seed of its own; the kernels are compiled before. A run that is not
-solved within its limits says so.
+Columns as in [K Tables 6.2, 6.4, 6.7]; the last table compares bounded with exact geometry on the same search and
+the same samples. Medians over the trials, each with a seed of its own; the kernels are compiled before. A run that
+is not solved within its limits says so.
 """
 
 import argparse
@@ -85,13 +85,17 @@ def stacked(largest: int) -> Table:
         for search in SEARCHES:
             table.add(f"n = {n}, {search}, lazy", **row(problem, 1, search=search))
         if n <= 4:
-            table.add(f"n = {n}, breadth-first, eager", **row(problem, 1, search="breadth-first", geometry_order="eager"))
+            table.add(
+                f"n = {n}, breadth-first, eager", **row(problem, 1, search="breadth-first", geometry_order="eager")
+            )
     return table
 
 
 def geometries(trials: int) -> Table:
     """Bounded against exact geometry, same search and samples [K Table 6.7]."""
-    table = Table("Bounded convex parts against the original meshes (python-fcl, segments sampled every 2 epsilon)")
+    table = Table(
+        "Bounded convex parts against the original meshes (python-fcl, segments sampled every 2 epsilon)"
+    )
     for name in ("stacked/n3", "force_sensing/n1", "bartender/four_bottles"):
         for geometry in ("bounding", "exact"):
             table.add(f"{name}, {geometry}", **row(DOMAINS / f"{name}.yaml", trials, geometry=geometry))

@@ -2,7 +2,8 @@
 
 numba notices changes in a kernel's own file only: a caller keeps running its callee's old code. So the compiled
 code lies in a folder named after the hash of *all* kernel sources. fastmath stays off, because reordering could
-undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where a kernel asks for them.
+undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where a
+kernel asks for them.
 """
 
 import hashlib
@@ -53,7 +54,7 @@ def _numba() -> Any:
         del os.environ["NUMBA_CPU_NAME"]
     import numba
 
-    numba.config.CACHE_DIR = str(folder)
+    setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010  the module makes its names at run time
     return numba
 
 

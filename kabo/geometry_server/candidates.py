@@ -21,7 +21,6 @@ from kabo.scene.transforms import unflat
 Array = npt.NDArray[np.float64]
 
 BATCH = 64  # samples a kernel call; candidates of a batch are tried in order of preference
-BATCHES = 4  # batches that a call tries before it gives up, at the first level of effort
 
 
 @dataclass(frozen=True)

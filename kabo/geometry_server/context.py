@@ -1,6 +1,6 @@
 """What every procedure is given beside its arguments: the scene around, the seed, and how much to try."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from time import perf_counter
@@ -12,12 +12,16 @@ from kabo.scene import Scene
 
 @dataclass(frozen=True)
 class Context:
-    """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try."""
+    """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
+
+    `stop` says that time or budget is spent; an answer that was cut off is not an answer, and its asker knows.
+    """
 
     surroundings: Surroundings
     seed: int
     batches: int
     path_samples: int
+    stop: Callable[[], bool]
 
     @property
     def scene(self) -> Scene:
@@ -25,7 +29,7 @@ class Context:
         return self.surroundings.scene
 
     def drawn(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
-        """The candidates of a stream, batch by batch, as many as are to be tried; counts the samples behind them."""
+        """The candidates of a stream, batch by batch, as many as are to be tried; counts the samples."""
         batches, statistics = islice(stream, self.batches), self.surroundings.statistics
         while True:
             began = perf_counter()
@@ -34,4 +38,7 @@ class Context:
             if batch is None:
                 return
             statistics.drawn(BATCH)
-            yield from batch
+            for candidate in batch:
+                if self.stop():
+                    return
+                yield candidate

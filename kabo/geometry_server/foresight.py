@@ -1,7 +1,8 @@
 """Foresight: whether a robot could put an object somewhere at all, however it held it; asked before any search.
 
 The object is let fly: a tree of six joints is projected onto the placement's constraints, and at each place found
-the robot tries to grasp it. Where no grasp is found nothing is proven, but a search need not try every hold in turn.
+the robot tries to grasp it. Where no grasp is found nothing is proven, but no search need
+try every hold in turn.
 """
 
 from collections.abc import Iterator

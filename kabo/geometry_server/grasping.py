@@ -1,4 +1,4 @@
-"""Taking an object: approach, closing and lifting as one proven stretch, for every grasp that its families offer."""
+"""Taking an object: approach, closing and lifting as one proven stretch, for every grasp of its families."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Grasp:
-    """A proven way to take an object: way points of the approach, the closed hand, the lift, and the attachment."""
+    """A proven way to take an object: the approach, the closed hand, the lift, and the attachment."""
 
     approach: list[Array]
     closed: Array
@@ -146,7 +146,7 @@ def stroked(
     *,
     back: bool = False,
 ) -> list[Array] | None:
-    """The way points of a stroke from a candidate (against it if `back`), as long as can be proven; no stroke: none."""
+    """The way points of a stroke from a candidate (against it if `back`), as long as can be proven, or None."""
     if stroke is None:
         return [at.q]
     along = direction(stroke, roles, at) * (-1.0 if back else 1.0)

@@ -1,4 +1,4 @@
-"""The symbolic-geometric map: every geometric state has one identifier, and every component of it as well [K Def. 5].
+"""The symbolic-geometric map: every geometric state has one identifier, and so has every component [K Def. 5].
 
 Near-equality is not transitive, so it is settled once for each number: a number takes the nearest representative
 seen so far within the tolerance, or becomes one. States whose numbers have the same representatives are equal; on
@@ -44,7 +44,7 @@ class IdentifierMap:
         """The identifier of one robot's configuration or one object's placing."""
         if isinstance(value, Attachment):
             kind: Hashable = (name, value.parent)
-            numbers = (*value.position, *value.quaternion)
+            numbers: tuple[float, ...] = (*value.position, *value.quaternion)
         else:
             kind, numbers = (name, None), value
         settled = tuple(
@@ -55,7 +55,7 @@ class IdentifierMap:
 
     def identify(self, state: GeometricState) -> int:
         """The identifier of a state; states that are equal within the tolerance have the same."""
-        parts = {**state.robots, **state.objects}
+        parts: dict[str, Component] = {**state.robots, **state.objects}
         key = tuple(self.component(name, value) for name, value in sorted(parts.items()))
         if key not in self._states:
             self._states[key] = len(self._by_identifier)

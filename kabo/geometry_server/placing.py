@@ -1,4 +1,4 @@
-"""Putting an object down: lowering onto a support, opening and retreating, for every placement its families offer."""
+"""Putting an object down: lowering onto a support, opening and retreating, for every placement of its families."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
-"""The procedures: move, pick, place, transfer, release, restack, sense; each a pure function of (call, situation, seed).
+"""The procedures, each a pure function of (arguments, situation, seed): move, pick, place, transfer and so on.
 
-Every procedure tries candidates in the order of their streams, builds its motion from stretches that are proven free,
-and answers with the first that works, or with what was in the way. (Task files will take the place of this file.)
+Every procedure tries candidates in the order of their streams, builds its motion from stretches that are proven
+free, and answers with the first that works, or with what was in the way. (Task files will take the place of this file.)
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -35,7 +35,9 @@ class Procedure(Protocol):
 
     def __call__(
         self, context: Context, arguments: Mapping[str, str], situation: Situation, attempt: int
-    ) -> Answer: ...
+    ) -> Answer:
+        """The answer."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ def _way(
     keep: Keep | None = None,
 ) -> list[Array] | None:
     """The way points from start to goal, or None with the reason noted; its stream is keyed by both ends."""
-    key = (context.seed, "way", workspace.robot.name, what, *map(float, start), *map(float, goal))
+    key: tuple[str | int | float, ...] = (context.seed, "way", workspace.robot.name, what)
+    key += (*map(float, start), *map(float, goal))
     way = reach(workspace, start, goal, key, context.path_samples, keep)
     if not isinstance(way, Refused):
         return way
@@ -156,7 +159,7 @@ def pick_refuted(context: Context, arguments: Mapping[str, str], situation: Situ
 
 
 def put_refuted(context: Context, arguments: Mapping[str, str], situation: Situation) -> Failure | None:
-    """Why an object cannot be put in a region, however it is held: proven out of reach, or no grasp found there."""
+    """Why an object cannot be put in a region, however it is held: out of reach, or no grasp found there."""
     robot, body = context.scene.robots[arguments["robot"]], context.scene.bodies[arguments["object"]]
     region = context.scene.regions[arguments["region"]]
     missing = region_missing(robot, body, region, tool_frame(robot))
@@ -175,7 +178,7 @@ def place(context: Context, arguments: Mapping[str, str], situation: Situation, 
 
 
 def transfer(context: Context, arguments: Mapping[str, str], situation: Situation, attempt: int) -> Answer:
-    """As place, but the object is still held in the end; `keep` names a motion constraint that holds on the way."""
+    """As place, but the object is still held in the end; `keep` names a motion constraint for the way."""
     return _put(context, arguments, situation, attempt, "transfer", lets_go=False)
 
 
@@ -315,7 +318,7 @@ def sense(context: Context, arguments: Mapping[str, str], situation: Situation, 
 
 
 def keep_constraint(context: Context, robot: Robot, situation: Situation, name: str) -> Keep | None:
-    """The motion constraint of that name for what the robot holds; None if the scene has none, or it does not fit."""
+    """The motion constraint of that name for what the robot holds; None if there is none, or it does not fit."""
     constraints = context.scene.motion_constraints.get(name)
     if constraints is None:
         return None
@@ -335,18 +338,17 @@ def _movable(context: Context) -> tuple[str, ...]:
     return (*context.scene.robots, *context.scene.movable)
 
 
-_OBJECT = {"moves": ("robot", "object"), "reads": ("object",)}
-_ROBOT = {"moves": ("robot",), "reads": ("object",)}
+_BOTH, _ROBOT, _OBJECT = ("robot", "object"), ("robot",), ("object",)
 
 PROCEDURES: Mapping[str, Signature] = {
-    "move": Signature(move, ("robot",), {}, ("robot",), ()),
-    "pick": Signature(pick, ("robot", "object"), {"grasp": "any"}, **_OBJECT, refute=pick_refuted),
-    "place": Signature(place, ("robot", "object", "region"), {"placement": "any"}, **_OBJECT, refute=put_refuted),
+    "move": Signature(move, _ROBOT, {}, _ROBOT, ()),
+    "pick": Signature(pick, _BOTH, {"grasp": "any"}, _BOTH, _OBJECT, pick_refuted),
+    "place": Signature(place, (*_BOTH, "region"), {"placement": "any"}, _BOTH, _OBJECT, put_refuted),
     "transfer": Signature(
-        transfer, ("robot", "object", "region"), {"placement": "any", "keep": ""}, **_ROBOT, refute=put_refuted
+        transfer, (*_BOTH, "region"), {"placement": "any", "keep": ""}, _ROBOT, _OBJECT, put_refuted
     ),
-    "release": Signature(release, ("robot", "object", "region"), {}, ("robot", "object"), ("robot", "object")),
+    "release": Signature(release, (*_BOTH, "region"), {}, _BOTH, _BOTH),
     "restack": Signature(restack, ("robot", "this", "other"), {}, ("robot", "this"), ("this", "other")),
-    "sense": Signature(sense, ("robot", "object"), {"at": "sense", "keep": ""}, **_ROBOT),
-    "sense_weight": Signature(sense, ("robot", "object"), {"at": "weigh", "keep": "upright"}, **_ROBOT),
+    "sense": Signature(sense, _BOTH, {"at": "sense", "keep": ""}, _ROBOT, _OBJECT),
+    "sense_weight": Signature(sense, _BOTH, {"at": "weigh", "keep": "upright"}, _ROBOT, _OBJECT),
 }

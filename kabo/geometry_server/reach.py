@@ -47,7 +47,7 @@ def _moves_before(robot: Robot, joint: int) -> bool:
 
 
 def grasp_missing(robot: Robot, constraints: Iterable[Constraint], roles: Roles) -> float:
-    """How far [m] the nearest grasp lies beyond the robot's reach, by the constraint that says most; 0 or less: unknown.
+    """How far [m] the nearest grasp lies beyond the robot's reach; 0 or less: unknown.
 
     Only `coincident` of a point of the tool with a feature of the standing object counts; that is a proof.
     """

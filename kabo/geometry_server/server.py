@@ -4,7 +4,7 @@ Nothing here changes but caches and counters: the same question has the same ans
 is asked.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,9 +27,9 @@ from kabo.scene import GeometricState, Scene, world_T
 
 Array = npt.NDArray[np.float64]
 
-BATCHES = 4  # of candidates, at effort 0; four times as many at each further level
-PATH_SAMPLES = 400  # of one path search, at effort 0
-MAX_EFFORT = 3
+BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
+PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way
+MAX_EFFORT = 2
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,13 @@ class Bound:
 
 @dataclass
 class GeometryServer:
-    """Answers geometric questions about a scene, within epsilon [m] (the scene's if None), from streams of `seed`."""
+    """Answers geometric questions about a scene, within epsilon [m] (None: the scene's), from streams of `seed`."""
 
     scene: Scene
     epsilon: float | None = None
     seed: int = 0
     exact: bool = False
+    stop: Callable[[], bool] = lambda: False
     statistics: Statistics = field(default_factory=Statistics)
 
     def __post_init__(self) -> None:
@@ -84,9 +85,8 @@ class GeometryServer:
         """The answer of a procedure for every value that the situation leaves open, remembered."""
         key = (call, attempt, effort, situation.key)
         if key not in self._answers:
-            context = Context(self.surroundings, self.seed, BATCHES * 4**effort, PATH_SAMPLES * 4**effort)
             bound = self.bind(call)
-            answer = bound.signature.run(context, bound.arguments, situation, attempt)
+            answer = bound.signature.run(self._context(effort), bound.arguments, situation, attempt)
             self.statistics.record(call.procedure, answer)
             self._answers[key] = answer
             if isinstance(answer, Success):
@@ -124,7 +124,7 @@ class GeometryServer:
         *,
         batches: int = 1,
     ) -> Array:
-        """Configurations (N, n) of a robot that fulfil constraints between `tool`, `world` and the object `this`."""
+        """Configurations (N, n) of a robot that fulfil constraints between `tool`, `world` and an object `this`."""
         chosen, now = self.scene.robots[robot], state or self.scene.start
         roles = {"tool": tool_frame(chosen), "world": WORLD}
         if this is not None:
@@ -148,8 +148,13 @@ class GeometryServer:
 
     # -------------------------------------------------------------------------------------------------- proofs
     def refuted(self, call: GroundCall) -> Failure | None:
-        """The proof, if there is one without sampling, that a call fails wherever what it reads is as at the start."""
+        """Why a call fails wherever what it reads is as at the start, if that can be told before any search."""
         bound = self.bind(call)
         refute = bound.signature.refute
-        context = Context(self.surroundings, self.seed, BATCHES, PATH_SAMPLES)
-        return None if refute is None else refute(context, bound.arguments, Situation.of(self.scene.start))
+        return (
+            None if refute is None else refute(self._context(0), bound.arguments, Situation.of(self.scene.start))
+        )
+
+    def _context(self, effort: int) -> Context:
+        batches, samples = BATCHES * MORE_BATCHES**effort, PATH_SAMPLES * MORE_PATH_SAMPLES**effort
+        return Context(self.surroundings, self.seed, batches, samples, self.stop)

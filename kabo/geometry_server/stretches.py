@@ -74,7 +74,7 @@ def rounded(q: Array) -> Array:
 
 
 def line(workspace: Workspace, q: Array, tool: Frame, translation: Array) -> list[Array] | Refused:
-    """The way points of a straight motion of the tool by `translation` (3,) [m] from q, turned by nothing, proven free."""
+    """The way points of a straight, proven motion of the tool by `translation` (3,) [m] from q, without a turn."""
     robot = workspace.robot
     active = np.arange(robot.tree.size) < robot.planned
     found = straight_line(
@@ -108,7 +108,7 @@ def reach(
             return len(workspace.pairs)  # one past the pairs: the constraint
         return workspace.segment_hit(whole(a), whole(b))
 
-    def free_configurations(configurations: Array) -> Array:
+    def free_configurations(configurations: Array) -> npt.NDArray[np.int64]:
         return workspace.hits(np.hstack([configurations, np.tile(hand, (len(configurations), 1))]))
 
     stream = stream_key(*key)

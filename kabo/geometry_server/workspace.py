@@ -1,7 +1,7 @@
 """The workspace of one robot in a situation: everything that moves with it, and everything that it may hit.
 
-What the robot carries hangs on its joints; what others may be, in any of the values that the situation leaves open,
-stands still around it. Things are compared in pairs, so every value of every other component is checked at once.
+What the robot carries hangs on its joints; what others may be, in any of the values that the situation leaves
+open, stands still around it. Things are compared in pairs, so every value of every other component is checked at once.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -30,7 +30,7 @@ def contacts(pairs: Iterable[Pair]) -> Contacts:
 
 
 class Surroundings:
-    """The bodies of a scene as convex parts, made when first asked for, and the poses of links that stand still."""
+    """The bodies of a scene as convex parts, made when first asked for, and poses of links that stand still."""
 
     def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
@@ -164,7 +164,9 @@ class Workspace:
         answer = question(view)
         counts, groups = view.counters, 1 + len(self.carried)
         statistics = self.surroundings.statistics
-        checks = counts.configuration_checks - before.configuration_checks + counts.sweep_checks - before.sweep_checks
+        checks = (
+            counts.configuration_checks - before.configuration_checks + counts.sweep_checks - before.sweep_checks
+        )
         statistics.collision_checks += groups * checks
         statistics.positive_collision_checks += counts.positive - before.positive
         statistics.pair_checks += counts.pair_checks - before.pair_checks
@@ -223,7 +225,7 @@ class Workspace:
         arrays = None if mesh is None else (mesh.vertices, mesh.faces)
         return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays)
 
-    def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[Pair], list[Pair]]:  # type: ignore[type-arg]
+    def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[tuple[int, int]], list[Pair]]:
         held = {name: contacts(self.touching(name)) for name in self.carried}
         touched: Contacts = frozenset().union(*held.values()) if held else frozenset()
         indices: list[tuple[int, int]] = []
@@ -237,7 +239,7 @@ class Workspace:
                 if self._checked(first, second, touched):
                     indices.append((i, k))
                     names.append((first, second))
-        return indices, names  # type: ignore[return-value]
+        return indices, names
 
     def _checked(self, first: str, second: str, touched: Contacts) -> bool:
         pair = frozenset((first, second))

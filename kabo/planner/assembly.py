@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING
 
 from kabo.geometry_server.answers import Success
 from kabo.language.problem import Problem
-from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, StateChange
+from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
 from kabo.planner.evaluation import Variant
 from kabo.planner.skeleton import SkeletonNode
 from kabo.scene import Attachment, Component, Scene
 
 if TYPE_CHECKING:
     from kabo.geometry_server import GeometryServer
+
 
 def assemble(
     problem: Problem,
@@ -42,19 +43,22 @@ def _add(
     branches = {outcome: handle for outcome, handle in following.items() if outcome is not None}
     if action is None:
         return builder.add(Node("branch", on=node.on, branches=branches)) if branches else builder.goal()
-    made = variant.answer
-    motion, after, moved = (), None, ()
-    if isinstance(made, Success) and server is not None and action.call is not None:
-        motion = made.motion
+    answer = variant.answer
+    motion: tuple[Segment, ...] = ()
+    moved: tuple[object, ...] = ()
+    after = None
+    if isinstance(answer, Success) and server is not None and action.call is not None:
+        motion = answer.motion
         single = server.single(action.call, variant.situation)
         moved = tuple((name, variant.situation.values(name)) for name in single)
-        changes = {n: v for n, v in made.changes.items() if variant.situation.values(n) != (v,)}
+        changes = {n: v for n, v in answer.changes.items() if variant.situation.values(n) != (v,)}
         after = whole_state(server.scene, changes) if changes else None
     common = {"action": action.name, "arguments": dict(action.arguments), "motion": motion, "after": after}
     if node.on is not None:
         return builder.add(Node("sense", on=node.on, branches=branches, **common), moved)  # type: ignore[arg-type]
     kind = "sense" if node.delivers else "action"
-    return builder.add(Node(kind, next=following[None], delivers=node.delivers, **common), moved)  # type: ignore[arg-type]
+    made = Node(kind, next=following[None], delivers=node.delivers, **common)  # type: ignore[arg-type]
+    return builder.add(made, moved)
 
 
 def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:

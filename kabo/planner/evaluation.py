@@ -1,4 +1,4 @@
-"""Evaluates a skeleton in geometry: every procedure along it is asked, in order, and equal continuations stay shared.
+"""Evaluates a skeleton in geometry: every procedure along it is asked, in order, and what is equal stays shared.
 
 Branches meet in the nodes of the skeleton. Where they meet, components that nothing from there on moves may have
 several values, and a procedure answers for all of them at once; components that are moved must have one value, so
@@ -7,7 +7,6 @@ the node is evaluated once for each [LANGUAGE 6].
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-
 from typing import TYPE_CHECKING
 
 from kabo.geometry_server import Failure, Situation, Success
@@ -71,7 +70,7 @@ class Evaluator:
     share: bool = True
 
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
-        """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked all the same."""
+        """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
         order = in_order(root)
         live = self._live(order)
         arrivals: dict[SkeletonNode, list[_Arrival]] = {node: [] for node in order}

@@ -2,7 +2,8 @@
 
 Beside the bits of the knowledge state there is one derived bit for each compound conjunct of the goal. "The
 conjunct for bottle 3 holds" then stays one condition, however it came to hold: by an empty bottle in the
-dishwasher, or by a bottle that is not empty. A derived bit is unfolded only where a step touches what the conjunct reads.
+dishwasher, or by a bottle that is not empty. A derived bit is unfolded only where a step touches what the conjunct
+reads.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,9 @@
 """The ledger of lazy geometry: which procedures were refused, and where their refusals hold.
 
 The search takes procedures as possible. It follows each geometric component by its lineage: which call made its
-present value, from which lineages. A refusal is a call and the lineages of the components that it rests on: it holds
-wherever they are the same, whatever else has changed. Only lineages that a refusal names tell search nodes apart, so
-as long as nothing is refused the search is that of the knowledge level alone.
+present value, from which lineages. A refusal is a call and the lineages of the components that it rests on: it
+holds wherever they are the same, whatever else has changed. Only lineages that a refusal names tell search nodes
+apart, so as long as nothing is refused the search is that of the knowledge level alone.
 """
 
 from collections.abc import Iterable, Sequence
@@ -29,7 +29,7 @@ class Refusal:
 
 @dataclass
 class Ledger:
-    """What the contingent search sees of geometry: lineages, refusals, and further attempts where one led nowhere."""
+    """What the contingent search sees of geometry: lineages, refusals, and attempts where one led nowhere."""
 
     server: GeometryServer
     effort: int = 0
@@ -139,7 +139,7 @@ class Ledger:
 
 @dataclass
 class Interleaved:
-    """Eager geometry, as the thesis interleaves it [K Tables 6.2, 6.7]: every procedure is asked when search meets it.
+    """Eager geometry, as the thesis interleaves it [K Tables 6.2, 6.7]: asked when search meets a procedure.
 
     The trace is the identifier of a geometric state.
     """

@@ -1,4 +1,4 @@
-"""The integrated planner [K ch. 6]: knowledge proposes a contingent plan, geometry proves or refuses, search resumes.
+"""The integrated planner [K ch. 6]: knowledge proposes a contingent plan, geometry proves or refuses it.
 
 until a plan is found, proven impossible, or the budget is spent:
     skeleton := a contingent plan on the knowledge level, taking every procedure as possible that is not refused
@@ -11,14 +11,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.reasons import exhausted, no_plan
 from kabo.planner.result import Progress, Result
-from kabo.planner.skeleton import Exhausted, Found, Limits, Skeleton, Unreachable
+from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Skeleton, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
     from kabo.geometry_server import GeometryServer
@@ -131,7 +131,9 @@ def _search(run: Run, task: Task, geometry: "Ledger | Interleaved | None") -> Fo
     began = perf_counter()
     run.rounds += 1
     limits = Limits(run.options.max_expansions - run.expanded, run.stop)
-    found = find_skeleton(task, search=run.options.search, geometry=geometry, limits=limits)
+    found = find_skeleton(
+        task, search=run.options.search, geometry=cast("Geometry | None", geometry), limits=limits
+    )
     run.expanded += found.statistics.expanded
     run.generated += found.statistics.generated
     run.symbolic_s += perf_counter() - began
@@ -190,6 +192,7 @@ def _server(run: Run) -> "GeometryServer":
     scene = load_scene(run.problem.scene)
     exact = run.options.geometry == "exact"
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
+    server.stop = lambda: run.stop() or server.statistics.samples > run.options.max_samples
     run.load_s = perf_counter() - began
     return server
 
@@ -212,11 +215,8 @@ def _evaluated(run: Run, skeleton: Skeleton, server: "GeometryServer", geometry:
     advance = geometry.after if isinstance(geometry, Ledger) else lambda _call, _attempt, trace: trace
     effort = geometry.effort if isinstance(geometry, Ledger) else 0
 
-    def stop() -> bool:
-        return run.stop() or server.statistics.samples > run.options.max_samples
-
-    evaluator = Evaluator(server, advance, effort, stop, share=lazy)
-    evaluation = evaluator.evaluate(skeleton.root, geometry.start)
+    evaluator = Evaluator(server, advance, effort, server.stop, share=lazy)
+    evaluation = evaluator.evaluate(skeleton.root, cast("Any", geometry.start))
     for refused in evaluation.refused:
         if isinstance(geometry, Ledger):
             geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)

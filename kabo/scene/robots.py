@@ -36,7 +36,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Gripper:
-    """A gripper: values of its joints when open and closed, and the links (`robot.link`) that touch what it holds."""
+    """A gripper: values of its joints when open and closed, and the links (`robot.link`) that touch what it has."""
 
     joints: tuple[str, ...]
     open: Mapping[str, float]

@@ -78,7 +78,7 @@ class Scene:
         return tuple(name for name, body in self.bodies.items() if body.movable)
 
     def never_collide(self, first: str, second: str) -> bool:
-        """Whether two things (`robot.link` or a body) need no check: allowed, neighbouring links, or both fixed."""
+        """Whether two things (`robot.link` or a body) need no check: allowed, neighbours, or both fixed."""
         if frozenset((first, second)) in self.allowed:
             return True
         robot, other = first.partition("."), second.partition(".")
@@ -96,7 +96,7 @@ class Scene:
 
 def attachment(parent: str, parent_T_object: Array) -> Attachment:
     """An attachment with its numbers rounded, as states and plans keep them."""
-    x, y, z = rounded(parent_T_object[:3, 3], POSITION_DECIMALS)
+    x, y, z = rounded(parent_T_object[:3, 3].tolist(), POSITION_DECIMALS)
     qx, qy, qz, qw = rounded(quaternion(parent_T_object), QUATERNION_DECIMALS)
     return Attachment(parent, (x, y, z), (qx, qy, qz, qw))
 

@@ -1,14 +1,16 @@
-"""The geometric state: an immutable value, the configuration of every robot and the placing of every movable object."""
+"""The geometric state: an immutable value, the configuration of every robot and the placing of every object."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-Configuration = tuple[float, ...]  # every actuated joint of a robot, planned ones first, then the gripper's; rad or m
+Configuration = tuple[
+    float, ...
+]  # every actuated joint of a robot, planned ones first, then the gripper's; rad or m
 
 
 @dataclass(frozen=True)
 class Attachment:
-    """An object's parent (`world`, `robot.link` or an object) and its pose in the parent's frame [m, (x, y, z, w)]."""
+    """An object's parent (`world`, `robot.link` or an object) and its pose there [m, (x, y, z, w)]."""
 
     parent: str
     position: tuple[float, float, float]

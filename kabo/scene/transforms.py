@@ -39,7 +39,7 @@ def inverse(matrix: Matrix) -> Matrix:
 
 
 def quaternion(matrix: Matrix) -> tuple[float, float, float, float]:
-    """The unit quaternion (x, y, z, w) of a transform or rotation, with its first non-zero of (w, x, y, z) positive."""
+    """The unit quaternion (x, y, z, w) of a transform or rotation, the first non-zero of (w, x, y, z) positive."""
     r = matrix[:3, :3]
     # The largest of the four squares is at least 1/4, so the division is safe [Shepperd 1978].
     squares = np.array([r[0, 0], r[1, 1], r[2, 2], r[0, 0] + r[1, 1] + r[2, 2]])

@@ -1,11 +1,11 @@
 """From URDF files to a Robot: pinocchio reads the joints, the link geometry is read beside it."""
 
 import math
-import xml.etree.ElementTree as ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
 import numpy as np
 import numpy.typing as npt
@@ -44,7 +44,9 @@ def pinocchio() -> Any:
         import pinocchio as module
     except ImportError as error:
         if "libgomp" in str(error):
-            raise KaboError("pinocchio needs the system library libgomp1; on Debian: apt-get install libgomp1") from None
+            raise KaboError(
+                "pinocchio needs the system library libgomp1; on Debian: apt-get install libgomp1"
+            ) from None
         raise KaboError(f"pinocchio cannot be imported: {error}") from None
     return module
 
@@ -90,9 +92,7 @@ def _origin(element: Any) -> Array:
     return matrix
 
 
-def _piece(
-    element: Any, urdf: Path, packages: Mapping[str, Path], place: Place | None, files: list[Path]
-) -> Mesh:
+def _piece(element: Any, urdf: Path, packages: Mapping[str, Path], place: Place | None, files: list[Path]) -> Mesh:
     geometry = element.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None:
@@ -260,7 +260,10 @@ def _assemble(
 
 
 def _actuation(
-    model: Any, names: tuple[str, ...], mimics: Mapping[str, tuple[str, float, float]], description: RobotDescription
+    model: Any,
+    names: tuple[str, ...],
+    mimics: Mapping[str, tuple[str, float, float]],
+    description: RobotDescription,
 ) -> Actuation:
     source, ratio, shift = [0], [0.0], [0.0]
     for j in range(1, model.njoints):

@@ -13,7 +13,8 @@ GOAL = SkeletonNode()
 
 
 def act(name: str, *arguments: str, then: SkeletonNode = GOAL) -> SkeletonNode:
-    return SkeletonNode(SimpleNamespace(name=name, call=GroundCall(name, arguments)), next=then)  # type: ignore[arg-type]
+    action = SimpleNamespace(name=name, call=GroundCall(name, arguments))
+    return SkeletonNode(action, next=then)  # type: ignore[arg-type]
 
 
 def sense(false: SkeletonNode, true: SkeletonNode) -> SkeletonNode:
@@ -41,7 +42,11 @@ def test_branches_meet_with_several_values_of_what_nobody_moves_any_more() -> No
     root = sense(act("left", "r", "a", then=last), act("right", "r", "a", then=last))
 
     def script(call: GroundCall, situation: Situation, attempt: int) -> Success:
-        return put({"left": 0.3, "right": 0.7}.get(call.procedure, 0.0)) if call.procedure != "last" else moved(r=(2.0,))
+        return (
+            put({"left": 0.3, "right": 0.7}.get(call.procedure, 0.0))
+            if call.procedure != "last"
+            else moved(r=(2.0,))
+        )
 
     evaluation, server = evaluate(root, script)
     (met,) = by_name(evaluation, "last")

@@ -1,4 +1,4 @@
-"""Meshes: files are read, merged and scaled; primitives enclose their solid; what is wrong is said in one sentence."""
+"""Meshes: files are read, merged and scaled; primitives enclose their solid; what is wrong is said."""
 
 from pathlib import Path
 
@@ -34,7 +34,11 @@ def test_a_file_that_changed_is_read_again(tmp_path: Path) -> None:
     [
         ("none.stl", None, "does not exist"),
         ("empty.stl", b"", "cannot be read|holds no triangles"),
-        ("cut.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n", "cannot be read|holds no triangles"),
+        (
+            "cut.ply",
+            b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n",
+            "cannot be read|holds no triangles",
+        ),
         ("nan.obj", b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "1 of 3 vertices are not finite|cannot be read"),
         ("points.obj", b"v 0 0 0\nv 1 0 0\n", "cannot be read|holds no triangles"),
     ],

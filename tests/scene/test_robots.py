@@ -93,7 +93,9 @@ def test_what_the_urdf_does_not_have_is_refused_by_name(
         load_robot(description(tmp_path, **changes), np.eye(4), {})
 
 
-@pytest.mark.parametrize("text", ["", "<robot", "<sdf/>", '<robot name="x"><link name="a"><collision/></link></robot>'])
+@pytest.mark.parametrize(
+    "text", ["", "<robot", "<sdf/>", '<robot name="x"><link name="a"><collision/></link></robot>']
+)
 def test_a_file_that_is_no_robot_is_one_error(tmp_path: Path, text: str) -> None:
     path = tmp_path / "broken.urdf"
     path.write_text(text)

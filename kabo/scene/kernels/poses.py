@@ -1,4 +1,4 @@
-"""Forward kinematics over a flat tree, and products of rigid transforms of 12 numbers (rotation row-major, translation)."""
+"""Forward kinematics over a flat tree; a pose is 12 numbers, rotation row-major, then translation."""
 
 import numpy as np
 
