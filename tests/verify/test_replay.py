@@ -193,7 +193,7 @@ def test_a_diamond_of_many_levels_is_replayed_in_as_many_steps_as_it_has_nodes(p
     last = builder.add(Node("action", "take", BOX, next=builder.goal()))
     for _ in range(40):
         for thing in ("box", "card"):
-            sides = {outcome: last for outcome in ("false", "true")}
+            sides = dict.fromkeys(("false", "true"), last)
             last = builder.add(
                 Node("sense", "look_whether_damp", {"t": thing}, on=f"damp({thing})", branches=sides)
             )

@@ -4,18 +4,11 @@ import json
 import math
 import re
 from dataclasses import replace
-from types import ModuleType
 
-import pytest
-
+from kabo.language import load_problem
 from kabo.plan import Node, ObjectPose, StateChange
 from kabo.verify import Report, verify_plan
-
-
-@pytest.fixture(scope="session")
-def by_hand(request) -> ModuleType:
-    """The module with the motions of the small world."""
-    return next(p for p in request.config.pluginmanager.get_plugins() if hasattr(p, "write_counter"))
+from tests.verify import counter as by_hand
 
 
 def found(report: Report, pattern: str, node: str | None = None) -> None:
@@ -36,7 +29,7 @@ def test_a_right_plan_is_verified(counter):
 
 
 # ------------------------------------------------------------------------------------------------ collisions
-def test_a_body_that_tunnels_through_a_thin_plate_between_two_way_points_is_caught(counter, by_hand):
+def test_a_body_that_tunnels_through_a_thin_plate_between_two_way_points_is_caught(counter):
     direct = by_hand.carry("place", None)[0]
     waypoints = (by_hand.WEIGH, by_hand.at(-0.3, -0.6), by_hand.at(0.3, -0.6), by_hand.at(0.3, by_hand.HIGH))
     times = tuple(2.0 * i for i in range(4))
@@ -50,37 +43,33 @@ def test_a_body_that_tunnels_through_a_thin_plate_between_two_way_points_is_caug
     assert 2.0 < finding.time < 4.0
 
 
-def test_a_way_point_inside_an_obstacle_is_caught(counter, by_hand):
+def test_a_way_point_inside_an_obstacle_is_caught(counter):
     waypoints = (by_hand.HOME, (-0.3, 0.3, -0.7, 0.0), by_hand.at(-0.3, -0.7))
     plan = counter.with_segment("take", 0, waypoints=waypoints, times=(0.0, 1.0, 2.0))
     report = verify_plan(counter.problem, plan)
     found(report, "bin", counter.node("take"))
 
 
-def test_a_body_that_begins_wholly_inside_another_is_caught(tmp_path, by_hand):
+def test_a_body_that_begins_wholly_inside_another_is_caught(tmp_path):
     scene = by_hand.SCENE.replace(
         "  mug:\n", "  crate: {box: [1.9, 1.9, 1.9], pose: {position: [0, 0, 1.2]}}\n  mug:\n"
     )
     path = by_hand.write_counter(tmp_path)
     (tmp_path / "scene.yaml").write_text(scene)
-    from kabo.language import load_problem
-
     problem = load_problem(path)
     report = verify_plan(problem, by_hand.build(problem))
     found(report, "one lies inside the other")
 
 
-def test_another_robot_in_the_way_is_caught(tmp_path, by_hand):
+def test_another_robot_in_the_way_is_caught(tmp_path):
     path = by_hand.write_counter(tmp_path)
     (tmp_path / "scene.yaml").write_text(by_hand.SCENE.replace("[0.3, 0.45, 0.5]", "[0.2, 0, 0.5]"))
-    from kabo.language import load_problem
-
     problem = load_problem(path)
     report = verify_plan(problem, by_hand.build(problem))
     found(report, "gate.bar")
 
 
-def test_fingers_that_pass_through_the_cup_while_they_approach_are_caught_even_if_permitted(counter, by_hand):
+def test_fingers_that_pass_through_the_cup_while_they_approach_are_caught_even_if_permitted(counter):
     narrow = replace(counter.plan.start, robots={**counter.plan.start.robots})
     motion = by_hand.motion(
         "pick",
@@ -97,9 +86,7 @@ def test_fingers_that_pass_through_the_cup_while_they_approach_are_caught_even_i
     found(verify_plan(counter.problem, plan), "arm.left and mug collide", counter.node("take"))
 
 
-def test_an_object_that_is_pressed_into_its_support_is_caught_although_their_contact_is_permitted(
-    counter, by_hand
-):
+def test_an_object_that_is_pressed_into_its_support_is_caught_although_contact_is_permitted(counter):
     low, high = by_hand.at(-0.3, by_hand.LOW), by_hand.at(-0.3, by_hand.HIGH)
     lift = (low, by_hand.at(-0.3, by_hand.LOW - 0.008), high)
     plan = counter.with_segment("take", 3, waypoints=lift, times=(3.0, 3.5, 4.0))
@@ -107,24 +94,24 @@ def test_an_object_that_is_pressed_into_its_support_is_caught_although_their_con
 
 
 # -------------------------------------------------------------------------------------------------- contacts
-def test_an_extra_permitted_contact_is_caught(counter, by_hand):
+def test_an_extra_permitted_contact_is_caught(counter):
     plan = counter.with_segment("weigh", 0, allowed_contacts=(*by_hand.FINGERS, ("arm.palm", "plate")))
     found(verify_plan(counter.problem, plan), "permits contact of arm.palm and plate", counter.node("weigh"))
 
 
-def test_contact_with_the_support_is_permitted_only_where_the_object_stands(counter, by_hand):
+def test_contact_with_the_support_is_permitted_only_where_the_object_stands(counter):
     plan = counter.with_segment("weigh", 0, allowed_contacts=by_hand.FINGERS + by_hand.MUG_TABLE)
     found(verify_plan(counter.problem, plan), "permits contact of mug and table", counter.node("weigh"))
 
 
 # ------------------------------------------------------------------------------------------- what moves, how
-def test_a_jump_between_two_segments_is_caught(counter, by_hand):
+def test_a_jump_between_two_segments_is_caught(counter):
     waypoints = (by_hand.at(-0.3, -0.69), by_hand.at(-0.3, by_hand.LOW))
     plan = counter.with_segment("take", 1, waypoints=waypoints)
     found(verify_plan(counter.problem, plan), "jumps: z of arm", counter.node("take"))
 
 
-def test_a_jump_between_two_actions_is_caught(counter, by_hand):
+def test_a_jump_between_two_actions_is_caught(counter):
     segment = counter.plan.nodes[counter.node("weigh")].motion[0]
     plan = counter.with_segment("weigh", 0, waypoints=(by_hand.at(-0.31, by_hand.HIGH), segment.waypoints[1]))
     found(verify_plan(counter.problem, plan), "jumps: x of arm", counter.node("weigh"))
@@ -146,7 +133,7 @@ def test_segments_that_overlap_in_time_are_caught(counter):
     found(verify_plan(counter.problem, plan), "begins before the one before it has ended", counter.node("take"))
 
 
-def test_a_joint_beyond_its_limit_is_caught(counter, by_hand):
+def test_a_joint_beyond_its_limit_is_caught(counter):
     end = (-0.3, 0.0, 0.02, 0.0)
     plan = counter.with_segment(
         "weigh", 0, waypoints=(by_hand.at(-0.3, by_hand.HIGH), end, by_hand.WEIGH), times=(0, 2, 4)
@@ -175,7 +162,7 @@ def test_an_action_with_geometry_and_no_motion_is_refused(counter):
 
 
 # -------------------------------------------------------------------------------------- taking, keeping, ending
-def test_taking_at_a_wrong_pose_is_caught(counter, by_hand):
+def test_taking_at_a_wrong_pose_is_caught(counter):
     high = by_hand.at(-0.3, by_hand.LOW + 0.02)
     motion = by_hand.motion(
         "pick",
@@ -200,7 +187,7 @@ def test_fingers_that_do_not_close_are_caught(counter):
     found(verify_plan(counter.problem, plan), "finger is at 0.03, not 0.02", counter.node("take"))
 
 
-def test_a_cup_that_is_tilted_on_the_way_is_caught(counter, by_hand):
+def test_a_cup_that_is_tilted_on_the_way_is_caught(counter):
     waypoints = (
         by_hand.WEIGH,
         (0.0, 0.0, by_hand.OVER, 0.2),
@@ -212,7 +199,7 @@ def test_a_cup_that_is_tilted_on_the_way_is_caught(counter, by_hand):
     found(report, r"upright: angle\(this.up, world.up\) is missed by", counter.node("carry"))
 
 
-def test_a_cup_tilted_a_hair_beyond_its_bound_is_caught_and_one_within_it_is_not(counter, by_hand):
+def test_a_cup_tilted_a_hair_beyond_its_bound_is_caught_and_one_within_it_is_not(counter):
     for degrees, fine in ((10.0, True), (10.2, False)):
         tilted = (0.0, 0.0, by_hand.OVER, math.radians(degrees))
         waypoints = (by_hand.WEIGH, tilted, by_hand.at(0.3, by_hand.OVER), by_hand.at(0.3, by_hand.HIGH))
@@ -225,7 +212,7 @@ def test_a_motion_that_must_keep_a_constraint_and_does_not_name_it_is_caught(cou
     found(verify_plan(counter.problem, plan), "must keep upright", counter.node("carry"))
 
 
-def test_putting_down_beside_the_region_is_caught(counter, by_hand):
+def test_putting_down_beside_the_region_is_caught(counter):
     def beside(segment):
         moved = tuple((q[0] - 0.08, *q[1:]) if q[0] == 0.3 else q for q in segment.waypoints)
         return replace(segment, waypoints=moved)
@@ -238,7 +225,7 @@ def test_putting_down_beside_the_region_is_caught(counter, by_hand):
     found(verify_plan(counter.problem, plan), "mug ends outside of tray, by 40 mm", counter.node("put"))
 
 
-def test_letting_go_in_the_air_is_caught(counter, by_hand):
+def test_letting_go_in_the_air_is_caught(counter):
     motion = list(counter.plan.nodes[counter.node("put")].motion)
     motion = [motion[0], replace(motion[2], times=(4.0, 4.5)), motion[3]]
     motion[2] = replace(motion[2], waypoints=(by_hand.at(0.3, by_hand.HIGH), by_hand.at(0.3, by_hand.OVER)))
@@ -256,19 +243,19 @@ def test_a_transfer_that_lets_go_is_caught(counter):
     found(verify_plan(counter.problem, plan), "detaches mug, which it may not", counter.node("carry"))
 
 
-def test_a_transfer_that_stops_before_it_stands_is_caught(counter, by_hand):
+def test_a_transfer_that_stops_before_it_stands_is_caught(counter):
     motion = counter.plan.nodes[counter.node("carry")].motion[:1]
     plan = counter.with_node("carry", motion=motion, after=by_hand.change(by_hand.at(0.3, by_hand.HIGH), 0.02))
     found(verify_plan(counter.problem, plan), "not put down as any of its placements", counter.node("carry"))
 
 
-def test_weighing_elsewhere_is_caught(counter, by_hand):
+def test_weighing_elsewhere_is_caught(counter):
     plan = counter.with_segment("weigh", 0, waypoints=(by_hand.at(-0.3, by_hand.HIGH), by_hand.at(-0.3, -0.35)))
     found(verify_plan(counter.problem, plan), "does not end in the configuration weigh", counter.node("weigh"))
 
 
 # ------------------------------------------------------------------------------------------------- states
-def test_a_recorded_state_that_is_not_the_motion_s_is_caught(counter, by_hand):
+def test_a_recorded_state_that_is_not_the_motion_s_is_caught(counter):
     wrong = by_hand.change(by_hand.at(-0.3, by_hand.HIGH + 0.001), 0.02, by_hand.HELD)
     found(
         verify_plan(counter.problem, counter.with_node("take", after=wrong)),
@@ -285,7 +272,7 @@ def test_a_recorded_state_that_is_not_the_motion_s_is_caught(counter, by_hand):
     found(verify_plan(counter.problem, counter.with_node("take", after=wrong)), "does not record where mug", None)
 
 
-def test_a_recorded_change_that_nothing_makes_is_caught(counter, by_hand):
+def test_a_recorded_change_that_nothing_makes_is_caught(counter):
     after = by_hand.change(by_hand.WEIGH, 0.02, by_hand.SERVED)
     found(verify_plan(counter.problem, counter.with_node("weigh", after=after)), "records a change of mug", None)
     after = StateChange({**by_hand.change(by_hand.WEIGH, 0.02).robots, "gate": {"swing": 1.0}})
@@ -303,7 +290,7 @@ def test_a_start_that_is_not_the_scene_s_is_caught(counter):
     found(verify_plan(counter.problem, plan), "start: mug is missing")
 
 
-def test_a_component_that_a_motion_moves_has_one_value_only(counter, by_hand):
+def test_a_component_that_a_motion_moves_has_one_value_only(counter):
     """`let_go` also follows `put`: there the arm can then be in two configurations."""
     put = replace(counter.plan.nodes[counter.node("put")], next=counter.node("let_go"))
     plan = replace(counter.plan, nodes={**counter.plan.nodes, counter.node("put"): put})
