@@ -1,4 +1,4 @@
-"""What README says, run as a user runs it: new processes, `kabo` on the path, files written where the user stands."""
+"""What README says, run as a user runs it: new processes, `kabo` on the path, files where the user stands."""
 
 import os
 import re
