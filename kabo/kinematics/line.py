@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.kernels.keeping import first_row_not_kept
-from kabo.kinematics.kernels.projection import project_seeds
-from kabo.kinematics.projection import Floats, arrays_of, checked, values
+from kabo.kinematics.kernels.projection import FREEZES, project_seeds
+from kabo.kinematics.projection import Floats, arrays_of, checked, storable_limits, values
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.tree import KinematicTree
 
@@ -27,7 +27,7 @@ DEVIATION, TILT = (
 EXACT = 1e-7  # of the way points [m or rad]
 LARGEST_CHANGE = 0.5  # of a joint between way points [rad or m]
 SMALLEST_SHARE = 1.0 / 512  # of the line: where shorter pieces would be needed, joints turn too fast to follow
-RULE = 20, 0  # iterations, and no policy for joints at limits: the answer must stay near
+ITERATIONS = 20  # from a way point to the next
 DECIMALS = 9  # plans store as many: what is proven is what is stored
 
 
@@ -111,37 +111,34 @@ class _Follower:
                 return fault
         return np.array(way)
 
-    def configuration_at(self, near: Floats, progress: float) -> Floats | None:
-        """The configuration near another one with the tool at a place on the line, rounded; None without one."""
+    def configuration_at(self, near: Floats, progress: float, *, limited: bool = True) -> Floats | None:
+        """The configuration near another one with the tool at a place on the line, rounded; None without one.
+
+        A joint that meets its limit stops there, and the others make up for it if they can.
+        """
         self._set_progress(progress, progress)
         Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
-        size = len(self.rows)
-        project_seeds(
-            Q,
-            succeeded,
-            self.rows,
-            size,
-            self.no_aims,
-            0.0,
-            -self.wide,
-            self.wide,
-            self.active,
-            *self.arrays,
-            *RULE,
-        )
+        lower, upper = self.limits if limited else (-self.wide, self.wide)
+        task = self.rows, len(self.rows), self.no_aims, 0.0
+        project_seeds(Q, succeeded, *task, lower, upper, self.active, *self.arrays, ITERATIONS, FREEZES)
         return np.round(Q[0], DECIMALS) if succeeded[0] else None
 
     def fault(self, q0: Floats, q1: Floats | None, progress0: float, progress1: float) -> OffLine | None:
         """What keeps the joint-linear piece between two way points from being part of the line, if anything."""
         if q1 is None:
-            return OffLine("out_of_reach", progress0)
-        outside = ((q1 < self.tree.lower) | (q1 > self.tree.upper)).nonzero()[0]
-        if len(outside):
-            return OffLine("limit", progress0, int(outside[0]))
+            return self._why_not_there(q0, progress0, progress1)
         self._set_progress(progress0, progress1)
         smooth = np.abs(q1 - q0).max() <= LARGEST_CHANGE
         kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, *self.arrays) < 0
         return None if kept else OffLine("singular", progress0)
+
+    def _why_not_there(self, q0: Floats, progress0: float, progress1: float) -> OffLine:
+        beyond = self.configuration_at(q0, progress1, limited=False)
+        if beyond is None:
+            return OffLine("out_of_reach", progress0)
+        low, high = self.limits
+        outside = ((beyond < low) | (beyond > high)).nonzero()[0]
+        return OffLine("limit", progress0, int(outside[0])) if len(outside) else OffLine("singular", progress0)
 
     def _set_progress(self, lower: float, upper: float) -> None:
         self.rows[0, columns.LOWER] = lower
@@ -158,8 +155,13 @@ class _Follower:
         return np.full((1, len(self.rows)), np.nan)
 
     @cached_property
+    def limits(self) -> tuple[Floats, Floats]:
+        """Limits at which a joint may stop and be stored."""
+        return storable_limits(self.tree.lower, self.tree.upper)
+
+    @cached_property
     def wide(self) -> Floats:
-        """Limits that stop nothing: a joint outside its own is a fault of the piece, no reason to go elsewhere."""
+        """Limits that stop nothing, to see which joint would leave its own."""
         return np.full(self.tree.size, np.inf)
 
 

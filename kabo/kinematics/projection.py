@@ -44,6 +44,8 @@ def project(
     if Q.shape[1] != tree.size or not np.all(np.isfinite(Q)):
         raise ValueError(f"seeds must be finite, (N, {tree.size}), not {Q.shape}")
     succeeded = np.zeros(len(Q), np.bool_)
+    if hold_limits:
+        low, high = storable_limits(low, high)
     policy = kernels.WRAPS | (kernels.FREEZES if hold_limits else 0)
     aims = np.full((len(Q), len(rows)), np.nan)
     kernels.project_seeds(
@@ -66,6 +68,11 @@ def values(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Floats:
 def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Floats:
     """The derivative of `values` by q, (R, n)."""
     return kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
+
+
+def storable_limits(lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+    """The limits rounded inwards to 1e-9: a joint stopped there is still within them once a plan rounds it."""
+    return np.ceil(lower * 1e9) / 1e9, np.floor(upper * 1e9) / 1e9
 
 
 def arrays_of(

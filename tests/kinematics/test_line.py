@@ -61,10 +61,26 @@ def test_way_points_are_rounded_as_plans_store_them():
     assert np.array_equal(way, np.round(way, 9))
 
 
+def test_a_redundant_arm_passes_by_a_limit_of_one_joint():
+    """Held joint by joint, the rest makes up for it; the joint stands exactly at what a plan can store."""
+    free = straight_line(TREE, READY, 7, TOOL, (-0.3, 0, 0))
+    joint = int(np.argmax(np.abs(free[-1] - READY)[[0, 2, 4, 6]])) * 2
+    end, high, low = free[-1][joint], TREE.upper.copy(), TREE.lower.copy()
+    middle = 0.5 * (READY[joint] + end) + 1e-10 / 3
+    (high if end > READY[joint] else low)[joint] = middle
+    way = straight_line(TREE._replace(lower=low, upper=high), READY, 7, TOOL, (-0.3, 0, 0))
+    assert not isinstance(way, OffLine)
+    assert np.all((low <= way) & (way <= high))
+    assert abs(way[-1][joint] - middle) <= 1e-9
+    away, turn = worst(way, (-0.3, 0, 0))
+    assert away <= 1e-3
+    assert turn <= 5e-3
+
+
 def test_a_joint_at_its_limit_is_named():
-    low = TREE.lower.copy()
+    low, active = TREE.lower.copy(), np.array([True, True, False, True, True, True, True])
     low[3] = READY[3] - 0.02
-    found = straight_line(TREE._replace(lower=low), READY, 7, TOOL, (-0.3, 0, 0))
+    found = straight_line(TREE._replace(lower=low), READY, 7, TOOL, (-0.3, 0, 0), active=active)
     assert isinstance(found, OffLine)
     assert (found.reason, found.joint) == ("limit", 3)
     assert 0.0 <= found.travelled < 0.3
