@@ -1,6 +1,6 @@
 """Which contacts a segment may permit: fingers and what they hold; what is held and what it stands on."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from kabo.plan import Segment
@@ -55,3 +55,27 @@ def permits(
 def _exists(scene: Scene, name: str) -> bool:
     robot, dot, link = name.partition(".")
     return link in scene.robots[robot].links if dot and robot in scene.robots else name in scene.bodies
+
+
+def is_first(segments: Sequence[Segment], i: int) -> bool:
+    """Whether no arm segment came between the beginning, or what was taken, and this segment."""
+    planned = segments[i].joints
+    for segment in reversed(segments[:i]):
+        if segment.attach:
+            return True
+        if segment.joints == planned:
+            return False
+    return True
+
+
+def is_last(segments: Sequence[Segment], i: int) -> bool:
+    """Whether no arm segment comes between this segment and what is let go, or the end."""
+    planned = segments[i].joints
+    if segments[i].detach:
+        return True
+    for segment in segments[i + 1 :]:
+        if segment.joints == planned:
+            return False
+        if segment.detach:
+            return True
+    return True

@@ -18,7 +18,7 @@ from kabo.verify.calls import Call, call_of
 from kabo.verify.collision import Tally, check_collision
 from kabo.verify.components import Components
 from kabo.verify.constraints import UnknownFeatureError
-from kabo.verify.contacts import RAISED, permits
+from kabo.verify.contacts import RAISED, is_first, is_last, permits
 from kabo.verify.families import check_grasp, check_placement
 from kabo.verify.keeping import Lapse, Owners, check_kept
 from kabo.verify.limits import JOINED, check_joints, check_numbers
@@ -122,7 +122,7 @@ class _Walk:
             if segment.joints not in (self.robot.planned_joints, self.robot.gripper_joints):
                 return
             path = self._path(segment)
-            yield from self._check_collision(segment, path, _is_first(segments, i), _is_last(segments, i))
+            yield from self._check_collision(segment, path, is_first(segments, i), is_last(segments, i))
             yield from self._check_kept(segment, path)
             self.q, self.ended = path.configurations[-1].copy(), segment.times[-1]
             yield from self._attach(segment)
@@ -325,27 +325,3 @@ class _Walk:
         if off > 2 * JOINED:
             text = f"records {name} {off:.3g} away from where the motion leaves it"
             yield Finding(self.node, text, self.ended, (name,), off)
-
-
-def _is_first(segments: tuple[Segment, ...], i: int) -> bool:
-    """Whether no arm segment came between the beginning, or what was taken, and this segment."""
-    planned = segments[i].joints
-    for segment in reversed(segments[:i]):
-        if segment.attach:
-            return True
-        if segment.joints == planned:
-            return False
-    return True
-
-
-def _is_last(segments: tuple[Segment, ...], i: int) -> bool:
-    """Whether no arm segment comes between this segment and what is let go, or the end."""
-    planned = segments[i].joints
-    if segments[i].detach:
-        return True
-    for segment in segments[i + 1 :]:
-        if segment.joints == planned:
-            return False
-        if segment.detach:
-            return True
-    return True

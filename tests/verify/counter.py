@@ -57,8 +57,15 @@ predicates:
   hand_empty: [robot]
   holding: [robot, cup]
   full: [cup]
+  sunny: [robot]
   at: [cup, spot]
 actions:
+  look:
+    parameters: {r: robot}
+    sense: sunny(r)
+  swing:
+    parameters: {r: robot}
+    geometry: move(r)
   take:
     parameters: {r: robot, c: cup}
     preconditions:

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 from kabo.language import load_problem
-from kabo.plan import Node, ObjectPose, StateChange
+from kabo.plan import Node, ObjectPose, PlanBuilder, Segment, StateChange
 from kabo.verify import Report, verify_plan
 from tests.verify import counter as by_hand
 
@@ -295,6 +295,55 @@ def test_a_component_that_a_motion_moves_has_one_value_only(counter):
     put = replace(counter.plan.nodes[counter.node("put")], next=counter.node("let_go"))
     plan = replace(counter.plan, nodes={**counter.plan.nodes, counter.node("put"): put})
     found(verify_plan(counter.problem, plan), "arm can be in 2 different states here", counter.node("let_go"))
+
+
+def swung_gate(plan):
+    """The plan, but the gate is swung before it if the sun shines: everything after finds it in two places."""
+    swing = Segment("gate", ("swing",), ((0.0,), (-1.57,)), (0.0, 2.0), "move")
+    after = StateChange({"gate": {"swing": -1.57}})
+    builder, handles = PlanBuilder(), {}
+    for name in sorted(plan.nodes, key=lambda n: int(n[1:]), reverse=True):
+        node = plan.nodes[name]
+        following = {o: handles[n] for o, n in node.branches.items()}
+        handles[name] = builder.add(replace(node, next=handles.get(node.next), branches=following))
+    moved = Node("action", "swing", {"r": "gate"}, next=handles["n0"], motion=(swing,), after=after)
+    branches = {"true": builder.add(moved), "false": handles["n0"]}
+    root = builder.add(Node("sense", "look", {"r": "gate"}, on="sunny(gate)", branches=branches))
+    values = {"problem": plan.problem, "files": plan.files, "options": plan.options, "start": plan.start}
+    return builder.build(root, **values)
+
+
+def test_motions_are_verified_against_every_place_where_another_component_can_be(tmp_path):
+    """Branches meet again while the gate is open in one and closed in the other."""
+    path = by_hand.write_counter(tmp_path)
+    report = verify_plan(load_problem(path), swung_gate(by_hand.build(load_problem(path))))
+    assert report.ok and (report.leaves, report.motions) == (4, 6), str(report)
+    (tmp_path / "scene.yaml").write_text(by_hand.SCENE.replace("[0.3, 0.45, 0.5]", "[0.3, 0.3, 0.5]"))
+    problem = load_problem(path)
+    plan = by_hand.build(problem)
+    assert verify_plan(problem, plan).ok  # a closed gate is out of the way
+    report = verify_plan(problem, swung_gate(plan))
+    assert not report.ok and all("gate.bar" in f.bodies for f in report.findings), str(report)
+
+
+def test_a_robot_that_can_be_in_two_places_may_not_be_moved(counter):
+    """The same gate, moved again after the branches have met."""
+    plan = swung_gate(counter.plan)
+    take = next(name for name, node in plan.nodes.items() if node.action == "take")
+    again = Segment("gate", ("swing",), ((-1.57,), (0.0,)), (0.0, 2.0), "move")
+    last = Node(
+        "action", "swing", {"r": "gate"}, next=take, motion=(again,), after=StateChange({"gate": {"swing": 0.0}})
+    )
+    nodes = {**plan.nodes, "n50": last}
+    first = plan.nodes["n0"]
+    swung = next(n for n, node in plan.nodes.items() if node.action == "swing")
+    nodes |= {
+        "n0": replace(first, branches={**first.branches, "false": "n50"}),
+        swung: replace(nodes[swung], next="n50"),
+    }
+    found(
+        verify_plan(counter.problem, replace(plan, nodes=nodes)), "gate can be in 2 different states here", "n50"
+    )
 
 
 # ------------------------------------------------------------------------------------------ files, geometry none
