@@ -48,6 +48,7 @@ class ConstraintReader:
 
     findings: Findings
     _known: dict[int, tuple[Scalar, "_Written | None"]] = field(default_factory=dict)
+    _shapes: dict[tuple[int, str], tuple[Sequence[Owner], bool, tuple[str, ...]]] = field(default_factory=dict)
 
     def read(self, scalar: Scalar, roles: Roles) -> Constraint | None:
         """The constraint of a scalar whose features belong to one of `roles`, in the order point, line, plane."""
@@ -90,13 +91,25 @@ class ConstraintReader:
             self.findings.add(place, "inside takes whole bodies: inside(this, region)")
             return None
         owners = roles[name.owner]
-        found = [owner.features[name.feature] for owner in owners if name.feature in owner.features]
-        if not found and owners:
+        exists, kinds = self._shapes_of(owners, name.feature)
+        if not exists and owners:
             self._report_missing(name, place, owners)
             return None
-        return tuple(sorted({feature.kind for feature in found if feature is not None}))
+        return kinds
+
+    def _shapes_of(self, owners: Sequence[Owner], feature: str) -> tuple[bool, tuple[str, ...]]:
+        """Whether any of the owners has the feature, and what shapes it then has."""
+        key = (id(owners), feature)
+        if key not in self._shapes:  # the owners are kept, so that their id stays theirs
+            found = [owner.features[feature] for owner in owners if feature in owner.features]
+            kinds = sorted({each.kind for each in found if each is not None})
+            self._shapes[key] = (owners, bool(found), tuple(kinds))
+        return self._shapes[key][1:]
 
     def _report_missing(self, name: FeatureName, place: Place, owners: Sequence[Owner]) -> None:
+        if not self.findings.may_suggest:
+            self.findings.add(place, f'there is no feature "{name}"')
+            return
         known = sorted({feature for owner in owners for feature in owner.features})
         who = f'"{owners[0].name}" has' if len(owners) == 1 else f'nothing that "{name.owner}" can be has'
         hint = self.findings.near(name.feature or "", known)

@@ -6,7 +6,7 @@ from kabo.errors import Diagnostic, did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.source import SourceFile
 
-_LONGEST_LINE = 400  # a longer line is not shown: a file may be a single line of megabytes
+_MOST_FINDINGS = 1000
 _MOST_SUGGESTIONS = 200  # looking for near names costs up to the product of both lists
 _MOST_NAMES = 500
 _FEW = 12
@@ -19,6 +19,7 @@ class Findings:
         self._found: dict[tuple[str, int, int, str], Diagnostic] = {}
         self._sources: dict[str, SourceFile] = {}
         self._suggestions = 0
+        self._last: Place | None = None  # where the end of the list is said
 
     def know(self, source: SourceFile) -> None:
         """Makes the lines of `source` available to findings in it."""
@@ -26,10 +27,12 @@ class Findings:
 
     def add(self, place: Place, message: str, hint: str | None = None, *, warning: bool = False) -> None:
         """Records one finding at `place`."""
+        if len(self._found) >= _MOST_FINDINGS:
+            message, hint = f"there are more than {_MOST_FINDINGS} findings; the rest is not shown", None
+            place = Place(place.file, 1, 1) if self._last is None else self._last
+            self._last = place
         source = self._sources.get(place.file)
-        line = source.line(place.line) if source is not None else None
-        if line is not None and len(line) > _LONGEST_LINE:
-            line = None
+        line = source.shown_line(place.line) if source is not None else None
         self._found.setdefault(
             (place.file, place.line, place.column, message),
             Diagnostic(

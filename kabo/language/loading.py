@@ -97,6 +97,7 @@ def _path_of(node: Node | None) -> str | None:
     return text if isinstance(text, str) and text.strip() and "\0" not in text else None
 
 
+_UNKNOWN_KIND = "this is no domain (key `domain`), problem (key `problem`) or scene (key `scene`)"
 _TELLING = {
     "problem": {"problem", "goal", "initial"},
     "domain": {"actions", "predicates", "types", "domain"},
@@ -127,9 +128,10 @@ def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
     name = os.fspath(path)
     root = loading.document(name)
     problem = None
-    if root is not None and kind_of(root) != "problem":
-        kind = kind_of(root) or "file of another kind"
-        loading.findings.add(_first_key(root), f"a problem is needed here, this is a {kind}")
+    kind = None if root is None else kind_of(root)
+    if root is not None and kind != "problem":
+        message = _UNKNOWN_KIND if kind is None else f"a problem is needed here, this is a {kind}"
+        loading.findings.add(_first_key(root), message)
     elif root is not None:
         problem = loading.problem(root, name)
     if problem is None or loading.findings.errors:
@@ -159,8 +161,7 @@ def _check(loading: _Loading, root: Mapping, name: str) -> None:
     elif kind == "scene":
         read_scene(root, None, loading.findings)
     else:
-        message = "this is no domain (key `domain`), problem (key `problem`) or scene (key `scene`)"
-        loading.findings.add(_first_key(root), message)
+        loading.findings.add(_first_key(root), _UNKNOWN_KIND)
 
 
 def _first_key(root: Mapping) -> Place:

@@ -105,11 +105,11 @@ def with_model(
         hint = reader.findings.near(name, models.keys()) or "this scene has no models of this kind"
         reader.findings.add(mapping.entries["model"][1].place, f'unknown model "{name}"', hint)
         return mapping, None
+    if reading.copied > MAX_NODES:
+        return mapping, None  # reported
     reading.copied += size_of(models[name])
     if reading.copied > MAX_NODES:
-        reader.findings.add(
-            mapping.place, f"the models of this scene are copied into more than {MAX_NODES} values"
-        )
+        reader.findings.add(mapping.place, f"up to here, models are copied into more than {MAX_NODES} values")
         return mapping, None
     entries = {**models[name].entries, **mapping.entries}
     return Mapping(mapping.source, mapping.start, mapping.end, entries, mapping.flow), name

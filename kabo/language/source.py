@@ -14,7 +14,8 @@ from pathlib import Path
 
 from kabo.language.formulas import Place
 
-MAX_BYTES = 2_000_000
+MAX_BYTES = 1_000_000
+_LONGEST_LINE = 400
 _LINE_BREAK = re.compile(r"\r\n|\n|\r")
 
 
@@ -41,17 +42,32 @@ class SourceFile:
 
     def place(self, start: int, end: int | None = None) -> Place:
         """The place of the characters from `start` up to `end` (of their first line, if there are several)."""
-        line = bisect_right(self._starts, start) - 1
-        last = self._starts[line] + len(self.line(line + 1))
+        line = bisect_right(self._starts, start)
+        begin, last = self.bounds(line)
         length = min(end if end is not None else start + 1, last) - start
-        return Place(self.name, line + 1, start - self._starts[line] + 1, max(1, length))
+        return Place(self.name, line, start - begin + 1, max(1, length))
+
+    def bounds(self, number: int) -> tuple[int, int]:
+        """Where the line `number` (from 1) begins and ends, without its line break."""
+        begin = self._starts[number - 1]
+        end = self._starts[number] if number < len(self._starts) else len(self.text)
+        while end > begin and self.text[end - 1] in "\r\n":
+            end -= 1
+        return begin, end
+
+    def shown_line(self, number: int) -> str | None:
+        """The line if it is short enough to be shown: a file may be a single line of megabytes."""
+        if not 1 <= number <= len(self._starts):
+            return None
+        begin, end = self.bounds(number)
+        return self.text[begin:end] if end - begin <= _LONGEST_LINE else None
 
     def line(self, number: int) -> str:
         """The line `number` (from 1) without its line break; empty behind the end."""
         if not 1 <= number <= len(self._starts):
             return ""
-        end = self._starts[number] if number < len(self._starts) else len(self.text)
-        return self.text[self._starts[number - 1] : end].rstrip("\r\n")
+        begin, end = self.bounds(number)
+        return self.text[begin:end]
 
 
 def read_source(path: Path, name: str) -> SourceFile:

@@ -44,7 +44,7 @@ def test_a_null_character_in_a_path_is_reported(tmp_path: Path) -> None:
 def test_a_huge_file_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "huge.yaml"
     path.write_bytes(b"#" * (MAX_BYTES + 1))
-    assert the_finding(path)[2] == "the file is larger than 2 MB"
+    assert the_finding(path)[2] == "the file is larger than 1 MB"
 
 
 def test_the_first_byte_that_is_no_utf_8_is_found(tmp_path: Path) -> None:

@@ -1,0 +1,21 @@
+"""docs/files.md names every key, constraint and procedure that the code reads."""
+
+from pathlib import Path
+
+import pytest
+
+from kabo.language import bodies, constraints, domain_file, poses, problem_file, procedures, robots, scene_file
+
+PAGE = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
+KEYS = {
+    *domain_file.DOMAIN_KEYS, *domain_file.ACTION_KEYS, *domain_file.FUNCTION_KEYS, *problem_file.PROBLEM_KEYS,
+    *problem_file.OPTION_KEYS, *problem_file.BUDGET_KEYS, *scene_file.SCENE_KEYS, *scene_file.MATE_KEYS,
+    *robots.ROBOT_KEYS, *robots.GRIPPER_KEYS, *robots.TOOL_KEYS, *bodies.BODY_KEYS, *bodies.REGION_KEYS,
+    *bodies.GRASP_KEYS, *bodies.PLACEMENT_KEYS, *bodies.STROKE_KEYS, *poses.POSE_KEYS, *constraints.SHAPES,
+    *procedures.PROCEDURES,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("word", sorted(KEYS))
+def test_the_reference_names_every_key(word: str) -> None:
+    assert f"`{word}`" in PAGE or f"`{word}(" in PAGE
