@@ -32,9 +32,11 @@ def value_of(state, term, binding):
         left, right = value_of(state, term.left, binding), value_of(state, term.right, binding)
         if left is None or right is None or (term.operator == "/" and right == 0):
             return None
-        return {"+": left + right, "-": left - right, "*": left * right}.get(term.operator) if (
-            term.operator != "/"
-        ) else left / right
+        return (
+            {"+": left + right, "-": left - right, "*": left * right}.get(term.operator)
+            if (term.operator != "/")
+            else left / right
+        )
     if isinstance(term, f.Application):
         key = ground(term, binding)
         return next((fact[2] for fact in state if fact[0] == "=" and fact[1] == key), None)
@@ -45,11 +47,7 @@ def known_different(state, term, other, binding):
     value, avoid = value_of(state, term, binding), value_of(state, other, binding)
     if value is not None and avoid is not None:
         return value != avoid
-    return (
-        avoid is not None
-        and isinstance(term, f.Application)
-        and ("!=", ground(term, binding), avoid) in state
-    )
+    return avoid is not None and isinstance(term, f.Application) and ("!=", ground(term, binding), avoid) in state
 
 
 def holds(problem: Problem, state, formula, binding):
@@ -276,8 +274,11 @@ def shortest_weak_plan(problem: Problem):
 
 
 # ----------------------------------------------------------------------------------------------------- execution
-def worlds(problem: Problem, state):
-    """Every world that the knowledge allows: a value for each atom and each term with a finite range."""
+def worlds(problem: Problem, state, only=None):
+    """Every world that the knowledge allows: a value for each atom and each term with a finite range.
+
+    With `only`, what is unknown varies for these predicates and functions; all else is as the first world has it.
+    """
     domain, ranges = problem.domain, {}
     for name, kinds in domain.predicates.items():
         for arguments in product(*(problem.of_type(kind) for kind in kinds)):
@@ -295,6 +296,8 @@ def worlds(problem: Problem, state):
     for fact in state:
         if fact[0] == "!=":
             ranges[fact[1]] = tuple(value for value in ranges[fact[1]] if value != fact[2])
+    if only is not None:
+        ranges = {key: values if key[0] in only else values[:1] for key, values in ranges.items()}
     for values in product(*ranges.values()):
         yield dict(zip(ranges, values, strict=True))
 

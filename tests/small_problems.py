@@ -28,8 +28,10 @@ def app(name, *arguments):
 
 
 def value(value):
-    return value if not isinstance(value, str | int | float) else (
-        f.Constant(value) if isinstance(value, str) else f.Number(float(value))
+    return (
+        value
+        if not isinstance(value, str | int | float)
+        else (f.Constant(value) if isinstance(value, str) else f.Number(float(value)))
     )
 
 
@@ -134,7 +136,9 @@ def compounds(draw, names, depth):
 @st.composite
 def changes(draw, names):
     """An update of Kf, Kw or Kv."""
-    kind = draw(st.sampled_from(["add"] * 4 + ["del", "del", "add value", "del value", "add Kw", "add Kv", "del Kw"]))
+    kind = draw(
+        st.sampled_from(["add"] * 4 + ["del", "del", "add value", "del value", "add Kw", "add Kv", "del Kw"])
+    )
     if kind in ("add", "del"):
         return f.Change(kind, "Kf", (f.Literal(draw(atoms(names)), draw(st.booleans())),))
     if kind.endswith("value"):
@@ -169,7 +173,9 @@ def actions(draw, name):
         sensed = draw(st.sampled_from([f.Atom("q"), app("colour"), *(f.Atom("p", (n,)) for n in names)]))
         some = draw(st.lists(effects(names), max_size=1))
         return action(name, parameters=parameters, pre=pre, effects=some, sense=[sensed])
-    return action(name, parameters=parameters, pre=pre, effects=draw(st.lists(effects(names), min_size=1, max_size=3)))
+    return action(
+        name, parameters=parameters, pre=pre, effects=draw(st.lists(effects(names), min_size=1, max_size=3))
+    )
 
 
 @st.composite
@@ -187,7 +193,9 @@ def problems(draw):
     )
 
 
-LITERALS = [lit(*name, positive=sign) for name in (("p", "x"), ("p", "y"), ("q",), ("r",)) for sign in (True, False)]
+LITERALS = [
+    lit(*name, positive=sign) for name in (("p", "x"), ("p", "y"), ("q",), ("r",)) for sign in (True, False)
+]
 SENSED = [atom("p", "x"), atom("q"), app("colour")]
 
 
@@ -210,8 +218,11 @@ def branching_problems(draw):
     schemas = [
         action("look", pre=draw(pre), effects=side, sense=[sensed]),
         action("one_way", pre=[ways[0]], effects=[add(made), *map(add, extra)]),
-        action("other_way", pre=[ways[1], *draw(pre)], effects=draw(st.sampled_from([(add(made),), (add(extra[0]),)]))
-               if extra else (add(made),)),
+        action(
+            "other_way",
+            pre=[ways[1], *draw(pre)],
+            effects=draw(st.sampled_from([(add(made),), (add(extra[0]),)])) if extra else (add(made),),
+        ),
         draw(actions("more")),
         draw(actions("else")),
     ]

@@ -42,7 +42,7 @@ def formula_text(formula: Formula, binding: Binding) -> str:
         case KnowValue(term=term):
             return f"Kv({term_text(term, binding)})"
         case Test(call=call):
-            return str(ground_call(call, binding))
+            return str(ground_call(call, _OwnName(binding)))
         case Not(body=body):
             return f"not {_part(body, binding)}"
         case And(parts=parts):
@@ -57,6 +57,13 @@ def formula_text(formula: Formula, binding: Binding) -> str:
             return f"exists({_variables(variables)}) {_part(body, binding)}"
         case Temporal(kind=kind, body=body):
             return f"{kind}({formula_text(body, binding)})"
+
+
+class _OwnName(dict[str, str]):
+    """A binding in which what is not bound stands for itself."""
+
+    def __missing__(self, name: str) -> str:
+        return name
 
 
 def _part(formula: Formula, binding: Binding) -> str:
