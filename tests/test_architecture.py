@@ -58,6 +58,13 @@ def test_checking_files_loads_no_kernels(tmp_path):
     assert not loaded_by(program) & {"numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh"}
 
 
+def test_a_problem_without_a_scene_is_solved_without_kernels(tmp_path):
+    problem = REPOSITORY / "tests" / "acceptance" / "parcels" / "one.yaml"
+    arguments = ["solve", str(problem), "-o", str(tmp_path / "plan.json")]
+    program = f"from kabo.cli import main\nassert main({arguments!r}) == 0"
+    assert not loaded_by(program) & {"numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "rich"}
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=relative)
 def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
     tree = ast.parse(path.read_text())

@@ -13,7 +13,7 @@ _HOME = {
     "Statistics": "answers",
     "Success": "answers",
     "GeometryServer": "server",
-    "MAX_EFFORT": "server",
+    "MAX_EFFORT": "answers",
     "IdentifierMap": "identifiers",
     "PROCEDURES": "procedures",
     "Situation": "situation",

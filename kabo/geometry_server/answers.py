@@ -11,6 +11,8 @@ from kabo.scene import Component
 Reason = Literal["out_of_reach", "collision", "constraint", "no_path", "empty_family"]
 Pair = tuple[str, str]
 
+MAX_EFFORT = 2  # how often a procedure that was refused without a proof may be asked again with more samples
+
 
 @dataclass(frozen=True)
 class Success:

@@ -29,7 +29,6 @@ Array = npt.NDArray[np.float64]
 
 BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
 PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way
-MAX_EFFORT = 2
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,13 @@ apart, so as long as nothing is refused the search is that of the knowledge leve
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from kabo.geometry_server import MAX_EFFORT, Failure, GeometryServer, Situation, Success
+from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
 from kabo.language.formulas import GroundCall
+
+if TYPE_CHECKING:
+    from kabo.geometry_server import GeometryServer
 
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 Pattern = frozenset[tuple[int, int]]  # (index of a component, lineage)
@@ -31,7 +35,7 @@ class Refusal:
 class Ledger:
     """What the contingent search sees of geometry: lineages, refusals, and attempts where one led nowhere."""
 
-    server: GeometryServer
+    server: "GeometryServer"
     effort: int = 0
     refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
 
@@ -144,7 +148,7 @@ class Interleaved:
     The trace is the identifier of a geometric state.
     """
 
-    server: GeometryServer
+    server: "GeometryServer"
     failed: dict[GroundCall, Failure] = field(default_factory=dict)
 
     @property
