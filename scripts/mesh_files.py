@@ -13,7 +13,7 @@ DECIMALS = 6  # corners lie on a grid of a micrometre, and those that meet there
 
 def triangles(solid: Solid) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices (V, 3) [m] and faces (F, 3) of a solid, in an order that depends on the shape alone."""
-    mesh = solid.simplify(SHORTEST).to_mesh64()
+    mesh = solid.shell.simplify(SHORTEST).to_mesh64()
     points = np.round(np.asarray(mesh.vert_properties)[:, :3], DECIMALS) + 0.0
     vertices, place = np.unique(points, axis=0, return_inverse=True)
     faces = _without_folds(place.reshape(-1)[np.asarray(mesh.tri_verts, dtype=np.int64)])

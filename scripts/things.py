@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 
-from scripts.solids import Detail, Solid, block, bore, cut, cylinder, lofted, revolved, rounded, union
+from scripts.solids import Detail, Solid, block, bore, box_corners, cut, cylinder, lofted, revolved, rounded, union
 
 BOTTLE_RADIUS, BOTTLE_HEIGHT = 0.03, 0.24
-CUP_RADIUS, CUP_HEIGHT, CUP_WALL = 0.034, 0.1, 0.004
+CUP_RADIUS, CUP_HEIGHT, CUP_WALL, CUP_FLOOR = 0.034, 0.1, 0.004, 0.006
+CUP_STAVES = 8
 BLOCK = 0.04
 CRATE = (0.36, 0.36, 0.05)  # outer sides and height of the walls
-CRATE_WALL, CRATE_FLOOR = 0.01, 0.01
+CRATE_WALL, CRATE_FLOOR, CRATE_FILLET = 0.01, 0.01, 0.001
 
 
 def bottle(d: Detail) -> Solid:
@@ -37,20 +38,32 @@ def cup(d: Detail) -> Solid:
     """An open tumbler: straight outside, so that fingers hold it everywhere, with a rounded rim."""
     inner = CUP_RADIUS - CUP_WALL
     outside = [(0.012, 0.0, 0.0), (CUP_RADIUS, 0.0, 0.004), (CUP_RADIUS, CUP_HEIGHT, 0.0019)]
-    inside = [(inner, CUP_HEIGHT, 0.0019), (inner, 0.006, 0.004), (0.012, 0.006, 0.0)]
+    inside = [(inner, CUP_HEIGHT, 0.0019), (inner, CUP_FLOOR, 0.004), (0.012, CUP_FLOOR, 0.0)]
     outline = rounded([*outside, *inside], d.fillet_steps)
     turns = [2.0 * math.pi * k / d.segments for k in range(d.segments)]
-    return lofted(np.array([[(r * math.cos(a), r * math.sin(a), z) for a in turns] for r, z in outline]))
+    rings = np.array([[(r * math.cos(a), r * math.sin(a), z) for a in turns] for r, z in outline])
+    side = d.segments // CUP_STAVES
+    staves = [rings[:, [(k * side + i) % d.segments for i in range(side + 1)]] for k in range(CUP_STAVES)]
+    bottom = rings[rings[..., 2] <= CUP_FLOOR + 0.004]
+    return lofted(
+        rings, [bottom, *(stave[stave[..., 0] ** 2 + stave[..., 1] ** 2 > inner**2 * 0.81] for stave in staves)]
+    )
 
 
 def crate(d: Detail) -> Solid:
-    """A low dishwasher tray: a floor and four walls, with two handles cut into opposite walls."""
+    """A low dishwasher tray: a floor and four walls, with sharp inner edges."""
     x, y, height = CRATE[0] / 2.0, CRATE[1] / 2.0, CRATE[2]
     outer = block((-x, x), (-y, y), (0.0, height), 0.004, d)
-    inner = block(
-        (CRATE_WALL - x, x - CRATE_WALL), (CRATE_WALL - y, y - CRATE_WALL), (CRATE_FLOOR, 2.0 * height), 0.004, d
-    )
-    return cut(outer, [inner])
+    inside = (CRATE_WALL - x, x - CRATE_WALL), (CRATE_WALL - y, y - CRATE_WALL), (CRATE_FLOOR, 2.0 * height)
+    thick = CRATE_WALL + CRATE_FILLET
+    pieces = [
+        box_corners((-x, x), (-y, y), (0.0, CRATE_FLOOR + CRATE_FILLET)),
+        box_corners((-x, thick - x), (-y, y), (0.0, height)),
+        box_corners((x - thick, x), (-y, y), (0.0, height)),
+        box_corners((-x, x), (-y, thick - y), (0.0, height)),
+        box_corners((-x, x), (y - thick, y), (0.0, height)),
+    ]
+    return cut(outer, [block(*inside, CRATE_FILLET, d)], pieces)
 
 
 def table(d: Detail) -> Solid:
