@@ -1,7 +1,8 @@
 """Slow and obvious judges of the knowledge planner, written from DESIGN section 3 without any of its code.
 
-A knowledge state is a frozenset of facts: ("K", atom, truth), ("Kw", atom), ("=", term, value), ("!=", term, value),
-("Kv", term). A world is a dict: atom or term to its true value. Atoms and terms are tuples (name, argument, ...).
+A knowledge state is a frozenset of facts: ("K", atom, truth), ("Kw", atom), ("=", term, value),
+("!=", term, value), ("Kv", term). A world is a dict: atom or term to its true value. Atoms and terms are
+tuples (name, argument, ...).
 """
 
 from itertools import product
@@ -289,9 +290,7 @@ def worlds(problem: Problem, state, only=None):
             if values is not None:
                 ranges[(name, *arguments)] = values
     for fact in state:
-        if fact[0] == "K":
-            ranges[fact[1]] = (fact[2],)
-        elif fact[0] == "=" and fact[1] in ranges:
+        if fact[0] in ("K", "=") and fact[1] in ranges:
             ranges[fact[1]] = (fact[2],)
     for fact in state:
         if fact[0] == "!=":
@@ -307,9 +306,7 @@ def change_world(problem: Problem, world, state, action: Action, binding):
     after = dict(world)
     adds, _ = fired(problem, state, action.effects, (), binding)
     for fact in sorted(adds, key=repr):
-        if fact[0] == "K":
-            after[fact[1]] = fact[2]
-        elif fact[0] == "=" and fact[1] in after:
+        if fact[0] in ("K", "=") and fact[1] in after:
             after[fact[1]] = fact[2]
         elif fact[0] == "!=" and after[fact[1]] == fact[2]:
             after[fact[1]] = next(v for v in problem.values_of(fact[1][0]) if v != fact[2])
@@ -326,7 +323,7 @@ def text(key) -> str:
 
 
 def execute(problem: Problem, root, world, longest: int = 10_000) -> int:
-    """Follows a skeleton in one world with fresh knowledge; asserts every step, returns how many actions it took."""
+    """Follows a skeleton in one world with fresh knowledge; asserts every step, returns the number of actions."""
     state, node, steps = initial_state(problem), root, 0
     while not node.is_goal:
         if node.action is not None:

@@ -68,7 +68,7 @@ def problem(
     *,
     actions=(),
     initial=(),
-    goal=(f.Truth(True),),
+    goal=(),
     predicates=None,
     functions=(),
     objects=None,
@@ -205,7 +205,7 @@ def opposite(literal):
 
 @st.composite
 def branching_problems(draw):
-    """Problems that mostly need sensing: something is done one way if a fact holds, and another way if it does not."""
+    """Problems that mostly need sensing: something is done one way if a fact holds, and another way if not."""
     literals = st.sampled_from(LITERALS)
     sensed = draw(st.sampled_from(SENSED))
     made, extra = draw(literals), draw(st.lists(literals, max_size=2))
@@ -232,3 +232,34 @@ def branching_problems(draw):
     if draw(st.booleans()):
         goal = [f.Xor(goal[0], draw(queries([X, Y], 0))), *goal[1:]]
     return problem(actions=order, initial=initial, goal=goal, functions=[COLOUR])
+
+
+@st.composite
+def gambles(draw):
+    """Games on a board: steps that are sure, and gambles whose outcome decides where one goes; circles abound.
+
+    Every gamble senses the fact q, which going on forgets: so nodes are met again, and failures hang on ancestors.
+    """
+    places = [f"n{i}" for i in range(6)]
+    at, place = app("at"), st.sampled_from(places)
+    forget = delete(lit("q"), no("q"))
+    schemas = []
+    for number in range(draw(st.integers(5, 9))):
+        origin = know(cmp(at, "=", draw(place)))
+        if draw(st.booleans()):
+            schemas.append(action(f"step_{number}", pre=[origin], effects=[add(cmp(at, "=", draw(place)))]))
+            continue
+        between = f"g{number}"
+        throw = add(cmp(at, "=", between))
+        schemas.append(action(f"throw_{number}", pre=[origin], effects=[throw], sense=[atom("q")]))
+        for word, outcome in (("lucky", lit("q")), ("unlucky", no("q"))):
+            there = [know(cmp(at, "=", between)), know(outcome)]
+            go = [add(cmp(at, "=", draw(place))), forget]
+            schemas.append(action(f"{word}_{number}", pre=there, effects=go))
+    values = (*places, *(f"g{i}" for i in range(9)))
+    return problem(
+        actions=draw(st.permutations(schemas)),
+        functions=[Function("at", (), values=values)],
+        initial=[add(cmp(at, "=", "n0"))],
+        goal=[know(cmp(at, "=", "n5"))],
+    )

@@ -115,7 +115,7 @@ def test_a_query_keeps_its_value_while_its_support_does(problem, noise):
 
 @given(problem=query_and_states())
 def test_negation_negates_and_what_holds_is_possible(problem):
-    """Negation normal form, conjunction and disjunction mean what they say; the relaxation never denies the present."""
+    """Negation, conjunction and disjunction mean what they say; the relaxation never denies the present."""
     task = ground(problem)
     query, state = task.goal_query, task.initial
     assert negation(query).holds(state) != query.holds(state)

@@ -4,9 +4,9 @@ from collections import Counter
 
 
 class Scripted:
-    """A trace is the tuple of the calls made, with their attempts; only traces that matter have different keys.
+    """A trace is the tuple of the calls made, with their attempts; the key shows only some of them.
 
-    `refused` maps a call's text to the set of attempts that fail, `tells_apart` lists the calls that the key shows.
+    `refused` maps a call's text to the set of attempts that fail, `tells_apart` lists calls that the key shows.
     """
 
     start = ()

@@ -8,6 +8,7 @@ import pytest
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language import load_problem
+from kabo.language.problem import Function
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import Exhausted, Found, Limits, Unreachable
@@ -147,7 +148,7 @@ def test_a_goal_that_holds_already_needs_no_action():
 
 
 def test_sensing_waits_until_it_is_needed():
-    """Although `look` stands first in the file, `end` does not depend on it and is not repeated in both branches."""
+    """Although `look` stands first in the file, `more` does not depend on it and is not repeated."""
     more = action("more", effects=[add(no("p", "y"))])
     last = action("last", pre=[know(no("p", "y")), know(lit("r"))], effects=[add(lit("p", "y"))])
     nodes = plan_of(problem(actions=[*TOOLS, more, last], goal=[know(lit("p", "y"))]), search="depth-first")
@@ -190,6 +191,54 @@ def test_a_tempting_gamble_is_given_up_for_the_safe_way(search):
     second = action("second", pre=[know(lit("p", "y")), know(lit("p", "x"))], effects=[add(lit("r"))])
     given = problem(actions=[gamble, first, second], goal=[know(lit("r"))], initial=[add(lit("p", "x"))])
     assert names(plan_of(given, search=search)) == ["first()", "second()"]
+
+
+def board(places, sure, gambles):
+    """Places joined by sure steps and by gambles (lucky goes here, unlucky there); from `a` to `goal`."""
+    at, forget = app("at"), delete(lit("q"), no("q"))
+    schemas = [
+        action(f"{one}_{two}", pre=[know(cmp(at, "=", one))], effects=[add(cmp(at, "=", two))])
+        for one, two in sure
+    ]
+    for origin, lucky, unlucky in gambles:
+        between = f"throw_{origin}"
+        throw = [add(cmp(at, "=", between))]
+        schemas.append(action(between, pre=[know(cmp(at, "=", origin))], effects=throw, sense=[atom("q")]))
+        for end, outcome in ((lucky, lit("q")), (unlucky, no("q"))):
+            there = [know(cmp(at, "=", between)), know(outcome)]
+            schemas.append(action(f"{between}_{end}", pre=there, effects=[add(cmp(at, "=", end)), forget]))
+    values = (*places, *(f"throw_{origin}" for origin, _, _ in gambles))
+    start, goal = [add(cmp(at, "=", "a"))], [know(cmp(at, "=", "goal"))]
+    return problem(actions=schemas, functions=[Function("at", (), values=values)], initial=start, goal=goal)
+
+
+@pytest.mark.parametrize("search", SEARCHES)
+def test_what_failed_only_because_of_an_ancestor_is_tried_again_elsewhere(search):
+    """Below b, c leads back to b and so fails; but a itself may go to c, and from there on by b."""
+    given = board(
+        ["a", "b", "c", "d", "e", "goal"],
+        sure=[("c", "b"), ("b", "d"), ("d", "e"), ("e", "goal")],
+        gambles=[("b", "goal", "c"), ("a", "b", "c")],
+    )
+    nodes = plan_of(given, search=search)
+    assert "c_b()" in names(nodes) and "throw_b()" not in names(nodes)
+    assert len(set(in_all_worlds(given, nodes[0], {"q"}))) == 2
+
+
+def test_a_continuation_that_senses_serves_no_node_where_the_fact_is_known():
+    """After `repair` q is known; the continuation of the other outcome, which looks first, finds nothing new."""
+    y, z = lit("p", "y"), lit("r")
+    schemas = [
+        action("peek", sense=[app("colour")]),
+        action("easy", pre=[know(cmp(app("colour"), "=", "u"))], effects=[add(y)]),
+        action("prepare", pre=[know(cmp(app("colour"), "!=", "u"))], effects=[add(z)]),
+        action("repair", pre=[know(z)], effects=[add(lit("q")), add(y)]),
+        *TOOLS[:3],
+    ]
+    given = problem(actions=schemas, goal=[know(lit("p", "x")), know(y)], functions=[COLOUR])
+    nodes = plan_of(given)
+    assert {"easy()", "repair()", "look()"} <= set(names(nodes))
+    in_all_worlds(given, nodes[0], {"q", "colour"})
 
 
 # ------------------------------------------------------------------------------------------------------- budget

@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-from hypothesis import event, given
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.knowledge import ground
@@ -12,9 +12,9 @@ from kabo.planner.contingent import find_skeleton
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import Found, Unreachable
 from tests import oracles_knowledge as oracles
-from tests.small_problems import branching_problems, problems
+from tests.small_problems import branching_problems, gambles, problems
 
-ANY = st.one_of(branching_problems(), problems())
+ANY = st.one_of(gambles(), branching_problems(), problems())
 
 
 @given(problem=ANY, search=st.sampled_from(sorted(SEARCHES)))
@@ -29,16 +29,28 @@ def test_a_plan_reaches_the_goal_in_every_possible_world(problem, search):
             oracles.execute(problem, found.skeleton.root, world)
 
 
-@given(problem=ANY)
-def test_there_is_a_plan_if_and_only_if_brute_force_finds_one(problem):
-    """The least fixpoint over all reachable knowledge states; where the order of branching matters, its bounds."""
+def agrees_with_brute_force(problem):
+    """All searches agree, and lie between brute force with and without stopping early at a goal."""
     found = [find_skeleton(ground(problem), search=search) for search in SEARCHES]
+    assert all(isinstance(result, Found | Unreachable) for result in found)
     solved = {isinstance(result, Found) for result in found}
     assert len(solved) == 1, "the searches disagree"
     surely, perhaps = oracles.solvable(problem, early=False), oracles.solvable(problem, early=True)
     event(f"solvable: {perhaps}" + ("" if surely == perhaps else ", depends on the order of branching"))
     assert surely <= solved.pop() <= perhaps
-    assert all(isinstance(result, Found | Unreachable) for result in found)
+
+
+@given(problem=st.one_of(branching_problems(), problems()))
+def test_there_is_a_plan_if_and_only_if_brute_force_finds_one(problem):
+    """The least fixpoint over all reachable knowledge states."""
+    agrees_with_brute_force(problem)
+
+
+@settings(max_examples=3 * settings().max_examples)
+@given(problem=gambles())
+def test_a_failure_that_hangs_on_an_ancestor_is_no_proof_elsewhere(problem):
+    """Boards full of circles: what cannot be solved on the way from one node may be solvable from another."""
+    agrees_with_brute_force(problem)
 
 
 @given(problem=ANY)
