@@ -17,7 +17,7 @@ _HOMES = {
     "MovingGroup": "parts",
     "contains": "inclusion",
     "enclosing_parts": "enclosure",
-    "write_parts": "stored_parts",
+    "write_parts": "enclosure",
 }
 
 __all__ = sorted(_HOMES)

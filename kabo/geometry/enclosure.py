@@ -1,0 +1,121 @@
+"""The convex parts that enclose a closed mesh, proven within a tolerance of it: stored ones, or made once.
+
+Parts are looked up beside the mesh file, then in the cache, else computed by `kabo.geometry.decomposition` and kept.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.compilation import cache_folder
+from kabo.errors import Diagnostic, MeshError
+from kabo.geometry import stored_parts
+from kabo.geometry.parts import Array, Enclosure
+
+
+def enclosing_parts(
+    vertices: Array,
+    faces: NDArray[np.int64],
+    tolerance: float,
+    *,
+    source: Path | None = None,
+    cache: Path | None = None,
+    seed: int = 0,
+) -> Enclosure:
+    """Convex parts (V <= 24, 3) whose union covers the solid inside a closed mesh.
+
+    Every point of the parts lies within `deviation` <= `tolerance` of the solid, which is proven, not sampled. The
+    same mesh, tolerance and seed give the same parts, whatever the order of vertices and faces.
+
+    Args:
+        vertices: (V, 3) [m]. faces: (F, 3) indices. tolerance: [m].
+        source: the mesh file; parts stored beside it are used if they were made for this mesh.
+        cache: a folder; by default the parts' folder in kabo's cache.
+        seed: of CoACD.
+
+    Raises:
+        MeshError: empty, not finite, indices out of range, open, or too fine for the tolerance: with the figures.
+    """
+    name = "mesh" if source is None else str(source)
+    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), name)
+    digest = stored_parts.digest_of(vertices, faces)
+    if source is not None:
+        stored = stored_parts.fitting(stored_parts.read(stored_parts.beside(source), digest), tolerance)
+        if stored is not None:
+            return stored
+    kept = (cache_folder() / "parts" if cache is None else cache) / f"{digest[:32]}-{tolerance:.9g}-{seed}.parts"
+    found = stored_parts.read(kept, digest).get(float(f"{tolerance:.9g}"))
+    if found is not None:
+        return found
+    made = _made(vertices, faces, tolerance, seed, name)
+    try:
+        stored_parts.write(kept, digest, {float(f"{tolerance:.9g}"): made})
+    except OSError:  # a read-only cache costs time, never an answer
+        pass
+    return made
+
+
+def write_parts(mesh: Path, vertices: Array, faces: NDArray[np.int64], *tolerances: float) -> None:
+    """Writes `<mesh>.parts` with enclosures of the mesh for each tolerance [m]; keeps those that it holds already.
+
+    Args:
+        mesh: the mesh file. vertices, faces: as it is loaded.
+
+    Raises:
+        MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
+    """
+    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), str(mesh))
+    digest = stored_parts.digest_of(vertices, faces)
+    enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
+    for tolerance in tolerances:
+        if tolerance not in enclosures:
+            enclosures[float(tolerance)] = _made(vertices, faces, tolerance, 0, str(mesh))
+    stored_parts.write(stored_parts.beside(mesh), digest, enclosures)
+
+
+def _made(vertices: Array, faces: NDArray[np.int64], tolerance: float, seed: int, name: str) -> Enclosure:
+    from kabo.geometry.decomposition import TooFine, decompose, proven_deviation
+    from kabo.geometry.solids import Solid
+
+    solid = Solid(vertices, faces)
+    try:
+        parts = decompose(solid, tolerance, seed)
+    except TooFine as error:
+        raise _unusable(
+            name,
+            f"a mesh of {len(faces)} triangles needs more than {error} convex parts to be enclosed within {tolerance:g} m",
+            "ask for a larger epsilon, or simplify the mesh where it has fine hollows",
+        ) from None
+    return Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
+
+
+def _usable(vertices: Array, faces: NDArray[np.int64], name: str) -> tuple[Array, NDArray[np.int64]]:
+    """The canonical form of a mesh that is closed."""
+    if len(vertices) == 0 or len(faces) == 0:
+        raise _unusable(name, f"a mesh of {len(vertices)} vertices and {len(faces)} triangles encloses nothing")
+    wrong = int((~np.isfinite(vertices)).any(axis=1).sum())
+    if wrong:
+        raise _unusable(name, f"{wrong} of {len(vertices)} vertices are not finite", "export the mesh again")
+    outside = int(((faces < 0) | (faces >= len(vertices))).any(axis=1).sum())
+    if outside:
+        raise _unusable(name, f"{outside} of {len(faces)} triangles name a vertex that is not there")
+    vertices, faces = stored_parts.canonical(vertices, faces)
+    if len(faces) == 0:
+        raise _unusable(name, "all triangles are degenerate: the mesh encloses nothing")
+    edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    direction = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+    _, index = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    open_edges = int((np.bincount(index.reshape(-1), weights=direction) != 0).sum())
+    if open_edges:
+        raise _unusable(
+            name,
+            f"the mesh is not closed: {open_edges} of its {int(index.max()) + 1} edges do not join two triangles that "
+            "are turned the same way",
+            "close its holes and unify its normals, e.g. with MeshLab, or give a primitive shape",
+        )
+    return vertices, faces
+
+
+def _unusable(name: str, message: str, hint: str | None = None) -> MeshError:
+    return MeshError([Diagnostic(name, 1, 1, message, hint)])

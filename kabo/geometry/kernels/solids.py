@@ -1,0 +1,156 @@
+"""Distance to a triangle mesh through a box tree, winding numbers, and a proven bound of how far a polytope sticks out."""
+
+import numpy as np
+
+from kabo.compilation import kernel
+
+
+@kernel  # (T, 3, 3) f8, i8, f8 x 3 -> f8
+def triangle_distance_squared(triangles, t, px, py, pz):
+    """The squared distance of a point to a triangle [Ericson 2005, 5.1.5]."""
+    ax, ay, az = triangles[t, 0, 0] - px, triangles[t, 0, 1] - py, triangles[t, 0, 2] - pz
+    bx, by, bz = triangles[t, 1, 0] - px, triangles[t, 1, 1] - py, triangles[t, 1, 2] - pz
+    cx, cy, cz = triangles[t, 2, 0] - px, triangles[t, 2, 1] - py, triangles[t, 2, 2] - pz
+    ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+    d1, d2 = -(ux * ax + uy * ay + uz * az), -(vx * ax + vy * ay + vz * az)
+    d3, d4 = -(ux * bx + uy * by + uz * bz), -(vx * bx + vy * by + vz * bz)
+    d5, d6 = -(ux * cx + uy * cy + uz * cz), -(vx * cx + vy * cy + vz * cz)
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    s, w = 0.0, 0.0
+    if d1 <= 0.0 and d2 <= 0.0:
+        s, w = 0.0, 0.0
+    elif d3 >= 0.0 and d4 <= d3:
+        s = 1.0
+    elif d6 >= 0.0 and d5 <= d6:
+        w = 1.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        s = d1 / (d1 - d3) if d1 != d3 else 0.0
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        w = d2 / (d2 - d6) if d2 != d6 else 0.0
+    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        whole = (d4 - d3) + (d5 - d6)
+        w = (d4 - d3) / whole if whole != 0.0 else 0.0
+        s = 1.0 - w
+    else:
+        whole = va + vb + vc
+        s, w = (vb / whole, vc / whole) if whole != 0.0 else (0.0, 0.0)
+    # Any s, w in the triangle gives a distance that is truly reached, so an error here only makes it larger.
+    x, y, z = ax + s * ux + w * vx, ay + s * uy + w * vy, az + s * uz + w * vz
+    return x * x + y * y + z * z
+
+
+@kernel  # (N, 6) f8, i8, f8 x 3 -> f8
+def box_distance_squared(boxes, n, x, y, z):
+    """The squared distance of a point to a box (lower, upper)."""
+    dx = max(0.0, max(boxes[n, 0] - x, x - boxes[n, 3]))
+    dy = max(0.0, max(boxes[n, 1] - y, y - boxes[n, 4]))
+    dz = max(0.0, max(boxes[n, 2] - z, z - boxes[n, 5]))
+    return dx * dx + dy * dy + dz * dz
+
+
+@kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8, (64,) i8 -> f8
+def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
+    """The distance of a point to the mesh; stops at any distance up to `enough`, which it then returns.
+
+    A leaf n has children (-1 - first triangle, count).
+    """
+    best, top = np.inf, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        if box_distance_squared(boxes, n, x, y, z) >= best:
+            continue
+        if children[n, 0] < 0:
+            first = -1 - children[n, 0]
+            for t in range(first, first + children[n, 1]):
+                best = min(best, triangle_distance_squared(triangles, t, x, y, z))
+            if enough > 0.0 and best <= enough * enough:
+                break
+        else:
+            near, far = children[n, 0], children[n, 1]
+            if box_distance_squared(boxes, far, x, y, z) < box_distance_squared(boxes, near, x, y, z):
+                near, far = far, near
+            stack[top], stack[top + 1] = far, near
+            top += 2
+    return np.sqrt(best)
+
+
+@kernel  # (T, 3, 3) f8, f8 x 3 -> f8
+def winding_number(triangles, px, py, pz):
+    """How often the mesh winds around a point: the sum of solid angles over 4 pi [van Oosterom 1983]."""
+    total = 0.0
+    for t in range(triangles.shape[0]):
+        ax, ay, az = triangles[t, 0, 0] - px, triangles[t, 0, 1] - py, triangles[t, 0, 2] - pz
+        bx, by, bz = triangles[t, 1, 0] - px, triangles[t, 1, 1] - py, triangles[t, 1, 2] - pz
+        cx, cy, cz = triangles[t, 2, 0] - px, triangles[t, 2, 1] - py, triangles[t, 2, 2] - pz
+        a, b = np.sqrt(ax * ax + ay * ay + az * az), np.sqrt(bx * bx + by * by + bz * bz)
+        c = np.sqrt(cx * cx + cy * cy + cz * cz)
+        volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
+        total += np.arctan2(volume, a * b * c + ab * c + bc * a + ca * b)
+    return total / (2.0 * np.pi)
+
+
+@kernel
+def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cells, most):
+    """Whether some point of a polytope may be farther than `limit` from the solid: False is a proof.
+
+    The polytope (planes (H, 4): n.x <= d) is covered by boxes, halved until the whole box is outside the polytope,
+    inside the solid, or within `limit` of the surface. 1 a point that is farther was found, 0 proven, 2 given up
+    after `most` boxes.
+    """
+    for r in range(3):
+        cells[0, r], cells[0, 3 + r] = 0.5 * (low[r] + high[r]), 0.5 * (high[r] - low[r])
+    top = 1
+    for _ in range(most):
+        if top == 0:
+            return 0
+        top -= 1
+        x, y, z = cells[top, 0], cells[top, 1], cells[top, 2]
+        hx, hy, hz = cells[top, 3], cells[top, 4], cells[top, 5]
+        worst, cleared = -np.inf, False
+        for k in range(planes.shape[0]):
+            value = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z - planes[k, 3]
+            worst = max(worst, value)
+            if value > abs(planes[k, 0]) * hx + abs(planes[k, 1]) * hy + abs(planes[k, 2]) * hz:
+                cleared = True
+                break
+        if cleared:
+            continue
+        radius = np.sqrt(hx * hx + hy * hy + hz * hz)
+        distance = surface_distance(boxes, children, triangles, x, y, z, limit - radius, stack)
+        if distance + radius <= limit:
+            continue
+        if distance > radius:  # the whole box is on one side of the surface
+            if abs(winding_number(triangles, x, y, z)) > 0.5:
+                continue
+            if worst <= 0.0 and distance > limit:
+                return 1
+        if top + 2 > cells.shape[0]:
+            return 2
+        longest = 0 if hx >= hy and hx >= hz else 1 if hy >= hz else 2
+        half = 0.5 * cells[top, 3 + longest]
+        middle = cells[top, longest]
+        for r in range(6):
+            cells[top + 1, r] = cells[top, r]
+        cells[top, 3 + longest], cells[top + 1, 3 + longest] = half, half
+        cells[top, longest], cells[top + 1, longest] = middle - half, middle + half
+        top += 2
+    return 2
+
+
+@kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) f8
+def surface_distances(points, boxes, children, triangles, stack, distances):
+    """`surface_distance` of many points."""
+    for i in range(points.shape[0]):
+        distances[i] = surface_distance(
+            boxes, children, triangles, points[i, 0], points[i, 1], points[i, 2], 0.0, stack
+        )
+
+
+@kernel  # (N, 3) f8, (T, 3, 3) f8, (N,) f8
+def winding_numbers(points, triangles, numbers):
+    """`winding_number` of many points."""
+    for i in range(points.shape[0]):
+        numbers[i] = winding_number(triangles, points[i, 0], points[i, 1], points[i, 2])

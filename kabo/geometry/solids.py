@@ -1,0 +1,61 @@
+"""A closed mesh as a solid: whether it is usable, distances to it, and how far convex parts stick out of it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.kernels.solids import sticks_out, surface_distances, winding_numbers
+from kabo.geometry.parts import Array
+
+LEAF = 4  # triangles
+CELLS = 400_000  # boxes after which a proof is given up: some seconds
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A closed triangle mesh; the solid is where its winding number is not zero, with the surface."""
+
+    vertices: Array  # (V, 3) [m]
+    faces: NDArray[np.int64]  # (F, 3)
+
+    @cached_property
+    def _tree(self) -> tuple[Array, NDArray[np.int64], Array]:
+        """Boxes (N, 6), children (N, 2), triangles (F, 3, 3) in the order of the leaves."""
+        triangles = np.ascontiguousarray(self.vertices[self.faces])
+        centres = triangles.mean(axis=1)
+        order = np.arange(len(triangles))
+        boxes: list[Array] = []
+        children: list[list[int]] = []
+
+        def grow(first: int, end: int) -> int:
+            node = len(boxes)
+            corners = triangles[order[first:end]].reshape(-1, 3)
+            boxes.append(np.r_[corners.min(axis=0), corners.max(axis=0)])
+            children.append([-1 - first, end - first])
+            if end - first > LEAF:
+                mine = centres[order[first:end]]
+                axis = int(np.argmax(np.ptp(mine, axis=0)))
+                order[first:end] = order[first:end][np.argsort(mine[:, axis], kind="stable")]
+                middle = (first + end) // 2
+                children[node] = [grow(first, middle), grow(middle, end)]
+            return node
+
+        grow(0, len(triangles))
+        return np.array(boxes), np.array(children, np.int64), np.ascontiguousarray(triangles[order])
+
+    def outside_distances(self, points: Array) -> Array:
+        """How far each point (N, 3) is from the solid (N,) [m]; 0 inside."""
+        boxes, children, triangles = self._tree
+        points = np.ascontiguousarray(points, np.float64)
+        distances, winding = np.empty(len(points)), np.empty(len(points))
+        surface_distances(points, boxes, children, triangles, np.zeros(64, np.int64), distances)
+        winding_numbers(points, triangles, winding)
+        return np.where(np.abs(winding) > 0.5, 0.0, distances)
+
+    def proves_within(self, part: Array, planes: Array, limit: float) -> bool:
+        """Whether every point of a convex part (V, 3), also given by planes (H, 4), is proven within `limit` [m]."""
+        low, high = part.min(axis=0), part.max(axis=0)
+        scratch = np.zeros(64, np.int64), np.empty((256, 6))
+        return int(sticks_out(planes, low, high, limit, *self._tree, *scratch, CELLS)) == 0

@@ -1,0 +1,92 @@
+"""Convex parts on disk: beside a mesh, to be shipped with it, and in the cache of what may be computed again.
+
+One format: a line of JSON, then the vertices of all parts as little-endian float64. The mesh is named by the digest
+of its triangles, whatever their order, so that parts are used for exactly the surface that they enclose.
+"""
+
+import hashlib
+import json
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.parts import Array, Enclosure
+
+FORMAT = "kabo-parts/1"
+METHOD = 1  # to be counted up when other parts come out of the same mesh and tolerance
+
+
+def canonical(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """The same triangles with vertices and faces in one order of all possible ones, equal vertices merged."""
+    merged, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)
+    turned = index.reshape(-1)[faces]
+    turned = np.array([np.roll(face, -int(np.argmin(face))) for face in turned], np.int64).reshape(-1, 3)
+    proper = (turned[:, 0] != turned[:, 1]) & (turned[:, 1] != turned[:, 2]) & (turned[:, 2] != turned[:, 0])
+    turned = turned[proper]
+    return merged, turned[np.lexsort(turned.T[::-1])]
+
+
+def digest_of(vertices: Array, faces: NDArray[np.int64]) -> str:
+    """The SHA-256 of a canonical mesh."""
+    return hashlib.sha256(np.ascontiguousarray(vertices[faces], "<f8").tobytes()).hexdigest()
+
+
+def beside(mesh: Path) -> Path:
+    """Where the parts of a mesh file are kept: `<mesh>.parts`."""
+    return mesh.with_name(f"{mesh.name}.parts")
+
+
+def read(path: Path, digest: str) -> dict[float, Enclosure]:
+    """The stored enclosures of the mesh by tolerance [m]; none if the file is missing, foreign, old or damaged."""
+    try:
+        head, _, body = path.read_bytes().partition(b"\n")
+        header = json.loads(head)
+        if header["format"] != FORMAT or header["method"] != METHOD or header["mesh"] != digest:
+            return {}
+        if header["body"] != hashlib.sha256(body).hexdigest():
+            return {}
+        numbers = np.frombuffer(body, "<f8").astype(np.float64).reshape(-1, 3)
+        found, first = {}, 0
+        for entry in header["entries"]:
+            parts = []
+            for count in entry["vertices"]:
+                parts.append(numbers[first : first + count].copy())
+                first += count
+            found[float(entry["tolerance"])] = Enclosure(tuple(parts), float(entry["deviation"]))
+        return found
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+
+
+def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:
+    """Writes all enclosures of a mesh, the same bytes for the same parts, and never half a file.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    ordered = sorted(enclosures.items())
+    entries = [
+        {"tolerance": tolerance, "deviation": made.deviation, "vertices": [len(part) for part in made.parts]}
+        for tolerance, made in ordered
+    ]
+    body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for _, made in ordered for part in made.parts)
+    header = {"format": FORMAT, "method": METHOD, "mesh": digest, "entries": entries}
+    header["body"] = hashlib.sha256(body).hexdigest()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(json.dumps(header, sort_keys=True).encode() + b"\n" + body)
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+def fitting(enclosures: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
+    """Of the enclosures that deviate by no more than the tolerance, the one with the fewest parts."""
+    good = [made for made in enclosures.values() if made.deviation <= tolerance]
+    return min(good, key=lambda made: (len(made.parts), -made.deviation), default=None)
