@@ -1,0 +1,187 @@
+"""Procedures on real scenes: pure, in order of their streams whatever the start, and clear about why not."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from kabo.geometry_server import Failure, GeometryServer, Situation, Success
+from kabo.language.formulas import GroundCall
+from kabo.scene import link_poses, world_T
+
+BARTENDER, STACKED, FORCE = "bartender/four_bottles.yaml", "stacked/n2.yaml", "force_sensing/n2.yaml"
+Servers = Callable[..., GeometryServer]
+
+
+def call(procedure: str, *arguments: str, **options: str) -> GroundCall:
+    return GroundCall(procedure, arguments, tuple(sorted(options.items())))
+
+
+def run(server: GeometryServer, *calls: GroundCall) -> Situation:
+    situation = Situation.of(server.scene.start)
+    for each in calls:
+        answer = server.call(each, situation)
+        assert isinstance(answer, Success), answer
+        situation = situation.replace(answer.changes)
+    return situation
+
+
+PICK = call("pick", "right", "bottle_4")
+PLACE = call("place", "right", "bottle_4", "dishwasher")
+
+
+def test_a_procedure_is_a_pure_function_of_its_arguments_state_and_seed(server: Servers) -> None:
+    start = Situation.of(server(BARTENDER).scene.start)
+    answers = [server(BARTENDER, seed=3).call(PICK, start) for _ in range(2)]
+    assert answers[0] == answers[1]
+    busy = server(BARTENDER, seed=3)
+    busy.call(call("pick", "left", "bottle_1"), start)
+    assert busy.call(PICK, start) == answers[0], "what was asked before must not matter"
+    assert server(BARTENDER, seed=4).call(PICK, start) != answers[0]
+
+
+def test_the_object_is_in_the_hand_after_a_pick_and_does_not_jump(server: Servers) -> None:
+    asked = server(BARTENDER)
+    situation = run(asked, PICK)
+    held = situation.attachment("bottle_4")
+    assert held.parent == "right.tool0"
+    pick = asked.call(PICK, Situation.of(asked.scene.start))
+    assert isinstance(pick, Success)
+    closing = next(s for s in pick.motion if s.attach)
+    approach = next(s for s in pick.motion if s.stage == "approach")
+    q = (*approach.waypoints[-1], *closing.waypoints[-1])
+    robot = asked.scene.robots["right"]
+    before = world_T(asked.scene, asked.scene.start, "bottle_4")
+    from kabo.scene.transforms import transform
+
+    after = link_poses(robot, q)["tool0"] @ transform(held.position, held.quaternion)
+    assert after == pytest.approx(before, abs=1e-8)
+
+
+def test_segments_follow_each_other_without_a_gap(server: Servers) -> None:
+    asked = server(BARTENDER)
+    start = asked.scene.start
+    q = dict(zip(asked.scene.robots["right"].joint_names, start.robots["right"], strict=True))
+    situation = Situation.of(start)
+    for each in (PICK, PLACE):
+        answer = asked.call(each, situation)
+        assert isinstance(answer, Success)
+        time = 0.0
+        for segment in answer.motion:
+            assert segment.waypoints[0] == tuple(q[j] for j in segment.joints)
+            assert segment.times[0] == pytest.approx(time)
+            assert np.all(np.diff(segment.times) > 0.0)
+            q.update(zip(segment.joints, segment.waypoints[-1], strict=True))
+            time = segment.times[-1]
+        situation = situation.replace(answer.changes)
+        assert situation.configuration("right") == tuple(q.values())
+
+
+def test_the_same_grasp_is_found_from_any_start(server: Servers) -> None:
+    """The law of [LANGUAGE 6]: streams are keyed by what is sampled, never by where the robot starts."""
+    asked = server(BARTENDER)
+    from_home = run(asked, PICK)
+    elsewhere = run(asked, call("pick", "right", "bottle_3"), call("place", "right", "bottle_3", "anywhere"))
+    answer = asked.call(PICK, elsewhere)
+    assert isinstance(answer, Success)
+    assert answer.changes["bottle_4"] == from_home.attachment("bottle_4")
+    assert answer.changes["right"] == from_home.configuration("right")
+
+
+def test_asked_again_a_procedure_gives_another_answer(server: Servers) -> None:
+    asked = server(BARTENDER)
+    start = Situation.of(asked.scene.start)
+    first, second = (asked.call(PICK, start, attempt) for attempt in (0, 1))
+    assert isinstance(first, Success) and isinstance(second, Success)
+    assert first.changes["bottle_4"] != second.changes["bottle_4"]
+
+
+def test_what_is_out_of_reach_is_a_proof_that_says_how_far(server: Servers) -> None:
+    asked = server(BARTENDER)
+    failure = asked.call(call("pick", "right", "bottle_1"), Situation.of(asked.scene.start))
+    assert isinstance(failure, Failure)
+    assert (failure.reason, failure.proof, failure.reads) == ("out_of_reach", True, frozenset({"bottle_1"}))
+    assert failure.missing is not None and 0.0 < failure.missing < 1.0
+    assert "right" in failure.message and "bottle_1" in failure.message
+
+
+def test_a_region_out_of_reach_is_foreseen_whatever_the_hold(server: Servers) -> None:
+    failure = server(BARTENDER).refuted(call("place", "left", "bottle_1", "dishwasher"))
+    assert failure is not None
+    assert failure.proof
+    assert not failure.reads
+
+
+def test_what_nothing_speaks_against_is_not_refuted(server: Servers) -> None:
+    asked = server(BARTENDER)
+    assert asked.refuted(PICK) is None
+    assert asked.refuted(PLACE) is None
+
+
+def test_several_values_are_answered_for_at_once(server: Servers) -> None:
+    asked = server(BARTENDER)
+    start = Situation.of(asked.scene.start)
+    moved = run(asked, call("pick", "left", "bottle_1"), call("place", "left", "bottle_1", "anywhere"))
+    both = start.union(moved).replace({"left": start.configuration("left")})
+    assert len(both.values("bottle_1")) == 2
+    answer = asked.call(PICK, both)
+    assert isinstance(answer, Success)
+    for segment in answer.motion:
+        assert segment.robot == "right"
+
+
+def test_a_transfer_ends_standing_and_held_and_release_lets_go(server: Servers) -> None:
+    asked = server(FORCE)
+    calls = [
+        call("pick", "arm", "cup_1"),
+        call("sense_weight", "arm", "cup_1"),
+        call("transfer", "arm", "cup_1", "target", keep="upright"),
+    ]
+    situation = run(asked, *calls)
+    assert situation.attachment("cup_1").parent == "arm.tool0"
+    assert asked.includes("target", "cup_1", situation.first)
+    released = asked.call(call("release", "arm", "cup_1", "target"), situation)
+    assert isinstance(released, Success)
+    assert asked.includes("target", "cup_1", situation.replace(released.changes).first)
+    assert not asked.includes("target", "cup_1"), "at first it stands elsewhere"
+
+
+def test_sensing_goes_to_its_configuration_and_keeps_the_constraint(server: Servers) -> None:
+    asked = server(FORCE)
+    situation = run(asked, call("pick", "arm", "cup_1"), call("sense_weight", "arm", "cup_1"))
+    robot = asked.scene.robots["arm"]
+    assert situation.configuration("arm")[: robot.planned] == pytest.approx(robot.configurations["weigh"], abs=1e-9)
+    answer = asked.call(call("sense_weight", "arm", "cup_1"), run(asked, call("pick", "arm", "cup_1")))
+    assert isinstance(answer, Success)
+    assert {segment.constraint for segment in answer.motion} == {"upright"}
+
+
+def test_restack_puts_a_block_on_another_body(server: Servers) -> None:
+    asked = server(STACKED)
+    start = asked.scene.start
+    (name, *_) = [n for n in start.objects if n.startswith("o")]
+    top = max(start.objects, key=lambda n: start.objects[n].position[2])
+    answer = asked.call(call("restack", "mobile", top, "stack_3"), Situation.of(start))
+    assert isinstance(answer, Success)
+    at = answer.changes[top]
+    pad = asked.scene.fixed_poses["stack_3"][:3, 3]
+    assert np.hypot(at.position[0] - pad[0], at.position[1] - pad[1]) < 0.003
+    assert {s.procedure for s in answer.motion} == {"restack"}
+
+
+def test_nothing_is_asked_of_a_robot_that_does_not_hold_the_object(server: Servers) -> None:
+    failure = server(BARTENDER).call(PLACE, Situation.of(server(BARTENDER).scene.start))
+    assert isinstance(failure, Failure)
+    assert "does not hold" in failure.message
+
+
+def test_predicates_are_one_sided_at_the_start(server: Servers) -> None:
+    asked = server(BARTENDER)
+    home = asked.scene.start.robots["left"]
+    assert not asked.collides("left", home)
+    down = np.array(home)
+    down[1] += 1.2
+    assert asked.collides("left", down)
+    assert asked.sweep_collides("left", home, down)
+    found = asked.sample(asked.scene.bodies["bottle_4"].grasps["side"].constraints, "right", "bottle_4", batches=2)
+    assert len(found) > 5
