@@ -65,12 +65,12 @@ def test_breadth_first_and_iterative_deepening_find_shortest_weak_plans(problem)
 
 
 PROGRAM = """
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from kabo.knowledge import ground
 from kabo.planner.contingent import find_skeleton
 from tests.small_problems import branching_problems
 
-@settings(max_examples=40, derandomize=True, database=None)
+@settings(max_examples=40, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
 @given(problem=branching_problems())
 def show(problem):
     found = find_skeleton(ground(problem))
