@@ -3,6 +3,7 @@
 Parts are looked up beside the mesh file, then in the cache, else computed by `kabo.geometry.decomposition` and kept.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,11 +57,14 @@ def enclosing_parts(
     return made
 
 
-def write_parts(mesh: Path, vertices: Array, faces: NDArray[np.int64], *tolerances: float) -> None:
+def write_parts(
+    mesh: Path, vertices: Array, faces: NDArray[np.int64], *tolerances: float, pieces: Sequence[Array] = ()
+) -> None:
     """Writes `<mesh>.parts` with enclosures of the mesh for each tolerance [m]; keeps those that it holds already.
 
     Args:
         mesh: the mesh file. vertices, faces: as it is loaded.
+        pieces: convex sets (P, 3) [m] that its designer knows to contain it together; used if that can be proven.
 
     Raises:
         MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
@@ -70,17 +74,25 @@ def write_parts(mesh: Path, vertices: Array, faces: NDArray[np.int64], *toleranc
     enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
     for tolerance in tolerances:
         if tolerance not in enclosures:
-            enclosures[float(tolerance)] = _made(vertices, faces, tolerance, 0, str(mesh))
+            enclosures[float(tolerance)] = _made(vertices, faces, tolerance, 0, str(mesh), pieces)
     stored_parts.write(stored_parts.beside(mesh), digest, enclosures)
 
 
-def _made(vertices: Array, faces: NDArray[np.int64], tolerance: float, seed: int, name: str) -> Enclosure:
+def _made(
+    vertices: Array,
+    faces: NDArray[np.int64],
+    tolerance: float,
+    seed: int,
+    name: str,
+    pieces: Sequence[Array] = (),
+) -> Enclosure:
     from kabo.geometry.decomposition import TooFine, decompose, proven_deviation
+    from kabo.geometry.pieces import parts_of_pieces
     from kabo.geometry.solids import Solid
 
     solid = Solid(vertices, faces)
     try:
-        parts = decompose(solid, tolerance, seed)
+        parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(solid, tolerance, seed)
     except TooFine as error:
         raise _unusable(
             name,

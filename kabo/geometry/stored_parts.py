@@ -23,7 +23,7 @@ def canonical(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray
     """The same triangles with vertices and faces in one order of all possible ones, equal vertices merged."""
     merged, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)
     turned = index.reshape(-1)[faces]
-    turned = np.array([np.roll(face, -int(np.argmin(face))) for face in turned], np.int64).reshape(-1, 3)
+    turned = np.take_along_axis(turned, (np.argmin(turned, axis=1)[:, None] + np.arange(3)) % 3, axis=1)
     proper = (turned[:, 0] != turned[:, 1]) & (turned[:, 1] != turned[:, 2]) & (turned[:, 2] != turned[:, 0])
     turned = turned[proper]
     return merged, turned[np.lexsort(turned.T[::-1])]

@@ -76,13 +76,19 @@ class CollisionView:
         Raises:
             ValueError: q has another size, is not finite, or far out of a sliding joint's limits.
         """
-        found = int(first_hit(np.ascontiguousarray(q, np.float64), *self._check))
+        found = int(first_hit(_row(q), *self._check))
         self.counters.configuration_checks += 1
         return self._answer(found)
 
     def configurations_hit(self, configurations: Array) -> NDArray[np.int64]:
-        """`configuration_hit` of every row (N, n)."""
-        rows = np.ascontiguousarray(configurations, np.float64).reshape(-1, self._size)
+        """`configuration_hit` of every row (N, n).
+
+        Raises:
+            ValueError: as `configuration_hit`.
+        """
+        rows = np.ascontiguousarray(configurations, np.float64)
+        if rows.ndim != 2 or rows.shape[1] != self._size:
+            raise ValueError(f"configurations are (N, {self._size}), not {rows.shape}")
         answers = np.empty(len(rows), np.int64)
         first_hits(rows, answers, *self._check)
         self.counters.configuration_checks += len(rows)
@@ -99,8 +105,7 @@ class CollisionView:
         Raises:
             ValueError: as `configuration_hit`.
         """
-        ends = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(end, np.float64)
-        found = int(first_swept_hit(*ends, *self._sweep))
+        found = int(first_swept_hit(_row(start), _row(end), *self._sweep))
         self.counters.sweep_checks += 1
         return self._answer(found)
 
@@ -109,3 +114,15 @@ class CollisionView:
         if found < FREE:
             raise ValueError(f"a configuration has {self._size} finite values within the limits of sliding joints")
         return found
+
+
+def _row(q: Array) -> Array:
+    """A configuration as kernels want it; they see to its size and values themselves.
+
+    Raises:
+        ValueError: q is not one row of numbers.
+    """
+    row = np.ascontiguousarray(q, np.float64)
+    if row.ndim != 1:
+        raise ValueError(f"a configuration is one row, not {row.shape}")
+    return row

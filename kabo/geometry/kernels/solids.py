@@ -92,6 +92,49 @@ def winding_number(triangles, px, py, pz):
     return total / (2.0 * np.pi)
 
 
+@kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, (64,) i8 -> bool
+def inside(boxes, children, triangles, px, py, pz, stack):
+    """Whether the mesh winds around a point that is not on it: signed crossings of a slanted ray upwards.
+
+    Where the ray comes too near to an edge to be sure, the solid angles decide.
+    """
+    slant_x, slant_y = 0.06283, 0.04817  # generic, so that the edges of boxes and cylinders are not met
+    turns, top = 0, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        up = boxes[n, 5] - pz  # the ray's box below this height contains all that it may meet
+        if up < 0.0 or boxes[n, 3] < px or boxes[n, 0] > px + slant_x * up:
+            continue
+        if boxes[n, 4] < py or boxes[n, 1] > py + slant_y * up:
+            continue
+        if children[n, 0] >= 0:
+            stack[top], stack[top + 1] = children[n, 0], children[n, 1]
+            top += 2
+            continue
+        first = -1 - children[n, 0]
+        for t in range(first, first + children[n, 1]):
+            sign, size, far = 0, 0.0, 0.0
+            for c in range(3):
+                d = (c + 1) % 3
+                # Sheared so that the ray is the z axis: corners relative to the point.
+                az, bz = triangles[t, c, 2] - pz, triangles[t, d, 2] - pz
+                ax, ay = triangles[t, c, 0] - px - slant_x * az, triangles[t, c, 1] - py - slant_y * az
+                bx, by = triangles[t, d, 0] - px - slant_x * bz, triangles[t, d, 1] - py - slant_y * bz
+                area = ax * by - ay * bx
+                size = max(size, max(abs(ax), max(abs(ay), max(abs(bx), abs(by)))))
+                if abs(area) <= 1e-12 * size * size:
+                    return abs(winding_number(triangles, px, py, pz)) > 0.5
+                sign += 1 if area > 0.0 else -1
+                far += area * (triangles[t, (c + 2) % 3, 2] - pz)
+            if sign == 3 and far > 0.0:
+                turns += 1
+            elif sign == -3 and far < 0.0:
+                turns -= 1
+    return turns != 0
+
+
 @kernel
 def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cells, most):
     """Whether some point of a polytope may be farther than `limit` from the solid: False is a proof.
@@ -102,6 +145,7 @@ def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cell
     """
     for r in range(3):
         cells[0, r], cells[0, 3 + r] = 0.5 * (low[r] + high[r]), 0.5 * (high[r] - low[r])
+    cells[0, 6] = 0.0  # 1: known to be outside the solid, and so is every half of it
     top = 1
     for _ in range(most):
         if top == 0:
@@ -123,8 +167,9 @@ def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cell
         if distance + radius <= limit:
             continue
         if distance > radius:  # the whole box is on one side of the surface
-            if abs(winding_number(triangles, x, y, z)) > 0.5:
+            if cells[top, 6] == 0.0 and abs(winding_number(triangles, x, y, z)) > 0.5:
                 continue
+            cells[top, 6] = 1.0
             if worst <= 0.0 and distance > limit:
                 return 1
         if top + 2 > cells.shape[0]:
@@ -132,7 +177,7 @@ def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cell
         longest = 0 if hx >= hy and hx >= hz else 1 if hy >= hz else 2
         half = 0.5 * cells[top, 3 + longest]
         middle = cells[top, longest]
-        for r in range(6):
+        for r in range(7):
             cells[top + 1, r] = cells[top, r]
         cells[top, 3 + longest], cells[top + 1, 3 + longest] = half, half
         cells[top, longest], cells[top + 1, longest] = middle - half, middle + half
@@ -149,8 +194,8 @@ def surface_distances(points, boxes, children, triangles, stack, distances):
         )
 
 
-@kernel  # (N, 3) f8, (T, 3, 3) f8, (N,) f8
-def winding_numbers(points, triangles, numbers):
-    """`winding_number` of many points."""
+@kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) bool
+def insides(points, boxes, children, triangles, stack, answers):
+    """`inside` of many points."""
     for i in range(points.shape[0]):
-        numbers[i] = winding_number(triangles, points[i, 0], points[i, 1], points[i, 2])
+        answers[i] = inside(boxes, children, triangles, points[i, 0], points[i, 1], points[i, 2], stack)
