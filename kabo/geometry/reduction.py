@@ -95,7 +95,8 @@ def contains_proven(vertices: Array, points: Array) -> bool:
 def _vertices(planes: Array, inside: Array) -> tuple[Array, list[NDArray[np.int64]]]:
     """The vertices of a polytope, and the half-spaces that meet in each; none if it is not bounded."""
     try:
-        found = HalfspaceIntersection(np.column_stack([planes[:, :3], -planes[:, 3]]), inside)
+        with np.errstate(divide="ignore", invalid="ignore"):  # an unbounded set has vertices at infinity
+            found = HalfspaceIntersection(np.column_stack([planes[:, :3], -planes[:, 3]]), inside)
     except QhullError:
         return np.empty((0, 3)), []
     if not (found.dual_equations[:, -1] < -1e-9).all():

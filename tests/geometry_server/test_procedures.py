@@ -179,9 +179,17 @@ def test_predicates_are_one_sided_at_the_start(server: Servers) -> None:
     asked = server(BARTENDER)
     home = asked.scene.start.robots["left"]
     assert not asked.collides("left", home)
-    down = np.array(home)
-    down[1] += 1.2
-    assert asked.collides("left", down)
-    assert asked.sweep_collides("left", home, down)
+    robot = asked.scene.robots["left"]
+    drawn = np.random.default_rng(0).uniform(robot.tree.lower, robot.tree.upper, (400, robot.tree.size))
+    below = [q for q in drawn if link_poses(robot, q)["tool0"][2, 3] < -0.06 and asked.collides("left", q)]
+    missed = [q for q in drawn if _in_the_table(link_poses(robot, q)["tool0"][:3, 3]) and not asked.collides("left", q)]
+    assert below
+    assert not missed
+    assert asked.sweep_collides("left", home, below[0])
     found = asked.sample(asked.scene.bodies["bottle_4"].grasps["side"].constraints, "right", "bottle_4", batches=2)
     assert len(found) > 5
+
+
+def _in_the_table(point: np.ndarray) -> bool:
+    """Whether the middle of the tool's flange lies within the table top."""
+    return bool(abs(point[2] + 0.02) < 0.02 and abs(point[0] - 0.025) < 0.4 and abs(point[1]) < 0.9)
