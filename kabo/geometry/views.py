@@ -55,7 +55,9 @@ class CollisionView:
         groups = [*moving, *fixed]
         deviations = np.array([group.enclosure.deviation for group in groups], np.float64)
         if not (deviations <= budget.geometry).all():
-            raise ValueError(f"an enclosure deviates by {deviations.max():g} m, the budget allows {budget.geometry:g} m")
+            raise ValueError(
+                f"an enclosure deviates by {deviations.max():g} m, the budget allows {budget.geometry:g} m"
+            )
         chain = chain_of(tree)
         bodies, scratch, radii = bodies_of(chain, moving, fixed, np.asarray(pairs).reshape(-1, 2))
         diameters = np.concatenate([np.empty(0), *(group.enclosure.packed.diameters for group in groups)])
@@ -110,7 +112,10 @@ class CollisionView:
         return self._answer(found)
 
     def _answer(self, found: int) -> int:
-        self.counters.pair_checks, self.counters.positive = int(self._counts[0]), self.counters.positive + (found >= 0)
+        self.counters.pair_checks, self.counters.positive = (
+            int(self._counts[0]),
+            self.counters.positive + (found >= 0),
+        )
         if found < FREE:
             raise ValueError(f"a configuration has {self._size} finite values within the limits of sliding joints")
         return found
