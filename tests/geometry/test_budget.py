@@ -1,0 +1,25 @@
+"""How epsilon is divided."""
+
+import numpy as np
+import pytest
+
+from kabo.geometry.budget import LARGEST, SMALLEST, Budget
+
+
+@pytest.mark.parametrize("epsilon", [SMALLEST, 1e-4, 2e-3, 5e-3, 0.02, LARGEST])
+def test_the_parts_sum_up_to_epsilon(epsilon):
+    budget = Budget.share(epsilon)
+    assert budget.epsilon == pytest.approx(epsilon, rel=1e-12)
+    assert min(budget.geometry, budget.sweep, budget.clearance, budget.numeric) > 0
+    assert budget.geometry == pytest.approx(0.4 * epsilon)
+
+
+@pytest.mark.parametrize("epsilon", [0.0, -0.01, np.nan, np.inf, SMALLEST / 2, LARGEST * 1.01])
+def test_an_epsilon_that_makes_no_sense_is_refused(epsilon):
+    with pytest.raises(ValueError, match="epsilon must lie between"):
+        Budget.share(epsilon)
+
+
+def test_a_free_gap_exceeds_the_clearance_by_what_rounding_may_take():
+    budget = Budget.share(0.01)
+    assert budget.clearance < budget.margin < budget.clearance + budget.numeric
