@@ -72,7 +72,7 @@ class Sweep(NamedTuple):
     state: Integers  # (5,)
     stack: Integers  # (64, 2)
     ends: Integers  # (4,)
-    united: Array  # (2, 6)
+    united: Array  # (4, 6)
 
 
 class Scratch(NamedTuple):
@@ -142,7 +142,8 @@ def bodies_of(
     Raises:
         ValueError: bad vertices, poses or pairs.
     """
-    packed = [g.enclosure.packed for g in (*moving, *fixed)]
+    groups_of: list[MovingGroup | FixedGroup] = [*moving, *fixed]
+    packed = [group.enclosure.packed for group in groups_of]
     sizes = np.concatenate([np.empty(0, np.int64), *(p.sizes for p in packed)])
     source = np.concatenate([np.empty((0, 3, COLUMNS)), *(p.blocks for p in packed)])
     groups, order = _groups(chain, moving, [len(p.sizes) for p in packed], pairs)
@@ -249,5 +250,5 @@ def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:
         state=np.zeros(5, np.int64),
         stack=np.zeros((64, 2), np.int64),
         ends=np.zeros(4, np.int64),
-        united=np.empty((2, 6)),
+        united=np.empty((4, 6)),
     )

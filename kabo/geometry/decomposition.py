@@ -1,8 +1,9 @@
 """A closed mesh as few convex parts of at most 24 vertices, each proven within a tolerance of the solid.
 
-CoACD [Wei 2022] proposes where to cut, besides planes across a cell's own axes; the parts are not its hulls (which miss some of the surface) but hulls of what
-the mesh itself keeps in the cells between the cuts, so their union covers the solid by construction. Cells whose part
-sticks out too far are cut again, neighbours are joined where one part may stand for both.
+CoACD [Wei 2022] proposes where to cut, besides planes across a cell's own axes; the parts are not its hulls (which
+miss some of the surface) but hulls of what the mesh itself keeps in the cells between the cuts, so their union covers
+the solid by construction. Cells whose part sticks out too far are cut again, neighbours are joined where one part may
+stand for both.
 """
 
 from collections.abc import Iterator
@@ -104,9 +105,9 @@ def _piece(solid: Solid, tolerance: float, points: Array, cell: Cell | None) -> 
     points = solid_points(points, 5e-3 * tolerance)
     if cell is None or _may_do(solid, points, tolerance):
         part = enclosing_polytope(points, 0.5 * tolerance)
-        if (solid.outside_distances(part) <= PROVABLE * tolerance).all():
-            if solid.proves_within(part, hull_planes(part), tolerance):
-                return Piece(points, cell, part)
+        near = (solid.outside_distances(part) <= PROVABLE * tolerance).all()
+        if near and solid.proves_within(part, hull_planes(part), tolerance):
+            return Piece(points, cell, part)
     return Piece(points, cell, None)
 
 

@@ -4,6 +4,7 @@ Parts are looked up beside the mesh file, then in the cache, else computed by `k
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -50,10 +51,8 @@ def enclosing_parts(
     if found is not None:
         return found
     made = _made(vertices, faces, tolerance, seed, name)
-    try:
+    with suppress(OSError):  # a read-only cache costs time, never an answer
         stored_parts.write(kept, digest, {float(f"{tolerance:.9g}"): made})
-    except OSError:  # a read-only cache costs time, never an answer
-        pass
     return made
 
 

@@ -35,7 +35,7 @@ class ExactView:
         Raises:
             ValueError: a group without a mesh, or arrays of wrong values.
         """
-        groups = [*moving, *fixed]
+        groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
         if any(group.mesh is None for group in groups):
             raise ValueError("an exact view needs the mesh of every group")
         self._chain, self._epsilon, self.counters = chain_of(tree), budget.epsilon, Counters()
@@ -43,13 +43,14 @@ class ExactView:
         self._world_T[0, [0, 4, 8]] = 1.0
         self._joint = [group.joint for group in moving]
         self._poses = poses_of(moving, fixed)
-        self._objects = [_object(g.mesh, p) for g, p in zip(groups, self._poses, strict=True) if g.mesh]
+        self._models = [_model(group.mesh) for group in groups if group.mesh]
+        self._objects = [_object(m, p) for m, p in zip(self._models, self._poses, strict=True)]
         placed = [g.mesh[0] @ p[:9].reshape(3, 3).T + p[9:] for g, p in zip(moving, self._poses, strict=False) if g.mesh]
         self._radii = np.array([np.linalg.norm(vertices, axis=1).max() for vertices in placed])
         self._pairs = np.asarray(pairs, np.int64).reshape(-1, 2)
         allowed = {(int(a), int(b)): number for number, (a, b) in reversed(list(enumerate(self._pairs)))}
         self._allowed = allowed | {(b, a): number for (a, b), number in allowed.items()}
-        self._index = {id(body): index for index, body in enumerate(self._objects)}
+        self._index = {id(model): index for index, model in enumerate(self._models)}
         self._moving, self._fixed = fcl.DynamicAABBTreeCollisionManager(), fcl.DynamicAABBTreeCollisionManager()
         self._moving.registerObjects(self._objects[: len(moving)])
         self._fixed.registerObjects(self._objects[len(moving) :])
@@ -96,7 +97,7 @@ class ExactView:
 
     def _hit(self, q: Array) -> int:
         joints, factors, placement, _ = self._chain
-        forward_kinematics(q, *joints, *factors, placement, self._world_T)
+        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, self._world_T)
         for joint, pose, body in zip(self._joint, self._poses, self._objects, strict=False):
             world_R, group_R = self._world_T[joint, :9].reshape(3, 3), pose[:9].reshape(3, 3)
             body.setTransform(fcl.Transform(world_R @ group_R, world_R @ pose[9:] + self._world_T[joint, 9:]))
@@ -108,14 +109,14 @@ class ExactView:
         return found[0]
 
     def _touches(self, first: fcl.CollisionObject, second: fcl.CollisionObject, found: list[int]) -> bool:
-        """The broad phase's question; True ends it."""
-        number = self._allowed.get((self._index[id(first)], self._index[id(second)]), -1)
-        if number >= 0:
-            self.counters.pair_checks += 1
-            if fcl.collide(first, second, fcl.CollisionRequest(), fcl.CollisionResult()) > 0:
-                found[0] = number
-                return True
-        return False
+        """The broad phase's question; True ends it. Its objects are new wrappers: only contacts name the models."""
+        result = fcl.CollisionResult()
+        self.counters.pair_checks += 1
+        if fcl.collide(first, second, fcl.CollisionRequest(), result) == 0:
+            return False
+        contact = result.contacts[0]
+        found[0] = self._allowed.get((self._index[id(contact.o1)], self._index[id(contact.o2)]), -1)
+        return found[0] >= 0
 
     def _longest_path(self, start: Array, end: Array) -> float:
         """A bound of how far any point of a moving body travels [m]."""
@@ -130,10 +131,14 @@ class ExactView:
         return max(paths, default=0.0)
 
 
-def _object(mesh: Mesh, pose: Array) -> fcl.CollisionObject:
+def _model(mesh: Mesh) -> fcl.BVHModel:
     vertices, faces = mesh
     model = fcl.BVHModel()
     model.beginModel(len(vertices), len(faces))
     model.addSubModel(np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64))
     model.endModel()
+    return model
+
+
+def _object(model: fcl.BVHModel, pose: Array) -> fcl.CollisionObject:
     return fcl.CollisionObject(model, fcl.Transform(pose[:9].reshape(3, 3), pose[9:]))

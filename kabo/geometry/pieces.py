@@ -56,9 +56,9 @@ def uncovered(solid: Solid, parts: Sequence[Array]) -> list[Cell]:
 
 def _settled(solid: Solid, points: Array, tolerance: float, depth: int) -> list[Array] | None:
     part = enclosing_polytope(points, ENOUGH * tolerance)
-    if (solid.outside_distances(part) <= tolerance).all():
-        if solid.proves_within(part, hull_planes(part), tolerance):
-            return [part]
+    near = (solid.outside_distances(part) <= tolerance).all()
+    if near and solid.proves_within(part, hull_planes(part), tolerance):
+        return [part]
     if depth == FINEST:
         return None
     parts: list[Array] = []

@@ -52,7 +52,7 @@ class CollisionView:
         Raises:
             ValueError: arrays of wrong type, shape or values; an enclosure that breaks the budget.
         """
-        groups = [*moving, *fixed]
+        groups: list[MovingGroup | FixedGroup] = [*moving, *fixed]
         deviations = np.array([group.enclosure.deviation for group in groups], np.float64)
         if not (deviations <= budget.geometry).all():
             raise ValueError(

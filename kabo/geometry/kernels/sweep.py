@@ -42,19 +42,21 @@ NUMBER = 1  # row of `pairs`
 
 
 @kernel
-def _coarse_pose(
-    t, c, segment, joints, factors, placement, groups, group_extents, tracks, frames, frame_tags, node_poses,
-    node_boxes, node_marks, state,
+def _coarse_poses(
+    t, level, moves, segment, joints, factors, placement, groups, group_extents, tracks, frames, frame_tags,
+    node_poses, node_boxes, node_marks, state,
 ):  # fmt: skip
-    """The row with the pose and the group's box of track t at coarse node c, made once per sweep."""
-    row = t * GRID + c
-    if node_marks[row] != state[RUN]:
-        node_marks[row] = state[RUN]
-        node = c << (DEPTH - COARSE)
-        slot = frames_at(node, state[RUN], segment, joints, factors, placement, frames, frame_tags)
-        pose_in(frames[slot], groups[JOINT, tracks[GROUP, t]], tracks[FRAME, t], node_poses, row)
-        place_box(node_poses, row, group_extents, tracks[GROUP, t], node_boxes, row)
-    return row
+    """Makes the poses of a track and the boxes of its group at the coarse nodes of a level, each once per sweep."""
+    group = tracks[GROUP, t]
+    for i in range((1 << level) + 1 if moves else 1):
+        c = i << (COARSE - level)
+        row = t * GRID + c
+        if node_marks[row] != state[RUN]:
+            node_marks[row] = state[RUN]
+            node = c << (DEPTH - COARSE)
+            slot = frames_at(node, state[RUN], segment, joints, factors, placement, frames, frame_tags)
+            pose_in(frames[slot], groups[JOINT, group], tracks[FRAME, t], node_poses, row)
+            place_box(node_poses, row, group_extents, group, node_boxes, row)
 
 
 @kernel
@@ -72,36 +74,36 @@ def _whole(
     )
     motions[t, 0], motions[t, 1], motions[t, 2] = deviation, angle, path
     level = level_for(deviation, COARSE_DEVIATION)
-    for i in range((1 << level) + 1 if path > 0.0 else 1):
-        _coarse_pose(
-            t, i << (COARSE - level), segment, joints, factors, placement, groups, group_extents, tracks, frames,
-            frame_tags, node_poses, node_boxes, node_marks, state,
-        )  # fmt: skip
-    whole_box(t, level, deviation * 0.25**level, path > 0.0, node_boxes, whole_boxes)
+    _coarse_poses(
+        t, level, path > 0.0, segment, joints, factors, placement, groups, group_extents, tracks, frames, frame_tags,
+        node_poses, node_boxes, node_marks, state,
+    )  # fmt: skip
+    whole_box(t, level, deviation / (1 << 2 * level), path > 0.0, node_boxes, whole_boxes)
 
 
 @kernel
-def _interval(
-    t, level, i, segment, joints, factors, placement, groups, group_extents, part_extents, tracks, motions, frames,
-    frame_tags, node_poses, node_boxes, node_marks, interval_table, interval_boxes, united, state,
-):  # fmt: skip
+def _interval_box(t, level, i, motions, node_boxes, united, target):
+    """Writes the box of a track's group over interval i of a level to row `target` of `united`."""
+    moves = motions[t, 2] > 0.0
+    row = t * GRID + (i << (COARSE - level) if moves else 0)
+    last = row + (1 << (COARSE - level) if moves else 0)
+    unite_boxes(node_boxes, row, last, motions[t, 0] / (1 << 2 * level), united, target)
+
+
+@kernel
+def _interval_parts(
+    t, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united, state
+):
     """Where `interval_boxes` holds the boxes of a track's parts over interval i of a level, made on first use."""
     moves = motions[t, 2] > 0.0
     number = t * 2 * GRID + ((1 << level) + i if moves else 0)
     if interval_table[1, number] != state[INTERVAL_MARK]:
-        c0, c1 = (i << (COARSE - level), (i + 1) << (COARSE - level)) if moves else (0, 0)
-        row0 = _coarse_pose(
-            t, c0, segment, joints, factors, placement, groups, group_extents, tracks, frames, frame_tags,
-            node_poses, node_boxes, node_marks, state,
-        )  # fmt: skip
-        row1 = _coarse_pose(
-            t, c1, segment, joints, factors, placement, groups, group_extents, tracks, frames, frame_tags,
-            node_poses, node_boxes, node_marks, state,
-        )  # fmt: skip
+        row = t * GRID + (i << (COARSE - level) if moves else 0)
+        last = row + (1 << (COARSE - level) if moves else 0)
         first, end = groups[PARTS, tracks[GROUP, t]], groups[PARTS, tracks[GROUP, t] + 1]
         start = state[INTERVALS_USED]
-        grow = motions[t, 0] * 0.25**level
-        interval_parts(first, end, part_extents, node_poses, row0, row1, grow, united, interval_boxes, start)
+        grow = motions[t, 0] / (1 << 2 * level)
+        interval_parts(first, end, part_extents, node_poses, row, last, grow, united, interval_boxes, start)
         state[INTERVALS_USED] += end - first
         interval_table[0, number], interval_table[1, number] = start, state[INTERVAL_MARK]
     return interval_table[0, number]
@@ -193,19 +195,28 @@ def _pair_hit(
     first_a, first_b = groups[PARTS, tracks[GROUP, ta]], groups[PARTS, tracks[GROUP, tb]]
     count_a, count_b = groups[PARTS, tracks[GROUP, ta] + 1] - first_a, groups[PARTS, tracks[GROUP, tb] + 1] - first_b
     width = (1 << DEPTH) >> level
+    for t in (ta, tb):
+        _coarse_poses(
+            t, level, motions[t, 2] > 0.0, segment, joints, factors, placement, groups, group_extents, tracks, frames,
+            frame_tags, node_poses, node_boxes, node_marks, state,
+        )  # fmt: skip
     for i in range(1 << level):
         if state[INTERVALS_USED] + count_a + count_b > interval_boxes.shape[0]:
             state[INTERVALS_USED] = 0
             state[INTERVAL_MARK] += 1
-        boxes_a = _interval(
-            ta, level, i, segment, joints, factors, placement, groups, group_extents, part_extents, tracks, motions,
-            frames, frame_tags, node_poses, node_boxes, node_marks, interval_table, interval_boxes, united, state,
-        )  # fmt: skip
-        boxes_b = _interval(
-            tb, level, i, segment, joints, factors, placement, groups, group_extents, part_extents, tracks, motions,
-            frames, frame_tags, node_poses, node_boxes, node_marks, interval_table, interval_boxes, united, state,
-        )  # fmt: skip
+        _interval_box(ta, level, i, motions, node_boxes, united, 2)
+        _interval_box(tb, level, i, motions, node_boxes, united, 3)
+        if not boxes_near(united, 2, united, 3, margin):
+            continue
+        boxes_a = _interval_parts(
+            ta, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united, state
+        )
+        boxes_b = _interval_parts(
+            tb, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united, state
+        )
         for a in range(count_a):
+            if not boxes_near(interval_boxes, boxes_a + a, united, 3, margin):
+                continue
             for b in range(count_b):
                 u, v = boxes_a + a, boxes_b + b
                 if not boxes_near(interval_boxes, u, interval_boxes, v, margin):

@@ -89,6 +89,10 @@ def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags
 @kernel  # (J, 12) f8, i8, i8 -> writes row of (.., 12) f8
 def pose_in(world_T, joint, frame, poses, row):
     """Writes frame_T_joint."""
+    if frame == 0:
+        for i in range(12):
+            poses[row, i] = world_T[joint, i]
+        return
     for c in range(3):
         for r in range(3):
             poses[row, 3 * r + c] = (
