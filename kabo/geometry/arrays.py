@@ -116,7 +116,9 @@ def reach(chain: Chain) -> Array:
     steps = np.linalg.norm(chain.placement[:, 9:], axis=1)
     for joint in range(1, len(steps)):
         if kind[joint] == PRISMATIC:
-            steps[joint] += abs(chain.factors[0, joint]) * chain.bound[source[joint]] + abs(chain.factors[1, joint])
+            steps[joint] += abs(chain.factors[0, joint]) * chain.bound[source[joint]] + abs(
+                chain.factors[1, joint]
+            )
         steps[joint] += steps[parent[joint]] if parent[joint] else 0.0
     steps[0] = 0.0
     return steps
@@ -148,7 +150,11 @@ def bodies_of(
     source = np.concatenate([np.empty((0, 3, COLUMNS)), *(p.blocks for p in packed)])
     groups, order = _groups(chain, moving, [len(p.sizes) for p in packed], pairs)
     blocks = np.empty((2 * len(sizes) + POOL, 3, COLUMNS))
-    part_extents, group_extents, radii = np.empty((len(sizes), 6)), np.empty((len(packed), 6)), np.empty(len(packed))
+    part_extents, group_extents, radii = (
+        np.empty((len(sizes), 6)),
+        np.empty((len(packed), 6)),
+        np.empty(len(packed)),
+    )
     place_groups(source, sizes, groups[1], poses_of(moving, fixed), blocks, part_extents, group_extents, radii)
     greatest = float((reach(chain)[groups[0, :-1]] + radii).max(initial=0.0))
     numbered = np.array([pairs[order, 1], order])

@@ -91,7 +91,9 @@ def _made(
 
     solid = Solid(vertices, faces)
     try:
-        parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(solid, tolerance, seed)
+        parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
+            solid, tolerance, seed
+        )
     except TooFine as error:
         raise _unusable(
             name,

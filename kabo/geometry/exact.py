@@ -45,7 +45,9 @@ class ExactView:
         self._poses = poses_of(moving, fixed)
         self._models = [_model(group.mesh) for group in groups if group.mesh]
         self._objects = [_object(m, p) for m, p in zip(self._models, self._poses, strict=True)]
-        placed = [g.mesh[0] @ p[:9].reshape(3, 3).T + p[9:] for g, p in zip(moving, self._poses, strict=False) if g.mesh]
+        placed = [
+            g.mesh[0] @ p[:9].reshape(3, 3).T + p[9:] for g, p in zip(moving, self._poses, strict=False) if g.mesh
+        ]
         self._radii = np.array([np.linalg.norm(vertices, axis=1).max() for vertices in placed])
         self._pairs = np.asarray(pairs, np.int64).reshape(-1, 2)
         allowed = {(int(a), int(b)): number for number, (a, b) in reversed(list(enumerate(self._pairs)))}

@@ -54,7 +54,9 @@ def require_vertices(part: Array) -> None:
         ValueError: as `Enclosure.packed` says.
     """
     if part.dtype != np.float64 or part.ndim != 2 or part.shape[1] != 3 or not 1 <= len(part) <= COLUMNS:
-        raise ValueError(f"a convex part is (V, 3) float64 with 1 to {COLUMNS} vertices, not {part.shape} {part.dtype}")
+        raise ValueError(
+            f"a convex part is (V, 3) float64 with 1 to {COLUMNS} vertices, not {part.shape} {part.dtype}"
+        )
     wrong = np.flatnonzero(~np.isfinite(part).all(axis=1))
     if len(wrong):
         raise ValueError(f"vertex {wrong[0]} of a convex part is not finite: {part[wrong[0]].tolist()}")
@@ -85,7 +87,9 @@ def poses_of(moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup]) -> Arra
     Raises:
         ValueError: a pose is not 12 finite numbers.
     """
-    rows = [np.asarray(g.joint_T_group, float) for g in moving] + [np.asarray(g.world_T_group, float) for g in fixed]
+    rows = [np.asarray(g.joint_T_group, float) for g in moving] + [
+        np.asarray(g.world_T_group, float) for g in fixed
+    ]
     poses = np.array(rows, dtype=np.float64).reshape(len(rows), 12)
     if not np.isfinite(poses).all():
         raise ValueError("the pose of a group is not finite")

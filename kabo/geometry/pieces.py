@@ -75,7 +75,9 @@ def _halves(points: Array) -> list[Array]:
     axis = int(np.argmax(np.ptp(points, axis=0)))
     middle = 0.5 * (points[:, axis].min() + points[:, axis].max())
     hull = ConvexHull(points)
-    return [_hull_points(half.points) for half in cut(whole(points, hull.simplices), np.eye(3)[axis], float(middle))]
+    return [
+        _hull_points(half.points) for half in cut(whole(points, hull.simplices), np.eye(3)[axis], float(middle))
+    ]
 
 
 def _grown(points: Array) -> Array:

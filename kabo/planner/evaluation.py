@@ -166,5 +166,5 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
             done.setdefault(node)
         elif node not in done:
             stack.append((node, True))
-            stack.extend((after, False) for after in reversed(successors(node).values()) if after not in done)
+            stack.extend((after, False) for after in successors(node).values() if after not in done)
     return list(reversed(done))

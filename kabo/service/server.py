@@ -155,7 +155,9 @@ def _payload(query: zenoh.Query) -> bytes:
 
 
 def _refuse(query: zenoh.Query, code: str, message: str, identifier: str | None = None) -> None:
-    _send_error(query, error_body(code, message, identifier, RETRY_AFTER_S if code in ("busy", "shutting_down") else None))
+    _send_error(
+        query, error_body(code, message, identifier, RETRY_AFTER_S if code in ("busy", "shutting_down") else None)
+    )
 
 
 def _send_error(query: zenoh.Query, body: bytes) -> None:

@@ -150,7 +150,9 @@ def test_sensing_goes_to_its_configuration_and_keeps_the_constraint(server: Serv
     asked = server(FORCE)
     situation = run(asked, call("pick", "arm", "cup_1"), call("sense_weight", "arm", "cup_1"))
     robot = asked.scene.robots["arm"]
-    assert situation.configuration("arm")[: robot.planned] == pytest.approx(robot.configurations["weigh"], abs=1e-9)
+    assert situation.configuration("arm")[: robot.planned] == pytest.approx(
+        robot.configurations["weigh"], abs=1e-9
+    )
     answer = asked.call(call("sense_weight", "arm", "cup_1"), run(asked, call("pick", "arm", "cup_1")))
     assert isinstance(answer, Success)
     assert {segment.constraint for segment in answer.motion} == {"upright"}
@@ -182,7 +184,9 @@ def test_predicates_are_one_sided_at_the_start(server: Servers) -> None:
     robot = asked.scene.robots["left"]
     drawn = np.random.default_rng(0).uniform(robot.tree.lower, robot.tree.upper, (400, robot.tree.size))
     below = [q for q in drawn if link_poses(robot, q)["tool0"][2, 3] < -0.06 and asked.collides("left", q)]
-    missed = [q for q in drawn if _in_the_table(link_poses(robot, q)["tool0"][:3, 3]) and not asked.collides("left", q)]
+    missed = [
+        q for q in drawn if _in_the_table(link_poses(robot, q)["tool0"][:3, 3]) and not asked.collides("left", q)
+    ]
     assert below
     assert not missed
     assert asked.sweep_collides("left", home, below[0])

@@ -1,4 +1,4 @@
-"""Both sides of the bounded predicates [K Def. 1, Table 4.1]: no collision overlooked, nothing refused from epsilon on.
+"""Both sides of the bounded predicates [K Def. 1, Table 4.1]: no collision overlooked, nothing refused beyond epsilon.
 
 At a configuration distances are known by construction, also of needles, plates, slivers and points. Along a segment
 the judges are pinocchio's kinematics and coal's distances, sampled where they could contradict (tests/oracles.py).
@@ -135,7 +135,7 @@ class World:
         return distance
 
     def speed(self, start, end):
-        """A bound of how fast the distance of any pair may change: two bodies, each as if at the chain's full reach."""
+        """A bound of how fast the distance of any pair may change: two bodies at the chain's full reach."""
         tree, step = self.twin.tree, np.abs(end - start)
         slides = tree.kind[1:] == PRISMATIC
         reach = np.linalg.norm(tree.placement[:, 9:], axis=1).sum() + (tree.upper[slides]).sum()

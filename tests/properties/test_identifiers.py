@@ -34,7 +34,9 @@ def test_states_nearer_than_the_tolerance_are_one(joints: tuple, place: tuple, n
     assert known.identify(state((joints[0] + noise, joints[1]), (parent, x + noise))) == identifier
 
 
-@given(joints=JOINTS, place=PLACES, away=st.floats(2.1e-6, 1.0), which=st.sampled_from(["joint", "place", "parent"]))
+@given(
+    joints=JOINTS, place=PLACES, away=st.floats(2.1e-6, 1.0), which=st.sampled_from(["joint", "place", "parent"])
+)
 def test_states_farther_apart_are_two(joints: tuple, place: tuple, away: float, which: str) -> None:  # type: ignore[type-arg]
     event(which)
     known = IdentifierMap(TOLERANCE)

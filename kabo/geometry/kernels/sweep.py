@@ -174,7 +174,18 @@ def _parts_hit(
             )  # fmt: skip
         counters[3] += 1
         if not apart(
-            blocks, ends[0], ends[0], sizes[a], ends[1], ends[1], sizes[b], pose_margin, offset, axis, simplex, counters
+            blocks,
+            ends[0],
+            ends[0],
+            sizes[a],
+            ends[1],
+            ends[1],
+            sizes[b],
+            pose_margin,
+            offset,
+            axis,
+            simplex,
+            counters,
         ):
             return True  # the pose in the middle alone is closer than epsilon
         stack[top, 0], stack[top, 1] = node + width, width
@@ -193,7 +204,10 @@ def _pair_hit(
     deviation, together = motions[ta, 0] + motions[tb, 0], min(motions[ta, 2], motions[tb, 2])
     level = level_for(deviation, COARSE_DEVIATION)
     first_a, first_b = groups[PARTS, tracks[GROUP, ta]], groups[PARTS, tracks[GROUP, tb]]
-    count_a, count_b = groups[PARTS, tracks[GROUP, ta] + 1] - first_a, groups[PARTS, tracks[GROUP, tb] + 1] - first_b
+    count_a, count_b = (
+        groups[PARTS, tracks[GROUP, ta] + 1] - first_a,
+        groups[PARTS, tracks[GROUP, tb] + 1] - first_b,
+    )
     width = (1 << DEPTH) >> level
     for t in (ta, tb):
         _coarse_poses(
@@ -209,10 +223,32 @@ def _pair_hit(
         if not boxes_near(united, 2, united, 3, margin):
             continue
         boxes_a = _interval_parts(
-            ta, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united, state
+            ta,
+            level,
+            i,
+            groups,
+            part_extents,
+            tracks,
+            motions,
+            node_poses,
+            interval_table,
+            interval_boxes,
+            united,
+            state,
         )
         boxes_b = _interval_parts(
-            tb, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united, state
+            tb,
+            level,
+            i,
+            groups,
+            part_extents,
+            tracks,
+            motions,
+            node_poses,
+            interval_table,
+            interval_boxes,
+            united,
+            state,
         )
         for a in range(count_a):
             if not boxes_near(interval_boxes, boxes_a + a, united, 3, margin):

@@ -82,7 +82,9 @@ def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags
         t = node / (1 << DEPTH)
         for i in range(segment.shape[1]):
             segment[2, i] = segment[0, i] + t * (segment[1, i] - segment[0, i])
-        forward_kinematics(segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[slot])
+        forward_kinematics(
+            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[slot]
+        )
     return slot
 
 
