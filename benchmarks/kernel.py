@@ -100,13 +100,17 @@ def uniform(scene: Arrangement, count: int, key: int) -> Array:
 def near(scene: Arrangement, count: int, key: int) -> Array:
     """Configurations with both hands low over the table, in front of the bases and within 0.4 m of each other."""
     rng, kinematics, found = np.random.default_rng(key), Kinematics(scene), []
+    half, waiting = scene.tree.size // 2, ([], [])  # each arm's low configurations, and where its hand is then
     while len(found) < count:
         q = rng.uniform(scene.tree.lower, scene.tree.upper)
-        first, second = kinematics.points(q, scene.hands)
-        low = 0 < first[2] < 0.35 and 0 < second[2] < 0.35 and min(first[0], second[0]) > scene.front
-        if low and np.linalg.norm(first - second) < 0.4:
-            found.append(q)
-    return np.array(found)
+        for arm, hand in enumerate(kinematics.points(q, scene.hands)):
+            if 0 < hand[2] < 0.35 and hand[0] > scene.front:
+                waiting[arm].append((q[arm * half : (arm + 1) * half], hand))
+        while waiting[0] and waiting[1]:
+            (first, at), (second, other) = waiting[0].pop(), waiting[1].pop()
+            if np.linalg.norm(at - other) < 0.4:
+                found.append(np.concatenate([first, second]))
+    return np.array(found[:count])
 
 
 def budget(scene: Arrangement, epsilon: float) -> Budget:
@@ -215,7 +219,7 @@ def sweep_table(scene: Arrangement, count: int) -> Table:
     views = {epsilon: view(full, budget(scene, epsilon)) for epsilon in EPSILONS}
     ask = tree_broad_phase(Kinematics(scene).model, geometry_model(scene, convex_parts=False))
     for label, make in (("uniform", uniform), ("near", near)):
-        starts = make(scene, 4 * count if label == "uniform" else 6 * count, 4)
+        starts = make(scene, 8 * count, 4)
         chosen = segments(scene, starts, lambda q: views[SAMPLED].configuration_hit(q) < 0, count)
         contestants = {f"kabo, epsilon {SAMPLED:g}": _sweeper(views[SAMPLED])}
         contestants |= {f"kabo, epsilon {e:g}": _sweeper(views[e]) for e in EPSILONS if e != SAMPLED}
