@@ -63,15 +63,23 @@ def kernel(function: _Function) -> _Function:
     return _numba().njit(cache=True, nogil=True, error_model="numpy")(function)
 
 
+def lean_kernel(function: _Function) -> _Function:
+    """As `kernel`, for functions that make no array, nor call one that does: references are not counted.
+
+    Counting costs some nanoseconds for each array at each call, which nested kernels of many arrays feel.
+    """
+    return _numba().njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+
+
 def leaf_kernel(function: _Function) -> _Function:
     """As `kernel`, for small functions that every caller inlines."""
     return _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)
 
 
 def reduction_kernel(function: _Function) -> _Function:
-    """As `kernel`, but sums may be reordered and contracted; only where the rounding bound allows any order.
+    """As `lean_kernel`, but sums may be reordered and contracted; only where the rounding bound allows any order.
 
     Not inlined by numba, because an inlined body takes its caller's rules; LLVM inlines it with its own.
     """
     options = {"contract", "reassoc", "nsz"}
-    return _numba().njit(cache=True, nogil=True, error_model="numpy", fastmath=options)(function)
+    return _numba().njit(cache=True, nogil=True, error_model="numpy", fastmath=options, _nrt=False)(function)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kabo.compilation import kernel, leaf_kernel, reduction_kernel
+from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
 
 SLACK = 1e-12  # metres: what rounding may take from a box
 
@@ -17,7 +17,7 @@ def place_block(poses, pose, blocks, source, placed, target, count):
             placed[target, r, i] = a * x + b * y + c * z + t
 
 
-@kernel  # (J, 12) f8, i8, (G, 6) f8 centre and half extents, i8, (S, 6) f8, i8
+@lean_kernel  # (J, 12) f8, i8, (G, 6) f8 centre and half extents, i8, (S, 6) f8, i8
 def place_box(poses, pose, extents, source, boxes, target):
     """Writes the box (lower, upper) around box `source` moved by a pose; larger than the body's own box, never smaller."""
     x, y, z = extents[source, 0], extents[source, 1], extents[source, 2]
@@ -42,7 +42,7 @@ def boxes_near(first, i, second, j, margin):
     )
 
 
-@kernel  # (S, 6) f8, i8, i8, f8, (S, 6) f8, i8
+@lean_kernel  # (S, 6) f8, i8, i8, f8, (S, 6) f8, i8
 def unite_boxes(boxes, i, j, margin, united, target):
     """Writes the box around two boxes, grown by `margin`."""
     for r in range(3):
@@ -50,20 +50,20 @@ def unite_boxes(boxes, i, j, margin, united, target):
         united[target, 3 + r] = max(boxes[i, 3 + r], boxes[j, 3 + r]) + margin
 
 
-@kernel  # (S, 6) f8, i8
+@lean_kernel  # (S, 6) f8, i8
 def _reset(boxes, target):
     for r in range(3):
         boxes[target, r], boxes[target, 3 + r] = np.inf, -np.inf
 
 
-@kernel  # (S, 6) f8, i8: lower and upper become centre and half extents
+@lean_kernel  # (S, 6) f8, i8: lower and upper become centre and half extents
 def _centre(boxes, target):
     for r in range(3):
         low, high = boxes[target, r], boxes[target, 3 + r]
         boxes[target, r], boxes[target, 3 + r] = 0.5 * (low + high), 0.5 * (high - low) + SLACK
 
 
-@kernel  # (B, 3, 24) f8, (B,) i8, (G+1,) i8, (G, 12) f8 -> writes (.., 3, 24), (B, 6), (G, 6), (G,) f8
+@lean_kernel  # (B, 3, 24) f8, (B,) i8, (G+1,) i8, (G, 12) f8 -> writes (.., 3, 24), (B, 6), (G, 6), (G,) f8
 def place_groups(packed, sizes, starts, poses, blocks, part_extents, group_extents, radii):
     """Writes every part in the frame of its group's joint, the extents of parts and groups, the groups' radii."""
     for g in range(poses.shape[0]):

@@ -4,7 +4,7 @@ The arguments are the fields of `Chain`, `Bodies` and `Scratch` (kabo.geometry.a
 because unpacking tuples costs more than a check. A kernel allocates nothing.
 """
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 from kabo.geometry.kernels.boxes import boxes_near, place_block, place_box
 from kabo.geometry.kernels.separation import apart
 from kabo.scene.kernels.poses import forward_kinematics
@@ -13,7 +13,7 @@ JOINT, PARTS, PAIRS = 0, 1, 2  # rows of `groups`
 PARTNER, NUMBER = 0, 1  # rows of `pairs`
 
 
-@kernel  # (n,) f8, (n,) f8 -> bool
+@lean_kernel  # (n,) f8, (n,) f8 -> bool
 def usable(q, bound):
     """Whether every value is finite and within its bound: a NaN must not reach a proof."""
     good = q.shape[0] == bound.shape[0]
@@ -22,7 +22,7 @@ def usable(q, bound):
     return good
 
 
-@kernel  # (J, 12) f8, i8, (G,) i8, (G, 6) f8 -> writes (6, padded groups) f8
+@lean_kernel  # (J, 12) f8, i8, (G,) i8, (G, 6) f8 -> writes (6, padded groups) f8
 def _group_boxes(world_T, moving, joint, group_extents, rows):
     """Writes the world boxes of all moving groups as columns of `rows`."""
     for g in range(moving):
@@ -36,7 +36,7 @@ def _group_boxes(world_T, moving, joint, group_extents, rows):
             rows[r, g], rows[3 + r, g] = middle - half, middle + half
 
 
-@kernel  # (6, padded groups) f8, i8, f8 -> writes (padded groups,) bool
+@lean_kernel  # (6, padded groups) f8, i8, f8 -> writes (padded groups,) bool
 def _near_groups(rows, g, margin, near):
     """Marks the groups whose boxes are near group g's: one vectorised pass over all."""
     x0, y0, z0 = rows[0, g] - margin, rows[1, g] - margin, rows[2, g] - margin
@@ -48,7 +48,7 @@ def _near_groups(rows, g, margin, near):
         near[h] = x & y & z
 
 
-@kernel
+@lean_kernel
 def _part_boxes(world_T, groups, g, part_extents, part_boxes, placed):
     """Writes the world boxes of the parts of a group; their vertices are not placed yet."""
     for p in range(groups[PARTS, g], groups[PARTS, g + 1]):
@@ -56,7 +56,7 @@ def _part_boxes(world_T, groups, g, part_extents, part_boxes, placed):
         placed[p] = 0
 
 
-@kernel
+@lean_kernel
 def _world_block(world_T, j, blocks, p, size, placed):
     """The block with the part's vertices in the world, made on first use; fixed parts lie there already."""
     if j == 0:
@@ -68,7 +68,7 @@ def _world_block(world_T, j, blocks, p, size, placed):
     return target
 
 
-@kernel
+@lean_kernel
 def _all_parts_apart(
     world_T, groups, g, h, sizes, offset, margin, part_boxes, placed, blocks, axis, simplex, counters
 ):  # fmt: skip
@@ -85,7 +85,7 @@ def _all_parts_apart(
     return True
 
 
-@kernel
+@lean_kernel
 def first_hit(
     q, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents, group_extents, pairs,
     world_T, rows, near, boxed, placed, part_boxes, blocks, axis, simplex, counters,
@@ -118,7 +118,7 @@ def first_hit(
     return -1
 
 
-@kernel
+@lean_kernel
 def first_hits(
     configurations, answers, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents,
     group_extents, pairs, world_T, rows, near, boxed, placed, part_boxes, blocks, axis, simplex, counters,

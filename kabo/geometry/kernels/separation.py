@@ -11,7 +11,7 @@ A body is one vertex block, or two: the convex hull of one part at both ends of 
 
 import numpy as np
 
-from kabo.compilation import kernel, leaf_kernel, reduction_kernel
+from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
 
 ITERATIONS = 48  # 13 was the most that parts of real scenes needed; undecided by then counts as "not apart"
 
@@ -36,7 +36,7 @@ def support(blocks, block, count, x, y, z, offset):
     return best
 
 
-@kernel
+@lean_kernel
 def _farthest(blocks, first, second, count, x, y, z, offset):
     """The block and the column of the farthest vertex of the hull of two blocks."""
     best, block = support(blocks, first, count, x, y, z, offset), first
@@ -47,7 +47,7 @@ def _farthest(blocks, first, second, count, x, y, z, offset):
     return block, best & 63
 
 
-@kernel
+@lean_kernel
 def _nearest_on_triangle(simplex, i, j, k):
     """The point of triangle i, j, k nearest to the origin: how many corners carry it, which come first, the point."""
     ax, ay, az = simplex[i, 0], simplex[i, 1], simplex[i, 2]
@@ -82,7 +82,7 @@ def _nearest_on_triangle(simplex, i, j, k):
     return 3, i, j, k, h * nx, h * ny, h * nz
 
 
-@kernel
+@lean_kernel
 def _outside(simplex, i, j, k, other):
     """Whether the origin lies on the far side of face i, j, k, seen from the other corner, or the tetrahedron is flat."""
     ax, ay, az = simplex[i, 0], simplex[i, 1], simplex[i, 2]
@@ -94,7 +94,7 @@ def _outside(simplex, i, j, k, other):
     return origin * height < 0.0 or height * height <= 1e-24 * (nx * nx + ny * ny + nz * nz)
 
 
-@kernel
+@lean_kernel
 def _nearest_on_segment(simplex):
     """As `nearest`, for two corners."""
     ax, ay, az = simplex[1, 0], simplex[1, 1], simplex[1, 2]
@@ -109,7 +109,7 @@ def _nearest_on_segment(simplex):
     return 2, ax + t * ex, ay + t * ey, az + t * ez
 
 
-@kernel
+@lean_kernel
 def nearest(simplex, size):
     """The point of the simplex nearest to the origin, and how many corners carry it: those are moved to the front.
 
@@ -142,7 +142,7 @@ def nearest(simplex, size):
     return found, x, y, z
 
 
-@kernel
+@lean_kernel
 def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simplex, counters):
     """Whether hull(a0, a1) and hull(b0, b1) are proven farther apart than `margin` - rounding(offset) [Gilbert 1988].
 

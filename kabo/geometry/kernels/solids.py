@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 
 
-@kernel  # (T, 3, 3) f8, i8, f8 x 3 -> f8
+@lean_kernel  # (T, 3, 3) f8, i8, f8 x 3 -> f8
 def triangle_distance_squared(triangles, t, px, py, pz):
     """The squared distance of a point to a triangle [Ericson 2005, 5.1.5]."""
     ax, ay, az = triangles[t, 0, 0] - px, triangles[t, 0, 1] - py, triangles[t, 0, 2] - pz
@@ -39,7 +39,7 @@ def triangle_distance_squared(triangles, t, px, py, pz):
     return x * x + y * y + z * z
 
 
-@kernel  # (N, 6) f8, i8, f8 x 3 -> f8
+@lean_kernel  # (N, 6) f8, i8, f8 x 3 -> f8
 def box_distance_squared(boxes, n, x, y, z):
     """The squared distance of a point to a box (lower, upper)."""
     dx = max(0.0, max(boxes[n, 0] - x, x - boxes[n, 3]))
@@ -48,7 +48,7 @@ def box_distance_squared(boxes, n, x, y, z):
     return dx * dx + dy * dy + dz * dz
 
 
-@kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8, (64,) i8 -> f8
+@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8, (64,) i8 -> f8
 def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
     """The distance of a point to the mesh; stops at any distance up to `enough`, which it then returns.
 
@@ -76,7 +76,7 @@ def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
     return np.sqrt(best)
 
 
-@kernel  # (T, 3, 3) f8, f8 x 3 -> f8
+@lean_kernel  # (T, 3, 3) f8, f8 x 3 -> f8
 def winding_number(triangles, px, py, pz):
     """How often the mesh winds around a point: the sum of solid angles over 4 pi [van Oosterom 1983]."""
     total = 0.0
@@ -92,7 +92,7 @@ def winding_number(triangles, px, py, pz):
     return total / (2.0 * np.pi)
 
 
-@kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, (64,) i8 -> bool
+@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, (64,) i8 -> bool
 def inside(boxes, children, triangles, px, py, pz, stack):
     """Whether the mesh winds around a point that is not on it: signed crossings of a slanted ray upwards.
 
@@ -135,7 +135,7 @@ def inside(boxes, children, triangles, px, py, pz, stack):
     return turns != 0
 
 
-@kernel
+@lean_kernel
 def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cells, most):
     """Whether some point of a polytope may be farther than `limit` from the solid: False is a proof.
 
@@ -185,7 +185,7 @@ def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cell
     return 2
 
 
-@kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) f8
+@lean_kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) f8
 def surface_distances(points, boxes, children, triangles, stack, distances):
     """`surface_distance` of many points."""
     for i in range(points.shape[0]):
@@ -194,7 +194,7 @@ def surface_distances(points, boxes, children, triangles, stack, distances):
         )
 
 
-@kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) bool
+@lean_kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) bool
 def insides(points, boxes, children, triangles, stack, answers):
     """`inside` of many points."""
     for i in range(points.shape[0]):

@@ -15,7 +15,7 @@ the square of the interval, spread linearly, so the bisection ends.
 The arguments are the fields of `Chain`, `Bodies`, `Tracks`, `Scratch` and `Sweep` (kabo.geometry.arrays).
 """
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 from kabo.geometry.kernels.boxes import boxes_near, place_block, place_box, unite_boxes
 from kabo.geometry.kernels.check import usable
 from kabo.geometry.kernels.separation import apart
@@ -41,7 +41,7 @@ KEY, KEY_MARK, BLOCK = 0, 1, 2  # rows of `pool`
 NUMBER = 1  # row of `pairs`
 
 
-@kernel
+@lean_kernel
 def _coarse_poses(
     t, level, moves, segment, joints, factors, placement, groups, group_extents, tracks, frames, frame_tags,
     node_poses, node_boxes, node_marks, state,
@@ -59,7 +59,7 @@ def _coarse_poses(
             place_box(node_poses, row, group_extents, group, node_boxes, row)
 
 
-@kernel
+@lean_kernel
 def _whole(
     t, segment, joints, factors, placement, groups, group_extents, tracks, lengths, radii, turned, motions, frames,
     frame_tags, node_poses, node_boxes, node_marks, whole_boxes, whole_marks, state,
@@ -81,7 +81,7 @@ def _whole(
     whole_box(t, level, deviation / (1 << 2 * level), path > 0.0, node_boxes, whole_boxes)
 
 
-@kernel
+@lean_kernel
 def _interval_box(t, level, i, motions, node_boxes, united, target):
     """Writes the box of a track's group over interval i of a level to row `target` of `united`."""
     moves = motions[t, 2] > 0.0
@@ -90,7 +90,7 @@ def _interval_box(t, level, i, motions, node_boxes, united, target):
     unite_boxes(node_boxes, row, last, motions[t, 0] / (1 << 2 * level), united, target)
 
 
-@kernel
+@lean_kernel
 def _interval_parts(
     t, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united, state
 ):
@@ -109,7 +109,7 @@ def _interval_parts(
     return interval_table[0, number]
 
 
-@kernel
+@lean_kernel
 def _block(
     t, part, node, motions, segment, joints, factors, placement, groups, sizes, part_extents, tracks, frames,
     frame_tags, blocks, block_boxes, pose, pool, state,
@@ -133,7 +133,7 @@ def _block(
     return pool[BLOCK, place]
 
 
-@kernel
+@lean_kernel
 def _parts_hit(
     ta, a, tb, b, start, width, deviation, spread, slack, pose_margin, margin, motions, segment, joints, factors,
     placement, groups, sizes, part_extents, tracks, frames, frame_tags, blocks, block_boxes, pose, pool, state, stack,
@@ -194,7 +194,7 @@ def _parts_hit(
     return False
 
 
-@kernel
+@lean_kernel
 def _pair_hit(
     ta, tb, slack, pose_margin, margin, motions, segment, joints, factors, placement, groups, sizes, diameters,
     part_extents, group_extents, tracks, frames, frame_tags, node_poses, node_boxes, node_marks, interval_table,
@@ -271,7 +271,7 @@ def _pair_hit(
     return False
 
 
-@kernel
+@lean_kernel
 def _begin(start, end, segment, joints, factors, turned, state):
     """Empties all pools, keeps both ends of the segment, and sums up how far each joint's frame turns."""
     state[RUN] += 1
@@ -283,7 +283,7 @@ def _begin(start, end, segment, joints, factors, turned, state):
     turning(segment, joints, factors, turned)
 
 
-@kernel
+@lean_kernel
 def first_swept_hit(
     start, end, margin, clearance, joints, factors, placement, bound, offset, groups, sizes, part_extents,
     group_extents, pairs, blocks, axis, simplex, counters, lengths, radii, diameters, tracks, pair_tracks, slacks,

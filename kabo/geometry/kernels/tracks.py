@@ -7,7 +7,7 @@ A segment q(t) = q0 + t (q1 - q0) has 2^20 intervals; node i lies at t = i / 2^2
 intervals keep their poses and boxes during one sweep.
 """
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 from kabo.geometry.kernels.boxes import place_box, unite_boxes
 from kabo.scene.kernels.poses import forward_kinematics
 
@@ -17,7 +17,7 @@ GRID = (1 << COARSE) + 1
 SLOTS = GRID + DEPTH - COARSE  # forward kinematics kept: the coarse grid, and one node of each finer level
 
 
-@kernel  # (3, n) f8, (3, J) i8, (2, J) f8 -> writes (J,) f8
+@lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8 -> writes (J,) f8
 def turning(segment, joints, factors, turned):
     """Writes for every joint the sum of |angle| over the revolute joints from the world to it."""
     turned[0] = 0.0
@@ -27,7 +27,7 @@ def turning(segment, joints, factors, turned):
         turned[j] = turned[joints[0, j]] + step
 
 
-@kernel
+@lean_kernel
 def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
     """Bounds over the whole segment for points within `radius` of the joint's origin, seen from `frame`.
 
@@ -55,7 +55,7 @@ def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
     return 0.125 * bend * (1.0 + 1e-12), angle * (1.0 + 1e-12), path * (1.0 + 1e-12)
 
 
-@kernel  # f8, f8 [m] -> i8
+@lean_kernel  # f8, f8 [m] -> i8
 def level_for(deviation, enough):
     """How often the segment is halved (at most to the coarse grid) until the deviation is small `enough`."""
     level = 0
@@ -65,7 +65,7 @@ def level_for(deviation, enough):
     return level
 
 
-@kernel
+@lean_kernel
 def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags):
     """The slot of `frames` (SLOTS, J, 12) with all joint frames at a node, made on first use.
 
@@ -88,7 +88,7 @@ def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags
     return slot
 
 
-@kernel  # (J, 12) f8, i8, i8 -> writes row of (.., 12) f8
+@lean_kernel  # (J, 12) f8, i8, i8 -> writes row of (.., 12) f8
 def pose_in(world_T, joint, frame, poses, row):
     """Writes frame_T_joint."""
     if frame == 0:
@@ -111,7 +111,7 @@ def pose_in(world_T, joint, frame, poses, row):
         poses[row, 9 + r] = world_T[frame, r] * x + world_T[frame, 3 + r] * y + world_T[frame, 6 + r] * z
 
 
-@kernel
+@lean_kernel
 def whole_box(track, level, grow, moves, node_boxes, whole_boxes):
     """Writes the box around everything a track's group sweeps, from its boxes at the coarse nodes of a level."""
     first = track * GRID
@@ -124,7 +124,7 @@ def whole_box(track, level, grow, moves, node_boxes, whole_boxes):
                 whole_boxes[track, 3 + r] = max(whole_boxes[track, 3 + r], node_boxes[first + c, 3 + r] + grow)
 
 
-@kernel
+@lean_kernel
 def interval_parts(first, end, part_extents, poses, row0, row1, grow, pair_boxes, boxes, start):
     """Writes the boxes of parts first..end over an interval, from the poses at its ends, grown by the deviation."""
     for p in range(first, end):
@@ -136,7 +136,7 @@ def interval_parts(first, end, part_extents, poses, row0, row1, grow, pair_boxes
             unite_boxes(pair_boxes, 0, 0, grow, boxes, start + p - first)
 
 
-@kernel  # i8, i8, (H,) i8, (H,) i8 -> i8
+@lean_kernel  # i8, i8, (H,) i8, (H,) i8 -> i8
 def look_up(key, mark, keys, marks):
     """The place of a key in an open hash table of a power of two of places, or the free place where it belongs."""
     place = (key ^ (key >> 15) ^ (key >> 23)) & (keys.shape[0] - 1)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 
 
-@kernel  # (n,) f8, (J,) i8, (J,) i8, (J,) i8, (J,) f8, (J,) f8, (J, 12) f8 -> writes world_T (J, 12) f8
+@lean_kernel  # (n,) f8, (J,) i8, (J,) i8, (J,) i8, (J,) f8, (J,) f8, (J, 12) f8 -> writes world_T (J, 12) f8
 def forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T):
     """Writes the pose of every joint frame in the world; row 0 of `world_T` must be the identity."""
     for j in range(1, parent.shape[0]):
