@@ -119,7 +119,8 @@ def _holding(ask: Any, *owned: Any) -> Ask:
 def coal_managers(scene: Arrangement, model: Any, geometry: Any) -> Ask:
     """Coal's managers, driven from Python: each arm against the other and against all that stands.
 
-    Coal's callback cannot be replaced from Python, hence all pairs of two managers count and none within one.
+    Coal's callback cannot be replaced from Python, hence all pairs of two managers count and none within one; the
+    arms' bases, which touch their first links, are left out. Its answers are therefore not compared.
     """
     joints = len(model.parents) // 2
     work, data, moved = model.createData(), pin.GeometryData(geometry), []
@@ -127,6 +128,8 @@ def coal_managers(scene: Arrangement, model: Any, geometry: Any) -> Ask:
     managers = [coal.DynamicAABBTreeCollisionManager() for _ in range(3)]
     for index, thing in enumerate(geometry.geometryObjects):
         joint, pose = thing.parentJoint, data.oMg[index]
+        if joint == 0 and "." in thing.name:
+            continue
         body = coal.CollisionObject(thing.geometry, coal.Transform3s(pose.rotation, pose.translation))
         owner = 2 if joint == 0 else int(joint > joints)
         managers[owner].registerObject(body)
