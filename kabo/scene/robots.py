@@ -102,6 +102,10 @@ class Robot:
         a, b = self._moving_joint(first), self._moving_joint(second)
         return a == b or self._moving_parent(a) == b or self._moving_parent(b) == a
 
+    def stands(self, link: str) -> bool:
+        """Whether no joint that moves carries the link: it stays where the base is."""
+        return self._moving_joint(link) == 0
+
     def _moving_joint(self, link: str) -> int:
         return self._settle(self.links[link].joint)
 

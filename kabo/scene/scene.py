@@ -88,10 +88,7 @@ class Scene:
 
     def _fixed(self, name: str) -> bool:
         robot, dot, link = name.partition(".")
-        return self.robots[robot].neighbours(link, self._root(robot)) if dot else not self.bodies[name].movable
-
-    def _root(self, robot: str) -> str:
-        return next(name for name, link in self.robots[robot].links.items() if link.joint == 0)
+        return self.robots[robot].stands(link) if dot else not self.bodies[name].movable
 
 
 def attachment(parent: str, parent_T_object: Array) -> Attachment:

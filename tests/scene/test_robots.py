@@ -75,6 +75,11 @@ def test_neighbours_hang_on_one_moving_joint_or_on_a_joint_and_its_parent(robot:
     assert not robot.neighbours("left", "right")
 
 
+def test_only_what_no_moving_joint_carries_stands(robot: Robot) -> None:
+    """Regression: the first moving link once counted as fixed, and was not checked against what stands around."""
+    assert [name for name in robot.links if robot.stands(name)] == ["base"]
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
