@@ -10,6 +10,8 @@ from kabo.geometry.kernels.solids import insides, sticks_out, surface_distances
 from kabo.geometry.parts import Array
 
 LEAF = 4  # triangles
+FLAT = 1e-9  # m: rounding of the planes of a convex mesh
+MANY = 20_000_000  # faces times vertices: above, convexity is not asked for
 CELLS = 80_000  # boxes after which a proof is given up: some tenths of a second
 
 
@@ -54,8 +56,21 @@ class Solid:
         insides(points, boxes, children, triangles, stack, within)
         return np.where(within, 0.0, distances)
 
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether no vertex lies in front of any face by more than `FLAT`: then the solid is its own hull."""
+        corners = self.vertices[self.faces]
+        if len(self.faces) * len(self.vertices) > MANY:
+            return False
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        heights = normals @ self.vertices.T - np.einsum("ij,ij->i", normals, corners[:, 0])[:, None]
+        return bool(np.nanmax(heights) <= FLAT)
+
     def proves_within(self, part: Array, planes: Array, limit: float) -> bool:
         """Whether every point of a convex part (V, 3), also given by planes (H, 4), is proven within `limit` [m]."""
+        if self.is_convex:  # the distance to a convex set is greatest at a corner
+            return bool((self.outside_distances(part) <= limit - 10 * FLAT).all())
         low, high = part.min(axis=0), part.max(axis=0)
         scratch = np.zeros(64, np.int64), np.empty((256, 7))
         return int(sticks_out(planes, low, high, limit, *self._tree, *scratch, CELLS)) == 0
