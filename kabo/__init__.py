@@ -1,7 +1,8 @@
 """kabo: combined task and motion planning on the knowledge level, with bounded geometric predicates.
 
-The façade: `load_problem`, `solve`, `verify`, `load_scene`, `GeometryServer` and the data they speak of. It
-imports nothing itself; each name loads its room when it is first used, so that `import kabo` takes milliseconds.
+The façade: `load_problem`, `solve`, `verify`, `load_scene`, `GeometryServer`, `load_mesh`, `bounding_mesh`,
+`bounding_decomposition` and the data they speak of. It imports nothing itself; each name loads its room when it is
+first used, so that `import kabo` takes milliseconds.
 """
 
 from importlib import import_module
@@ -9,9 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kabo.errors import Diagnostic, InputError, KaboError, ServiceError
+    from kabo.geometry.bounding_decomposition import bounding_decomposition
+    from kabo.geometry.bounding_mesh import bounding_mesh
     from kabo.geometry_server import GeometryServer
     from kabo.language import load_problem
     from kabo.language.problem import Problem
+    from kabo.meshes import load_mesh
     from kabo.plan import Plan, plan_from_json, plan_to_json
     from kabo.planner.result import Progress, Reason, Result
     from kabo.planner.solve import solve
@@ -33,6 +37,9 @@ _HOMES = {
     "Result": "kabo.planner.result",
     "Scene": "kabo.scene",
     "ServiceError": "kabo.errors",
+    "bounding_decomposition": "kabo.geometry",
+    "bounding_mesh": "kabo.geometry",
+    "load_mesh": "kabo.meshes",
     "load_problem": "kabo.language",
     "load_scene": "kabo.scene",
     "plan_from_json": "kabo.plan",
@@ -53,6 +60,9 @@ __all__ = [
     "Result",
     "Scene",
     "ServiceError",
+    "bounding_decomposition",
+    "bounding_mesh",
+    "load_mesh",
     "load_problem",
     "load_scene",
     "plan_from_json",

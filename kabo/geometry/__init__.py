@@ -4,19 +4,27 @@ Arrays, metres and epsilon; it knows nothing of robots, names of objects or form
 kernels or mesh libraries load when they are first used.
 """
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 _HOMES = {
+    "BoundingMesh": "bounding_mesh",
     "Budget": "budget",
     "CollisionView": "views",
     "Counters": "views",
+    "Decomposition": "bounding_decomposition",
     "Enclosure": "parts",
     "ExactView": "exact",
     "FixedGroup": "parts",
     "MovingGroup": "parts",
+    "bounding_decomposition": "bounding_decomposition",
+    "bounding_mesh": "bounding_mesh",
     "contains": "inclusion",
+    "crossing_faces": "crossings",
     "enclosing_parts": "enclosure",
+    "hausdorff_bound": "hausdorff",
     "write_parts": "enclosure",
 }
 
@@ -27,3 +35,14 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+class _Room(ModuleType):
+    """A room whose names stay what `_HOMES` says, also where a file is called like the function that it offers."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):  # Python hangs every imported file on its package
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Room
