@@ -1,0 +1,99 @@
+"""Certified signs: on which side of a plane a point lies, never wrong, and 0 only where it is exactly zero.
+
+A floating-point determinant decides where it exceeds its own rounding bound; else the volume is summed up without
+rounding, as an expansion: doubles that do not overlap, smallest first [Shewchuk 1997]. Nothing is rounded where
+coordinates are 0 or of magnitude 1e-80 to 1e80. Callers compile their callees again, hence few and small functions.
+
+`scratch` is (SCRATCH,) f8; what it holds before and after does not matter.
+"""
+
+from kabo.compilation import lean_kernel
+
+SCRATCH = 256
+VOLUME_ERROR = (
+    7.771561172376103e-16  # (7 + 56 u) u, u = 2^-53: of the sum of all |products| [Shewchuk 1997, fig. 21]
+)
+_START = 30  # place of the expansion in scratch: before it 12 coordinates and 9 differences as sums of two
+
+
+@lean_kernel  # f8, f8 -> f8
+def _product_error(a, b):
+    """What rounding takes from a * b [Dekker 1971]; there is no fused multiply-add to rely on."""
+    split = 134217729.0 * a  # 2^27 + 1
+    a_high = split - (split - a)
+    a_low = a - a_high
+    split = 134217729.0 * b
+    b_high = split - (split - b)
+    b_low = b - b_high
+    return a_low * b_low - (((a * b - a_high * b_high) - a_low * b_high) - a_high * b_low)
+
+
+@lean_kernel  # (SCRATCH,) f8, i8, f8 -> i8
+def _grow(scratch, count, value):
+    """Adds a number to the expansion, without rounding; returns its number of components, none of them zero."""
+    kept = 0
+    for i in range(count):
+        term = scratch[_START + i]
+        total = value + term
+        taken = total - value
+        error = (value - (total - taken)) + (term - taken)
+        if error != 0.0:
+            scratch[_START + kept] = error
+            kept += 1
+        value = total
+    if value != 0.0:
+        scratch[_START + kept] = value
+        kept += 1
+    return kept
+
+
+@lean_kernel  # (SCRATCH,) f8 with a, b, c, d at 0..11 -> i8
+def _exact_orientation(scratch):
+    """The sign of `orientation` without any rounding: the six products of the determinant, summed up."""
+    for i in range(9):
+        a, d = scratch[i], -scratch[9 + i % 3]
+        total = a + d
+        taken = total - a
+        scratch[12 + 2 * i], scratch[13 + 2 * i] = total, (a - (total - taken)) + (d - taken)
+    count = 0
+    for code in range(48):
+        first, step, sign = (code >> 3) % 3, 1 if code < 24 else 2, -1.0 if code < 24 else 1.0
+        x = sign * scratch[12 + 2 * first + (code & 1)]
+        y = scratch[18 + 2 * ((first + step) % 3) + ((code >> 1) & 1)]
+        z = scratch[24 + 2 * ((first + 2 * step) % 3) + ((code >> 2) & 1)]
+        if x == 0.0 or y == 0.0 or z == 0.0:
+            continue
+        for part in range(4):
+            factor = x * y if part < 2 else _product_error(x, y)
+            count = _grow(scratch, count, factor * z if part % 2 == 0 else _product_error(factor, z))
+    if count == 0:
+        return 0
+    return 1 if scratch[_START + count - 1] > 0.0 else -1
+
+
+@lean_kernel  # 12 f8 [m] -> i8
+def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
+    """As `orientation` where rounding cannot change the sign, else 0: "unsure"."""
+    adx, ady, adz = ax - dx, ay - dy, az - dz
+    bdx, bdy, bdz = bx - dx, by - dy, bz - dz
+    cdx, cdy, cdz = cx - dx, cy - dy, cz - dz
+    bc, cb, ca, ac, ab, ba = bdx * cdy, cdx * bdy, cdx * ady, adx * cdy, adx * bdy, bdx * ady
+    volume = adz * (bc - cb) + bdz * (ca - ac) + cdz * (ab - ba)
+    products = (abs(bc) + abs(cb)) * abs(adz) + (abs(ca) + abs(ac)) * abs(bdz) + (abs(ab) + abs(ba)) * abs(cdz)
+    if volume > VOLUME_ERROR * products:
+        return -1
+    return 1 if volume < -VOLUME_ERROR * products else 0
+
+
+@lean_kernel  # 12 f8 [m], (SCRATCH,) f8 -> i8
+def orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz, scratch):
+    """The exact sign, 1, 0 or -1, of the volume (b - a) x (c - a) . (d - a): 1 where d lies in front of a, b, c.
+
+    In front is where the normal of the counterclockwise triangle points.
+    """
+    sign = likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz)
+    if sign != 0:
+        return sign
+    scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5] = ax, ay, az, bx, by, bz
+    scratch[6], scratch[7], scratch[8], scratch[9], scratch[10], scratch[11] = cx, cy, cz, dx, dy, dz
+    return _exact_orientation(scratch)
