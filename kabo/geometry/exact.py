@@ -1,22 +1,80 @@
 """Collision on the original triangle meshes, through python-fcl: the exact alternative to a `CollisionView`.
 
-The same questions on the same groups, for comparison and `--geometry exact`. Segments are sampled so densely that
-no point of a body moves farther than 2 epsilon between samples: unlike a bounded sweep this proves nothing between.
+The same questions on the same groups, for comparison and `--geometry exact`. Only pairs that are asked for and whose
+boxes meet reach python-fcl; a body wholly inside another one touches it too. Segments are sampled so densely that no
+point of a body moves farther than 2 epsilon between samples: unlike a bounded sweep this proves nothing between.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 
 import fcl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from kabo.geometry.arrays import chain_of
 from kabo.geometry.budget import Budget
 from kabo.geometry.kernels.tracks import motion, turning
 from kabo.geometry.parts import Array, FixedGroup, Mesh, MovingGroup, poses_of
-from kabo.geometry.views import Counters
+from kabo.geometry.solids import Solid
+from kabo.geometry.views import FREE, Counters
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
+
+SLACK = 1e-12  # metres: what rounding may take from a box
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A mesh as fcl has it, its box, a vertex of each of its components, and the solid inside."""
+
+    model: fcl.BVHModel
+    low: Array  # (3,)
+    high: Array  # (3,)
+    corners: Array  # (C, 3)
+    solid: Solid
+
+
+@dataclass(frozen=True, eq=False)
+class _Arrays:
+    """A mesh that equals itself only: what `_surface` remembers."""
+
+    mesh: Mesh
+
+    def __hash__(self) -> int:
+        return hash((id(self.mesh[0]), id(self.mesh[1])))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Arrays) and all(a is b for a, b in zip(self.mesh, other.mesh, strict=True))
+
+
+@lru_cache(maxsize=256)
+def _surface(arrays: _Arrays) -> Surface:
+    vertices = np.ascontiguousarray(arrays.mesh[0], np.float64)
+    faces = np.ascontiguousarray(arrays.mesh[1], np.int64)
+    model = fcl.BVHModel()
+    model.beginModel(len(vertices), len(faces))
+    model.addSubModel(vertices, faces)
+    model.endModel()
+    edges = faces[:, [0, 1, 1, 2]].reshape(-1, 2)
+    graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(vertices), len(vertices)))
+    component = connected_components(graph, directed=False)[1][faces[:, 0]]
+    corners = vertices[faces[np.unique(component, return_index=True)[1], 0]]
+    return Surface(model, vertices.min(axis=0), vertices.max(axis=0), corners, Solid(vertices, faces))
+
+
+def surface_of(mesh: Mesh) -> Surface:
+    """The surface of a mesh, made once for each pair of arrays."""
+    return _surface(_Arrays(mesh))
+
+
+def surrounds(outer: Surface, points: Array) -> bool:
+    """Whether a solid contains any of the points (P, 3), given in its own frame."""
+    within = ((outer.low <= points) & (points <= outer.high)).all(axis=1)
+    return bool(within.any()) and bool(outer.solid.insides(points[within]).any())
 
 
 class ExactView:
@@ -39,28 +97,37 @@ class ExactView:
         if any(group.mesh is None for group in groups):
             raise ValueError("an exact view needs the mesh of every group")
         self._chain, self._epsilon, self.counters = chain_of(tree), budget.epsilon, Counters()
-        self._world_T = np.zeros((self._chain.joints.shape[1], 12))
-        self._world_T[0, [0, 4, 8]] = 1.0
-        self._joint = [group.joint for group in moving]
-        self._poses = poses_of(moving, fixed)
-        self._models = [_model(group.mesh) for group in groups if group.mesh]
-        self._objects = [_object(m, p) for m, p in zip(self._models, self._poses, strict=True)]
-        placed = [
-            g.mesh[0] @ p[:9].reshape(3, 3).T + p[9:] for g, p in zip(moving, self._poses, strict=False) if g.mesh
-        ]
-        self._radii = np.array([np.linalg.norm(vertices, axis=1).max() for vertices in placed])
+        self._frames = np.zeros((self._chain.joints.shape[1], 12))
+        self._frames[0, [0, 4, 8]] = 1.0
+        self._joint, self._moving = np.array([group.joint for group in moving], np.int64), len(moving)
+        self._surfaces = [surface_of(group.mesh) for group in groups if group.mesh]
         self._pairs = np.asarray(pairs, np.int64).reshape(-1, 2)
-        allowed = {(int(a), int(b)): number for number, (a, b) in reversed(list(enumerate(self._pairs)))}
-        self._allowed = allowed | {(b, a): number for (a, b), number in allowed.items()}
-        self._index = {id(model): index for index, model in enumerate(self._models)}
-        self._moving, self._fixed = fcl.DynamicAABBTreeCollisionManager(), fcl.DynamicAABBTreeCollisionManager()
-        self._moving.registerObjects(self._objects[: len(moving)])
-        self._fixed.registerObjects(self._objects[len(moving) :])
-        self._moving.setup()
-        self._fixed.setup()
+        self._first, self._second = (np.ascontiguousarray(column) for column in self._pairs.T)
+        self._place(poses_of(moving, fixed))
+        self._bodies = [fcl.CollisionObject(surface.model, fcl.Transform()) for surface in self._surfaces]
+        for body, rotation, translation in zip(self._bodies, self._world_R, self._world_t, strict=True):
+            body.setTransform(fcl.Transform(rotation, translation))
+        self._request = fcl.CollisionRequest()
+        self._corners = np.zeros((len(groups), max((len(s.corners) for s in self._surfaces), default=1), 3))
+        for corners, surface in zip(self._corners, self._surfaces, strict=True):
+            corners[:] = surface.corners[0]  # padded with the first one
+            corners[: len(surface.corners)] = surface.corners
+
+    def _place(self, poses: Array) -> None:
+        """The poses of all groups in their joint's frame, and the boxes of their meshes there."""
+        self._rotation, self._translation = poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
+        placed = [
+            s.solid.vertices @ p[:9].reshape(3, 3).T + p[9:] for s, p in zip(self._surfaces, poses, strict=True)
+        ]
+        low = np.array([vertices.min(axis=0) for vertices in placed]).reshape(-1, 3)
+        high = np.array([vertices.max(axis=0) for vertices in placed]).reshape(-1, 3)
+        self._radii = np.array([np.linalg.norm(vertices, axis=1).max() for vertices in placed[: self._moving]])
+        self._centre, self._half = 0.5 * (low + high), 0.5 * (high - low) + SLACK
+        self._low, self._high = low - SLACK, high + SLACK
+        self._world_R, self._world_t = self._rotation.copy(), self._translation.copy()
 
     def configuration_hit(self, q: Array) -> int:
-        """-1 if no pair touches at q (n,), else the number of a pair that does.
+        """-1 if no pair touches at q (n,), else the number of the first pair that does.
 
         Raises:
             ValueError: q has another size, or is not finite.
@@ -85,7 +152,7 @@ class ExactView:
             found = self._hit(first + i / count * (last - first))
             if found >= 0:
                 return self._counted(found)
-        return -1
+        return FREE
 
     def _configuration(self, q: Array) -> Array:
         row = np.ascontiguousarray(q, np.float64)
@@ -98,27 +165,51 @@ class ExactView:
         return found
 
     def _hit(self, q: Array) -> int:
-        joints, factors, placement, _ = self._chain
-        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, self._world_T)
-        for joint, pose, body in zip(self._joint, self._poses, self._objects, strict=False):
-            world_R, group_R = self._world_T[joint, :9].reshape(3, 3), pose[:9].reshape(3, 3)
-            body.setTransform(fcl.Transform(world_R @ group_R, world_R @ pose[9:] + self._world_T[joint, 9:]))
-        self._moving.update()
-        found = [-1]
-        self._moving.collide(self._fixed, found, self._touches)
-        if found[0] < 0:
-            self._moving.collide(found, self._touches)
-        return found[0]
+        near = self._near(q)
+        placed: set[int] = set()
+        for number in near.tolist():
+            pair = int(self._first[number]), int(self._second[number])
+            for group in pair:
+                if group < self._moving and group not in placed:
+                    placed.add(group)
+                    pose = fcl.Transform(self._world_R[group], self._world_t[group])
+                    self._bodies[group].setTransform(pose)
+            if self._touch(*pair):
+                return int(number)
+        return self._nested(near) if len(near) else FREE
 
-    def _touches(self, first: fcl.CollisionObject, second: fcl.CollisionObject, found: list[int]) -> bool:
-        """The broad phase's question; True ends it. Its objects are new wrappers: only contacts name the models."""
-        result = fcl.CollisionResult()
+    def _near(self, q: Array) -> NDArray[np.int64]:
+        """The pairs whose boxes meet at q, in order; all boxes and poses are those at q afterwards."""
+        joints, factors, placement, _ = self._chain
+        forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, self._frames)
+        count, frames = self._moving, self._frames[self._joint]
+        turned, moved = frames[:, :9].reshape(-1, 3, 3), frames[:, 9:]
+        centre = np.einsum("gij,gj->gi", turned, self._centre[:count]) + moved
+        half = np.einsum("gij,gj->gi", np.abs(turned), self._half[:count])
+        self._low[:count], self._high[:count] = centre - half, centre + half
+        np.matmul(turned, self._rotation[:count], out=self._world_R[:count])
+        self._world_t[:count] = np.einsum("gij,gj->gi", turned, self._translation[:count]) + moved
+        meet = self._low[self._first] <= self._high[self._second]
+        meet &= self._low[self._second] <= self._high[self._first]
+        return np.flatnonzero(meet.all(axis=1))
+
+    def _touch(self, first: int, second: int) -> bool:
+        """Whether the surfaces of two bodies, placed in the world, share a point."""
         self.counters.pair_checks += 1
-        if fcl.collide(first, second, fcl.CollisionRequest(), result) == 0:
-            return False
-        contact = result.contacts[0]
-        found[0] = self._allowed.get((self._index[id(contact.o1)], self._index[id(contact.o2)]), -1)
-        return found[0] >= 0
+        return fcl.collide(self._bodies[first], self._bodies[second], self._request, fcl.CollisionResult()) > 0
+
+    def _nested(self, near: NDArray[np.int64]) -> int:
+        """The first pair of which one body contains a component of the other; their surfaces do not meet."""
+        points = np.einsum("gij,gcj->gci", self._world_R, self._corners) + self._world_t[:, None]
+        first, second = self._first[near], self._second[near]
+        for outer, inner in ((first, second), (second, first)):
+            within = (self._low[outer, None] <= points[inner]) & (points[inner] <= self._high[outer, None])
+            for k in np.flatnonzero(within.all(axis=2).any(axis=1)).tolist():
+                body = int(outer[k])
+                local = (points[inner[k]] - self._world_t[body]) @ self._world_R[body]
+                if surrounds(self._surfaces[body], local):
+                    return int(near[k])
+        return FREE
 
     def _longest_path(self, start: Array, end: Array) -> float:
         """A bound of how far any point of a moving body travels [m]."""
@@ -131,16 +222,3 @@ class ExactView:
             for joint, radius in zip(self._joint, self._radii, strict=True)
         ]
         return max(paths, default=0.0)
-
-
-def _model(mesh: Mesh) -> fcl.BVHModel:
-    vertices, faces = mesh
-    model = fcl.BVHModel()
-    model.beginModel(len(vertices), len(faces))
-    model.addSubModel(np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64))
-    model.endModel()
-    return model
-
-
-def _object(model: fcl.BVHModel, pose: Array) -> fcl.CollisionObject:
-    return fcl.CollisionObject(model, fcl.Transform(pose[:9].reshape(3, 3), pose[9:]))

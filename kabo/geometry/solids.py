@@ -56,6 +56,12 @@ class Solid:
         insides(points, boxes, children, triangles, stack, within)
         return np.where(within, 0.0, distances)
 
+    def insides(self, points: Array) -> NDArray[np.bool_]:
+        """Whether the mesh winds around each point (N, 3) that does not lie on it (N,)."""
+        points, within = np.ascontiguousarray(points, np.float64), np.empty(len(points), np.bool_)
+        insides(points, *self._tree, np.zeros(64, np.int64), within)
+        return within
+
     @cached_property
     def is_convex(self) -> bool:
         """Whether no vertex lies in front of any face by more than `FLAT`: then the solid is its own hull."""

@@ -95,3 +95,65 @@ def test_counters_count():
     assert (view.counters.configuration_checks, view.counters.positive) == (2, 1)
     view.segment_hit([0.0], [1.0])
     assert (view.counters.sweep_checks, view.counters.positive) == (1, 2)
+
+
+def nested(inner=0.1, outer=0.5, hollow=None):
+    """A cube that slides along z inside a larger one, which may have a cubic hollow."""
+    small, (vertices, faces) = solid([inner] * 3), solid([outer] * 3)[1]
+    if hollow is not None:
+        cavity, inward = solid([hollow] * 3)[1]
+        faces = np.concatenate([outward(vertices, faces), outward(cavity, inward)[:, ::-1] + len(vertices)])
+        vertices = np.concatenate([vertices, cavity])
+    large = Enclosure((box([outer] * 3),), 0.0), (vertices, np.ascontiguousarray(faces))
+    return small, large
+
+
+def outward(vertices, faces):
+    """The faces of a convex body about the origin, turned outwards."""
+    corners = vertices[faces]
+    turned = np.einsum(
+        "ij,ij->i", np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), corners[:, 0]
+    )
+    return np.where(turned[:, None] < 0, faces[:, ::-1], faces)
+
+
+@pytest.mark.parametrize("moves", ["inner", "outer"])
+def test_a_body_wholly_inside_another_touches_it(moves):
+    small, large = nested()
+    first, second = (small, large) if moves == "inner" else (large, small)
+    view = ExactView(
+        slide(IDENTITY),
+        [MovingGroup(1, IDENTITY, *first)],
+        [FixedGroup(move(0, 0, 0.1), *second)],
+        np.array([[0, 1]]),
+        BUDGET,
+    )
+    assert view.configurations_hit([[0.0], [0.1], [0.75]]).tolist() == [0, 0, FREE]
+
+
+def test_a_body_in_the_hollow_of_another_is_free():
+    small, large = nested(hollow=0.4)
+    view = ExactView(
+        slide(IDENTITY),
+        [MovingGroup(1, IDENTITY, *small)],
+        [FixedGroup(IDENTITY, *large)],
+        np.array([[0, 1]]),
+        BUDGET,
+    )
+    assert view.configurations_hit([[0.0], [0.29], [0.31], [0.45], [0.65]]).tolist() == [FREE, FREE, 0, 0, FREE]
+
+
+def test_pairs_whose_boxes_do_not_meet_and_pairs_not_asked_for_cost_nothing():
+    enclosure, mesh = solid([0.1, 0.1, 0.1])
+    places = [(0, 0, 0), (0, 0, 5), (0, 0, 0.5)]
+    view = ExactView(
+        slide(IDENTITY),
+        [MovingGroup(1, IDENTITY, enclosure, mesh)],
+        [FixedGroup(move(*place), enclosure, mesh) for place in places],
+        np.array([[0, 2], [0, 3]]),
+        BUDGET,
+    )
+    assert view.configuration_hit([0.0]) == FREE
+    assert view.counters.pair_checks == 0
+    assert view.configuration_hit([0.45]) == 1
+    assert view.counters.pair_checks == 1
