@@ -14,7 +14,7 @@ from kabo.cli.main import COMMANDS
 REPOSITORY = Path(__file__).parents[1]
 SOURCES = sorted((REPOSITORY / "kabo").rglob("*.py"))
 HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "rich", "yaml", "lark", "msgspec")
-EDGES = {"kabo/cli/main.py", "kabo/service/server.py", "kabo/service/worker.py", "kabo/scene/meshes.py"}
+EDGES = {"kabo/cli/main.py", "kabo/service/server.py", "kabo/service/worker.py", "kabo/meshes/reading.py"}
 
 
 def relative(path: Path) -> str:

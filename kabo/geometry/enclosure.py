@@ -14,6 +14,7 @@ from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry import stored_parts
 from kabo.geometry.parts import Array, Enclosure
+from kabo.meshes import Mesh, require_closed
 
 
 def enclosing_parts(
@@ -40,7 +41,7 @@ def enclosing_parts(
         MeshError: empty, not finite, indices out of range, open, or too fine for the tolerance: with the figures.
     """
     name = "mesh" if source is None else str(source)
-    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), name)
+    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), source)
     digest = stored_parts.digest_of(vertices, faces)
     if source is not None:
         stored = stored_parts.fitting(stored_parts.read(stored_parts.beside(source), digest), tolerance)
@@ -68,7 +69,7 @@ def write_parts(
     Raises:
         MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
     """
-    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), str(mesh))
+    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), mesh)
     digest = stored_parts.digest_of(vertices, faces)
     enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
     for tolerance in tolerances:
@@ -103,31 +104,10 @@ def _made(
     return Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
 
 
-def _usable(vertices: Array, faces: NDArray[np.int64], name: str) -> tuple[Array, NDArray[np.int64]]:
+def _usable(vertices: Array, faces: NDArray[np.int64], source: Path | None) -> tuple[Array, NDArray[np.int64]]:
     """The canonical form of a mesh that is closed."""
-    if len(vertices) == 0 or len(faces) == 0:
-        raise _unusable(name, f"a mesh of {len(vertices)} vertices and {len(faces)} triangles encloses nothing")
-    wrong = int((~np.isfinite(vertices)).any(axis=1).sum())
-    if wrong:
-        raise _unusable(name, f"{wrong} of {len(vertices)} vertices are not finite", "export the mesh again")
-    outside = int(((faces < 0) | (faces >= len(vertices))).any(axis=1).sum())
-    if outside:
-        raise _unusable(name, f"{outside} of {len(faces)} triangles name a vertex that is not there")
-    vertices, faces = stored_parts.canonical(vertices, faces)
-    if len(faces) == 0:
-        raise _unusable(name, "all triangles are degenerate: the mesh encloses nothing")
-    edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    direction = np.where(edges[:, 0] < edges[:, 1], 1, -1)
-    _, index = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
-    open_edges = int((np.bincount(index.reshape(-1), weights=direction) != 0).sum())
-    if open_edges:
-        raise _unusable(
-            name,
-            f"the mesh is not closed: {open_edges} of its {int(index.max()) + 1} edges do not join two triangles that "
-            "are turned the same way",
-            "close its holes and unify its normals, e.g. with MeshLab, or give a primitive shape",
-        )
-    return vertices, faces
+    require_closed(Mesh(vertices, faces, source))
+    return stored_parts.canonical(vertices, faces)
 
 
 def _unusable(name: str, message: str, hint: str | None = None) -> MeshError:

@@ -4,7 +4,7 @@ It knows the language's scene description and how files become arrays; it knows 
 for collision, sampled or moved.
 """
 
-from kabo.scene.meshes import Mesh, load_mesh
+from kabo.meshes import Mesh, load_mesh
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
 from kabo.scene.state import Attachment, Component, Configuration, GeometricState

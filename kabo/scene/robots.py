@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.language.scene_description import Feature, RobotDescription
-from kabo.scene.meshes import Mesh
+from kabo.meshes import Mesh
 from kabo.scene.state import Configuration
 from kabo.scene.tree import KinematicTree
 

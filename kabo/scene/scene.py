@@ -22,8 +22,9 @@ from kabo.language.scene_description import (
     SceneDescription,
     Shape,
 )
-from kabo.scene.meshes import CIRCLE, Mesh, mesh_of
+from kabo.meshes import Mesh
 from kabo.scene.robots import Robot, link_poses
+from kabo.scene.shapes import CIRCLE, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot

@@ -13,8 +13,9 @@ import numpy.typing as npt
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import RobotDescription, Shape
-from kabo.scene.meshes import Mesh, load_mesh, primitive
+from kabo.meshes import Mesh, load_mesh
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
+from kabo.scene.shapes import primitive
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 Array = npt.NDArray[np.float64]

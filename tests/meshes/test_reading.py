@@ -1,4 +1,4 @@
-"""Meshes: files are read, merged and scaled; primitives enclose their solid; what is wrong is said."""
+"""Mesh files: pieces are placed and joined, equal vertices merged; what is wrong is one sentence, at once."""
 
 from pathlib import Path
 
@@ -7,9 +7,7 @@ import pytest
 import trimesh
 
 from kabo.errors import MeshError
-from kabo.language.scene_description import Shape
-from kabo.scene import load_mesh
-from kabo.scene.meshes import primitive
+from kabo.meshes import load_mesh
 
 
 def test_a_file_in_millimetres_is_scaled_and_its_vertices_merged(tmp_path: Path) -> None:
@@ -33,11 +31,11 @@ def test_a_file_that_changed_is_read_again(tmp_path: Path) -> None:
     ("name", "content", "message"),
     [
         ("none.stl", None, "does not exist"),
-        ("empty.stl", b"", "cannot be read|holds no triangles"),
+        ("empty.stl", b"", "is empty"),
         (
             "cut.ply",
             b"ply\nformat binary_little_endian 1.0\nelement vertex 9\n",
-            "cannot be read|holds no triangles",
+            "has no whole PLY header",
         ),
         ("nan.obj", b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "1 of 3 vertices are not finite|cannot be read"),
         ("points.obj", b"v 0 0 0\nv 1 0 0\n", "cannot be read|holds no triangles"),
@@ -49,13 +47,3 @@ def test_an_unusable_file_is_one_error(tmp_path: Path, name: str, content: bytes
         path.write_bytes(content)
     with pytest.raises(MeshError, match=message):
         load_mesh(path)
-
-
-@pytest.mark.parametrize("shape", [Shape("cylinder", size=(0.1, 0.1, 0.4)), Shape("sphere", size=(0.1, 0.1, 0.1))])
-def test_a_round_primitive_encloses_its_solid(shape: Shape) -> None:
-    made = primitive(shape)
-    hull = trimesh.Trimesh(made.vertices, made.faces)
-    assert hull.is_watertight
-    away = np.einsum("ij,ij->i", hull.face_normals, hull.triangles[:, 0])
-    assert away.min() >= 0.1 - 1e-12
-    assert np.linalg.norm(made.vertices[:, :2], axis=1).max() <= 0.1 * 1.01

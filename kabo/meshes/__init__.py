@@ -1,0 +1,32 @@
+"""The meshes room: triangle meshes as arrays and files, what is wrong with them, safe repairs, pictures.
+
+It knows arrays, metres and file formats; it knows nothing of epsilon, convex parts, robots or scenes. What is read is
+checked and told in one sentence; what is written is read back and compared bit by bit.
+"""
+
+from kabo.meshes.mesh import Mesh
+from kabo.meshes.reading import FORMATS, load_mesh
+from kabo.meshes.refusals import refuse, require_numbers
+from kabo.meshes.repair import repaired
+from kabo.meshes.requirements import require_closed, require_solid, units_warning
+from kabo.meshes.soundness import Soundness, examine
+from kabo.meshes.writing import WRITTEN, require_written, write_mesh, write_off, write_pieces
+
+__all__ = [
+    "FORMATS",
+    "WRITTEN",
+    "Mesh",
+    "Soundness",
+    "examine",
+    "load_mesh",
+    "refuse",
+    "repaired",
+    "require_closed",
+    "require_numbers",
+    "require_solid",
+    "require_written",
+    "units_warning",
+    "write_mesh",
+    "write_off",
+    "write_pieces",
+]

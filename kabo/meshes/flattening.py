@@ -1,0 +1,63 @@
+"""Faces without area, removed without opening the surface: their long side is flipped, so that no edge is left over.
+
+A face whose corner b lies on its long side from a to c cannot just be dropped: the neighbour over that side would
+stay with an edge that nobody shares. Flipped with it, it becomes two faces with area on the same neighbour.
+"""
+
+import numpy as np
+
+from kabo.meshes.mesh import Faces, Vertices
+from kabo.meshes.soundness import flat
+from kabo.meshes.words import counted
+
+_ROUNDS = 8
+
+
+def without_flat_faces(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
+    """The faces, those without area flipped away where the mesh stays a manifold; the others stay."""
+    gone = 0
+    for _ in range(_ROUNDS):
+        wrong = np.flatnonzero(flat(vertices, faces))
+        if not len(wrong):
+            break
+        faces, flipped = _flipped(vertices, faces, wrong)
+        gone += flipped
+        if not flipped:
+            break
+    if gone:
+        done.append(f"flipped away {counted(gone, 'triangle')} without area")
+    return faces
+
+
+def _flipped(vertices: Vertices, faces: Faces, wrong: Faces) -> tuple[Faces, int]:
+    """One round: every flat face whose neighbour is not touched yet."""
+    faces = faces.copy()
+    sides = {(int(a), int(b)): (face, k) for face, row in enumerate(faces) for k, (a, b) in enumerate(_sides(row))}
+    touched: set[int] = set()
+    count = 0
+    for face in wrong.tolist():
+        start, between, end = _along(vertices, faces[face])
+        found = sides.get((start, end))
+        if found is None or face in touched or found[0] in touched or found[0] == face:
+            continue
+        other, k = found
+        tip = int(faces[other, (k + 2) % 3])
+        if tip == between or (between, tip) in sides or (tip, between) in sides:
+            continue
+        touched |= {face, other}
+        faces[face], faces[other] = (start, between, tip), (between, end, tip)
+        count += 1
+    return faces, count
+
+
+def _sides(row: Faces) -> list[tuple[int, int]]:
+    a, b, c = row.tolist()
+    return [(a, b), (b, c), (c, a)]
+
+
+def _along(vertices: Vertices, row: Faces) -> tuple[int, int, int]:
+    """The corners of a flat face in its own order, the one between the others in the middle."""
+    corners = vertices[row]
+    lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
+    k = int(np.argmax(lengths))  # the long side leads from corner k to k + 1, so k + 2 lies between
+    return int(row[(k + 1) % 3]), int(row[(k + 2) % 3]), int(row[k])

@@ -1,0 +1,148 @@
+"""What a mesh file says of its own size, against its size: refused before a reader allocates what it announces.
+
+A header of a few bytes can announce 10^9 triangles. Each rule here is a lower bound of the bytes that the announced
+numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it.
+"""
+
+import json
+import re
+import struct
+from xml.etree import ElementTree  # noqa: S405  only files without entities are read
+
+_PLY_BYTES = {
+    **dict.fromkeys(("char", "uchar", "int8", "uint8"), 1),
+    **dict.fromkeys(("short", "ushort", "int16", "uint16"), 2),
+    **dict.fromkeys(("int", "uint", "int32", "uint32", "float", "float32"), 4),
+    **dict.fromkeys(("double", "float64", "int64", "uint64"), 8),
+}
+_GLB_ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_GLB_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+_MOST_INSTANCES = 100_000
+
+
+def overstated(kind: str, data: bytes) -> str | None:
+    """Why a file cannot be what it says it is, as the rest of a sentence; None if its size may be right."""
+    if not data.strip(b"\x00 \t\r\n"):
+        return "is empty"
+    check = {"stl": _stl, "ply": _ply, "off": _off, "glb": _glb, "dae": _dae}.get(kind)
+    return None if check is None else check(data)
+
+
+def _more(count: int, things: str, data: bytes) -> str:
+    return f"announces {count:,} {things}, more than its {len(data):,} bytes can hold".replace(",", " ")
+
+
+def _stl(data: bytes) -> str | None:
+    text = data[:2048].lstrip().lower()
+    if text.startswith(b"solid") and (b"facet" in text or b"endsolid" in text):
+        lowered = data.lower()
+        loops, ended = lowered.count(b"facet normal"), lowered.count(b"endfacet")
+        corners = len(re.findall(rb"vertex\s+\S+\s+\S+\s+\S+", lowered))
+        whole = loops == ended and corners == 3 * loops and b"endsolid" in lowered
+        return None if whole else f"is cut off or damaged: {loops} facets begin, {ended} end, {corners} vertices"
+    if len(data) < 84:
+        return f"is cut off: its {len(data)} bytes are fewer than the header of a binary STL, and it is no text"
+    (count,) = struct.unpack_from("<I", data, 80)
+    needed = 84 + 50 * count
+    if needed > len(data):
+        return _more(count, "triangles", data)
+    return (
+        None if needed == len(data) else f"holds {len(data) - needed} bytes more than its {count} triangles need"
+    )
+
+
+def _ply(data: bytes) -> str | None:
+    head, found, body = data.partition(b"end_header")
+    if not found or not head.lstrip().startswith(b"ply"):
+        return "has no whole PLY header"
+    text = b"format ascii" in head
+    count, needed, row = 0, 0, 0
+    for line in [*head.decode("latin-1").splitlines(), "element none 0"]:
+        words = line.split()
+        if words[:1] == ["element"]:
+            needed += count * row
+            row = 0
+            if len(words) != 3 or not re.fullmatch(r"\d{1,15}", words[2]):
+                return f'has a PLY header with the line "{line[:60]}"'
+            count = int(words[2])
+            largest = max(count, 0)
+            if largest > len(data):
+                return _more(count, f"rows of {words[1][:20]}", data)
+        elif words[:1] == ["property"]:
+            listed = words[1:2] == ["list"]
+            row += 2 if text else _PLY_BYTES.get(words[2 if listed else 1] if len(words) > 2 else "", 1)
+    return (
+        f"needs {needed} bytes for what it announces, but is cut off after {len(body)}"
+        if needed > len(body) + 2
+        else None
+    )
+
+
+def _off(data: bytes) -> str | None:
+    text = re.sub(rb"#[^\n]*", b"", data[:65536]).split()
+    words = text[1:] if text and text[0].upper().endswith(b"OFF") else text
+    numbers = [word for word in words[:2] if re.fullmatch(rb"\d{1,15}", word)]
+    if len(numbers) < 2:
+        return "has no counts of vertices and triangles in its first lines"
+    vertices, faces = map(int, numbers)
+    if 6 * vertices + 8 * faces > len(data):
+        return _more(vertices, f"vertices and {faces:,} triangles", data)
+    return None
+
+
+def _glb(data: bytes) -> str | None:
+    if len(data) < 20 or data[:4] != b"glTF":
+        return "has no GLB header"
+    length, first = struct.unpack_from("<I", data, 8)[0], struct.unpack_from("<I", data, 12)[0]
+    if length > len(data) or 20 + first > len(data):
+        return f"announces {max(length, 20 + first)} bytes, but is cut off after {len(data)}"
+    try:
+        tree = json.loads(data[20 : 20 + first])
+        accessors, nodes = tree.get("accessors", []), tree.get("nodes", [])
+        for accessor in accessors:
+            size = _GLB_ITEMS.get(accessor.get("type"), 1) * _GLB_BYTES.get(accessor.get("componentType"), 1)
+            if int(accessor["count"]) * size > len(data):
+                return _more(int(accessor["count"]), "numbers", data)
+        named = [child for node in nodes for child in node.get("children", [])]
+    except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
+        return "has a GLB header that cannot be understood"
+    return "names a node twice in its tree" if len(named) != len(set(map(str, named))) else None
+
+
+def _dae(data: bytes) -> str | None:
+    """Nodes may stand for other nodes, so that a few lines can announce any number of meshes."""
+    lowered = data.lower()
+    if b"<!entity" in lowered:
+        return "defines XML entities, which kabo does not read"
+    if b"instance_node" not in lowered:
+        return None
+    try:
+        root = ElementTree.fromstring(data)  # noqa: S314  no entities, see above
+        placed = _placed(root)
+    except (ElementTree.ParseError, ValueError, RecursionError):
+        return "is no XML whose nodes can be followed"
+    return f"places {placed} meshes by nodes inside nodes" if placed > _MOST_INSTANCES else None
+
+
+def _placed(root: ElementTree.Element) -> int:
+    """How many meshes the nodes of a COLLADA file place, those that stand for other nodes included."""
+    nodes = {f"#{node.get('id')}": node for node in root.iter() if node.tag.endswith("}node")}
+    known: dict[str, int] = {}
+
+    def below(element: ElementTree.Element, path: tuple[str, ...]) -> int:
+        total = 0
+        for child in element:
+            if child.tag.endswith("}instance_geometry"):
+                total += 1
+            elif child.tag.endswith("}instance_node"):
+                url = child.get("url", "")
+                if url in path:
+                    raise ValueError("a node stands for itself")
+                if url not in known and url in nodes:
+                    known[url] = below(nodes[url], (*path, url))
+                total += known.get(url, 0)
+            elif child.tag.endswith(("}node", "}visual_scene")):
+                total += below(child, path)
+        return total
+
+    return sum(below(scenes, ()) for scenes in root if scenes.tag.endswith("}library_visual_scenes"))

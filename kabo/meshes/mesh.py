@@ -1,0 +1,57 @@
+"""The mesh that all rooms exchange: vertices in metres, triangles, the file they came from."""
+
+import hashlib
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vertices = NDArray[np.float64]
+Faces = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A triangle mesh: vertices (V, 3) [m], faces (F, 3); `path` is the file it came from, None for primitives."""
+
+    vertices: Vertices
+    faces: Faces
+    path: Path | None = field(default=None, compare=False)
+
+    @cached_property
+    def digest(self) -> str:
+        """The SHA-256 of the arrays."""
+        content = np.ascontiguousarray(self.vertices).tobytes() + np.ascontiguousarray(self.faces).tobytes()
+        return hashlib.sha256(content).hexdigest()
+
+    @cached_property
+    def diagonal(self) -> float:
+        """The diagonal of the bounding box [m]; 0 without vertices."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
+
+    def moved(self, matrix: NDArray[np.float64]) -> "Mesh":
+        """This mesh under a rigid 4x4 transform; keeps its file only if nothing moves."""
+        if np.array_equal(matrix, np.eye(4)):
+            return self
+        return Mesh(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
+
+
+def merged(vertices: Vertices, faces: Faces) -> tuple[Vertices, Faces]:
+    """The same triangles on different vertices in lexicographic order; those that lost a corner are left out."""
+    distinct, index = _distinct(vertices + 0.0)
+    faces = index[faces]
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return np.ascontiguousarray(distinct), np.ascontiguousarray(faces[proper])
+
+
+def _distinct(points: Vertices) -> tuple[Vertices, Faces]:
+    """The different rows in lexicographic order, and for each row the number of its equal among them."""
+    order = np.lexsort(points.T[::-1])
+    ordered = points[order]
+    first = np.ones(len(points), dtype=bool)
+    first[1:] = np.any(ordered[1:] != ordered[:-1], axis=1)
+    index = np.empty(len(points), dtype=np.int64)
+    index[order] = np.cumsum(first) - 1
+    return ordered[first], index

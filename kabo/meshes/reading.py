@@ -1,0 +1,163 @@
+"""Mesh files: read through trimesh, all their pieces in one mesh, in metres; or one sentence that says why not.
+
+Readers of many formats believe what a file says of itself, so `kabo.meshes.headers` compares that with its size
+before anything is allocated.
+"""
+
+import logging
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kabo.errors import did_you_mean
+from kabo.language.formulas import Place
+from kabo.meshes.headers import overstated
+from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
+from kabo.meshes.refusals import EXPORT, refuse, require_numbers
+
+FORMATS = ("dae", "glb", "obj", "off", "ply", "stl")
+LARGEST_FILE = 2 * 1024**3  # bytes
+_SAID = 160  # characters of what a parser says
+
+
+def load_mesh(
+    path: str | Path,
+    scale: float | Sequence[float] = 1.0,
+    place: Place | None = None,
+    *,
+    repair: bool = False,
+) -> Mesh:
+    """The mesh of a file (STL, OBJ, PLY, OFF, DAE, GLB), equal vertices merged, scaled to metres.
+
+    All pieces of a file are placed by their nodes and put together; faces with more corners become triangles; a
+    mirroring scale turns the faces, so that they still point outwards.
+
+    Args:
+        path: the file.
+        scale: metres per unit of the file, one for all axes or one for each.
+        place: where a file names the mesh, for errors.
+        repair: apply the safe repairs of `kabo.meshes.repaired`.
+
+    Raises:
+        MeshError: the file cannot be read, or holds no triangles, or numbers that are not finite.
+    """
+    path = Path(path)
+    place = place or Place(str(path), 1, 1)
+    factors = (float(scale),) * 3 if isinstance(scale, (int, float)) else tuple(map(float, scale))
+    if len(factors) != 3 or not all(math.isfinite(factor) and factor != 0.0 for factor in factors):
+        raise refuse(place, f"a mesh cannot be scaled by {scale!r}", "write a number, e.g. 0.001 for millimetres")
+    mesh = _read(path, factors, _seen(path, place), place)
+    if repair:
+        from kabo.meshes.repair import repaired
+
+        mesh, _ = repaired(mesh)
+    return mesh
+
+
+def _seen(path: Path, place: Place) -> tuple[int, int]:
+    """Size and time of the last change of a file that is there and can be meant."""
+    try:
+        status = path.stat()
+    except (OSError, ValueError):  # ValueError: a null byte in the name
+        raise refuse(place, f'mesh file "{path.name}" does not exist') from None
+    if not path.is_file():
+        raise refuse(place, f'mesh file "{path.name}" is not a file')
+    if status.st_size > LARGEST_FILE:
+        raise refuse(place, f'mesh file "{path.name}" is larger than 2 GiB', "simplify the mesh before")
+    return status.st_mtime_ns, status.st_size
+
+
+@lru_cache(maxsize=256)
+def _read(path: Path, scale: tuple[float, float, float], seen: tuple[int, int], place: Place) -> Mesh:
+    """Reads a file that was last changed at `seen`; two arms of one kind share their links."""
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        known = [f".{name}" for name in FORMATS]
+        hint = did_you_mean(f".{kind}", known) or f"kabo reads {', '.join(known)}"
+        raise refuse(place, f'mesh file "{path.name}" has no ending of a format that kabo reads', hint)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise refuse(place, f'mesh file "{path.name}" cannot be read: {error.strerror}') from None
+    why = overstated(kind, data)
+    if why is not None:
+        raise refuse(place, f'mesh file "{path.name}" {why}', EXPORT)
+    vertices, faces = joined(_parsed(data, kind, path.name, place), scale)
+    if not len(faces):
+        raise refuse(place, f'mesh file "{path.name}" holds no triangles', EXPORT)
+    require_numbers(Mesh(vertices, faces, path), place)
+    return Mesh(*merged(vertices, faces), path)
+
+
+def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Vertices, Faces]]:
+    """The pieces of a mesh file; whatever a parser raises becomes one sentence."""
+    if kind == "dae" and not _has_collada():
+        hint = 'install it with the extra: pip install "kabo[robots]"'
+        raise refuse(place, f'mesh file "{name}": reading DAE needs the library pycollada', hint)
+    try:
+        return pieces(data, kind)
+    except Exception as error:  # noqa: BLE001  readers of many formats raise whatever their parsers do
+        said = " ".join(str(error).split())[:_SAID] or type(error).__name__
+        raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT) from None
+
+
+def _has_collada() -> bool:
+    from importlib.util import find_spec
+
+    return find_spec("collada") is not None
+
+
+def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
+    """The triangle meshes of a file's bytes, each where its node places it, as they stand in the file.
+
+    Raises:
+        Exception: whatever the reader of this format raises on bytes that it does not understand.
+    """
+    import trimesh
+
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # what it complains of, we say ourselves
+    with np.errstate(all="ignore"):
+        scene = trimesh.load_scene(BytesIO(data), file_type=kind, process=False)
+        found = []
+        for node in scene.graph.nodes_geometry:
+            matrix, name = scene.graph[node]
+            shape = scene.geometry[name]
+            if len(getattr(shape, "faces", ())) == 0:  # points and curves enclose nothing
+                continue
+            vertices = np.asarray(shape.vertices, dtype=np.float64).reshape(-1, 3)
+            faces = np.asarray(shape.faces, dtype=np.int64).reshape(-1, 3)
+            matrix = np.asarray(matrix, dtype=np.float64)
+            if not np.array_equal(matrix, np.eye(4)):
+                vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+                if np.linalg.det(matrix[:3, :3]) < 0.0:
+                    faces = faces[:, ::-1]
+            found.append((vertices * _unit(shape), faces))
+    return found
+
+
+def _unit(shape: Any) -> float:
+    """Metres per unit where the file itself says so (DAE), else 1."""
+    said = str(shape.metadata.get("units", ""))
+    return float(said.removesuffix(" * meters")) if said.endswith(" * meters") else 1.0
+
+
+def joined(found: list[tuple[Vertices, Faces]], scale: tuple[float, float, float]) -> tuple[Vertices, Faces]:
+    """One mesh of many pieces, scaled; faces that name a vertex of no piece stay out of range."""
+    if not found:
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in found)])
+    total = int(starts[-1])
+    shifted = [
+        np.where((faces >= 0) & (faces < len(vertices)), faces + start, total)
+        for (vertices, faces), start in zip(found, starts[:-1], strict=True)
+    ]
+    faces = np.concatenate(shifted)
+    if math.prod(scale) < 0.0:
+        faces = faces[:, ::-1]
+    with np.errstate(all="ignore"):
+        return np.concatenate([vertices for vertices, _ in found]) * np.array(scale), faces

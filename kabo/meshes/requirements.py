@@ -1,0 +1,111 @@
+"""What a mesh must be before geometry rests on it: one sentence with counts and the remedy if it is not.
+
+Two degrees: `require_closed` is what winding numbers need, `require_solid` what a surface needs that is to be changed
+step by step: every edge between two faces that agree, every component the right way round.
+"""
+
+from collections.abc import Iterable
+from typing import Literal
+
+from kabo.errors import Diagnostic
+from kabo.language.formulas import Place
+from kabo.meshes.mesh import Mesh, merged
+from kabo.meshes.refusals import EXPORT, require_numbers, unusable
+from kabo.meshes.soundness import Soundness, examine
+from kabo.meshes.topology import edges_of
+from kabo.meshes.words import counted, listed
+
+LARGE = 5.0  # metres: parts and robots are smaller, and in millimetres nearly all are larger
+SMALLEST = 1e-9  # metres: smaller ones are given in the wrong unit, or are a point
+_CLOSE = "close it, e.g. in MeshLab (Filters, Remeshing, Close Holes)"
+_REPAIR = "try --repair (in Python: load_mesh(…, repair=True))"
+
+
+def require_closed(mesh: Mesh, place: Place | None = None) -> None:
+    """Nothing, for a mesh whose faces pass every edge as often one way as the other, equal vertices being one.
+
+    Args:
+        mesh: vertices in metres. place: where a file names the mesh; by default the mesh file itself.
+
+    Raises:
+        MeshError: it is empty, not finite, names vertices that are not there, or is open.
+    """
+    require_numbers(mesh, place)
+    _, faces = merged(mesh.vertices, mesh.faces)
+    if not len(faces):
+        raise unusable(mesh, place, "has degenerate triangles only and encloses nothing", EXPORT)
+    edges = edges_of(faces)
+    open_edges = int((edges.balance != 0).sum())
+    if open_edges:
+        said = f"is not closed: {open_edges} of its {len(edges.ends)} edges do not join two triangles"
+        remedy = "close its holes and unify its normals, e.g. with MeshLab, or give a primitive shape"
+        raise unusable(mesh, place, f"{said} that are turned the same way", remedy)
+
+
+def require_solid(
+    mesh: Mesh,
+    *,
+    borders: Literal["refuse", "keep"] = "refuse",
+    place: Place | None = None,
+    repair: bool = False,
+) -> None:
+    """Nothing, for a mesh that is the surface of solids: closed, a manifold, each component the right way round.
+
+    Args:
+        mesh: vertices in metres.
+        borders: "keep" lets open borders be.
+        place: where a file names the mesh; by default the mesh file itself.
+        repair: the safe repairs have been tried already, so that the remedy is another one.
+
+    Raises:
+        MeshError: one sentence with all counts, and the remedy.
+    """
+    require_numbers(mesh, place)
+    found = examine(mesh)
+    if found.faces == 1:
+        raise unusable(mesh, place, "is a single triangle, which encloses nothing", _CLOSE)
+    if found.extent < SMALLEST:
+        raise unusable(mesh, place, f"is only {found.extent:.3g} m large", "scale it to metres")
+    faults = list(_faults(found, borders))
+    if faults:
+        raise unusable(mesh, place, f"is no solid: it has {listed(faults)}", _remedy(found, borders, repair))
+
+
+def units_warning(mesh: Mesh, place: Place | None = None) -> Diagnostic | None:
+    """The warning for a mesh that is so large that it may be given in millimetres, with the fix; else None."""
+    extent = float((mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).max()) if len(mesh.vertices) else 0.0
+    if extent <= LARGE:
+        return None
+    named = f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh"
+    said = f"{named} is {extent:.4g} m large: is it given in millimetres?"
+    fix = "then scale it: `scale: 0.001` in a scene, `--scale 0.001` in a command"
+    at = place or Place(str(mesh.path or "mesh"), 1, 1)
+    return Diagnostic(at.file, at.line, at.column, said, fix, at.length, "warning")
+
+
+def _faults(found: Soundness, borders: str) -> Iterable[str]:
+    """The faults with their counts, the plainest first; they follow `it has`."""
+    if found.repeated:
+        yield f"{counted(found.repeated, 'triangle')} naming a vertex twice"
+    if found.zero_area:
+        yield f"{counted(found.zero_area, 'triangle')} without area"
+    if found.duplicates:
+        yield f"{counted(found.duplicates, 'triangle')} repeating another one"
+    if found.borders and borders == "refuse":
+        yield f"{counted(found.borders, 'open edge')} around {counted(found.holes, 'hole')}"
+    if found.crowded:
+        yield f"{counted(found.crowded, 'edge')} of more than two triangles"
+    if found.turned:
+        yield f"{counted(found.turned, 'edge')} between triangles that are turned against each other"
+    if found.pinched:
+        yield f"{counted(found.pinched, 'vertex', 'vertices')} in which surfaces only touch"
+    if found.inside_out:
+        yield f"{counted(found.inside_out, 'component')} of {found.components} turned inside out"
+
+
+def _remedy(found: Soundness, borders: str, repair: bool) -> str:
+    if repair:
+        return f"all that is safe to repair has been repaired; {_CLOSE}"
+    if found.borders and borders == "refuse":
+        return f"{_CLOSE}, or {_REPAIR}, which fills holes of three or four edges"
+    return _REPAIR

@@ -1,0 +1,104 @@
+"""Which edges faces share, and what hangs together over them: the shape of a mesh without its coordinates."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.meshes.mesh import Faces
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The edges of a mesh; side 3f + k of it leads from corner k of face f to the next."""
+
+    ends: Faces  # (E, 2) the lower vertex first
+    of_side: Faces  # (3F,) which edge a side is
+    forward: Mask  # (3F,) whether it leads from the lower vertex to the higher
+    count: Faces  # (E,) sides on each edge
+    balance: Faces  # (E,) those that lead forward less those that lead backward: 0 on a closed surface
+
+    @property
+    def border(self) -> Mask:
+        """(E,) edges of one face only."""
+        return self.count == 1
+
+    @property
+    def crowded(self) -> Mask:
+        """(E,) edges of three faces or more."""
+        return self.count > 2
+
+    @property
+    def turned(self) -> Mask:
+        """(E,) edges of two faces that do not agree which side is outside."""
+        return (self.count == 2) & (self.balance != 0)
+
+
+def edges_of(faces: Faces) -> Edges:
+    """The edges of faces (F, 3) with three different vertices each."""
+    sides = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    forward = sides[:, 0] < sides[:, 1]
+    low, high = sides.min(axis=1), sides.max(axis=1)
+    size = int(high.max()) + 1 if len(high) else 1
+    keys, of_side = np.unique(low * size + high, return_inverse=True)
+    of_side = of_side.reshape(-1)
+    ends = np.stack([keys // size, keys % size], axis=1)
+    balance = np.bincount(of_side, np.where(forward, 1.0, -1.0), len(keys)).astype(np.int64)
+    return Edges(ends, of_side, forward, np.bincount(of_side, minlength=len(keys)), balance)
+
+
+def neighbours(edges: Edges, chosen: Mask) -> tuple[Faces, Faces]:
+    """Pairs of sides on the same edge, for the chosen edges (E,): each side with the next one on its edge."""
+    order = np.argsort(edges.of_side, kind="stable")
+    first, second = order[:-1], order[1:]
+    same = (edges.of_side[first] == edges.of_side[second]) & chosen[edges.of_side[first]]
+    return first[same], second[same]
+
+
+def labels(size: int, first: Faces, second: Faces) -> Faces:
+    """(size,) for each of some things the number of the group that the pairs join it to."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    joined = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(size, size))
+    return connected_components(joined, directed=False)[1].astype(np.int64)
+
+
+def components(edges: Edges, count: int) -> Faces:
+    """(F,) for each of `count` faces the component that it belongs to, over shared edges."""
+    first, second = neighbours(edges, np.ones(len(edges.ends), dtype=bool))
+    return labels(count, first // 3, second // 3)
+
+
+def fans(faces: Faces, edges: Edges, chosen: Mask) -> Faces:
+    """(3F,) for each corner the fan of faces around its vertex that it belongs to, over the chosen edges."""
+    first, second = neighbours(edges, chosen)
+    here = [_corner(first, edges, True), _corner(first, edges, False)]
+    there = [_corner(second, edges, True), _corner(second, edges, False)]
+    return labels(faces.size, np.concatenate(here), np.concatenate(there))
+
+
+def _corner(sides: Faces, edges: Edges, low: bool) -> Faces:
+    """The corner at the lower or higher end of each side."""
+    starts = edges.forward[sides] == low
+    following = 3 * (sides // 3) + (sides + 1) % 3
+    return np.where(starts, sides, following)
+
+
+def pinched(faces: Faces, edges: Edges) -> int:
+    """How many vertices join fans of faces that share no edge there."""
+    fan = fans(faces, edges, np.ones(len(edges.ends), dtype=bool))
+    pairs = np.unique(np.stack([faces.reshape(-1), fan], axis=1), axis=0)
+    return int((np.bincount(pairs[:, 0]) > 1).sum()) if len(pairs) else 0
+
+
+def holes(edges: Edges) -> int:
+    """How many loops (or chains) the border edges form."""
+    border = edges.ends[edges.border]
+    if not len(border):
+        return 0
+    _, index = np.unique(border, return_inverse=True)
+    index = index.reshape(-1, 2)
+    return int(labels(int(index.max()) + 1, index[:, 0], index[:, 1]).max()) + 1

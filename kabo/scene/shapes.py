@@ -1,0 +1,35 @@
+"""The shapes of a scene as meshes: files in metres, and primitives that enclose their solid."""
+
+import numpy as np
+
+from kabo.language.formulas import Place
+from kabo.language.scene_description import Shape
+from kabo.meshes import Mesh, load_mesh
+
+CIRCLE = 64  # sides of a primitive cylinder; its corners lie *outside*, so that the solid is enclosed
+
+
+def primitive(shape: Shape) -> Mesh:
+    """The mesh of a box, cylinder (axis z, centred) or sphere; round ones circumscribe the solid."""
+    import trimesh
+
+    if shape.size is None:
+        raise ValueError(f"a {shape.kind} needs a size")
+    if shape.kind == "box":
+        made = trimesh.creation.box(extents=shape.size)
+    elif shape.kind == "cylinder":
+        made = trimesh.creation.cylinder(shape.size[0] / np.cos(np.pi / CIRCLE), shape.size[2], sections=CIRCLE)
+    else:
+        made = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
+        inner = float(np.min(np.einsum("ij,ij->i", made.face_normals, made.triangles[:, 0])))
+        made.apply_scale(shape.size[0] / inner)
+    return Mesh(np.ascontiguousarray(made.vertices, dtype=np.float64), np.asarray(made.faces, dtype=np.int64))
+
+
+def mesh_of(shape: Shape, place: Place | None) -> Mesh:
+    """The mesh of any shape, in the frame of its owner [m]."""
+    if shape.kind == "mesh":
+        if shape.path is None:
+            raise ValueError("a mesh needs a path")
+        return load_mesh(shape.path, shape.scale, shape.place or place)
+    return primitive(shape)
