@@ -57,7 +57,7 @@ def bad_table() -> Table:
             try:
                 made = bounding_mesh(mesh, 0.01, side)
             except (KaboError, ValueError) as refusal:
-                table.add(name, side=side, outcome=type(refusal).__name__, said=str(refusal))
+                table.add(name, side=side, outcome=type(refusal).__name__, said=" ".join(str(refusal).split()))
             else:
                 table.add(name, side=side, outcome="A RESULT", said=f"{len(made.vertices)} vertices")
     return table
