@@ -4,6 +4,7 @@ It knows arrays, metres and file formats; it knows nothing of epsilon, convex pa
 checked and told in one sentence; what is written is read back and compared bit by bit.
 """
 
+from kabo.meshes.hulls import hull_faces
 from kabo.meshes.mesh import Mesh
 from kabo.meshes.reading import FORMATS, load_mesh
 from kabo.meshes.refusals import refuse, require_numbers
@@ -18,6 +19,7 @@ __all__ = [
     "Mesh",
     "Soundness",
     "examine",
+    "hull_faces",
     "load_mesh",
     "refuse",
     "repaired",

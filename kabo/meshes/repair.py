@@ -11,6 +11,7 @@ import numpy as np
 from kabo.meshes.flattening import without_flat_faces
 from kabo.meshes.holes import fill_small_holes
 from kabo.meshes.mesh import Faces, Mesh, Vertices
+from kabo.meshes.separation import separated
 from kabo.meshes.soundness import turned_components
 from kabo.meshes.topology import components, edges_of, labels, neighbours
 from kabo.meshes.words import counted
@@ -22,8 +23,8 @@ def repaired(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """The mesh after all safe repairs, and what they were, in words for people; none if nothing was wrong.
 
     Vertices within 1e-7 diagonals become one; faces that name a vertex twice, repeat another one or have no area go;
-    neighbours agree on what is outside; components that are inside out are turned; holes of three edges, and flat
-    ones of four, are filled.
+    neighbours agree on what is outside; holes of three edges, and flat ones of four, are filled; surfaces that only
+    touch get vertices of their own; components that are inside out are turned.
 
     Args:
         mesh: finite vertices [m]; all that faces name is there.
@@ -33,13 +34,18 @@ def repaired(mesh: Mesh) -> tuple[Mesh, list[str]]:
         return mesh, []
     tolerance = WELD * mesh.diagonal
     done: list[str] = []
+    unused = len(vertices) - len(np.unique(faces))
+    if unused:
+        done.append(f"dropped {counted(unused, 'vertex', 'vertices')} of no triangle")
     vertices, faces = _welded(vertices, faces, tolerance, done)
     faces = _single(faces, done)
     faces = without_flat_faces(vertices, faces, done)
-    faces = _agreeing(vertices, faces, done)
+    faces = _agreeing(faces, done)
     faces = fill_small_holes(vertices, faces, tolerance, done)
+    vertices, faces = separated(vertices, faces, done)
     faces = _outwards(vertices, faces, done)
-    vertices, faces = _referenced(vertices, faces, done)
+    used, index = np.unique(faces, return_inverse=True)
+    vertices, faces = np.ascontiguousarray(vertices[used]), index.reshape(-1, 3).astype(np.int64)
     return (replace(mesh, vertices=vertices, faces=faces), done) if done else (mesh, done)
 
 
@@ -75,7 +81,7 @@ def _single(faces: Faces, done: list[str]) -> Faces:
     return faces
 
 
-def _agreeing(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
+def _agreeing(faces: Faces, done: list[str]) -> Faces:
     """Neighbours over edges of two faces agree on what is outside; a surface with one side stays as it is."""
     edges = edges_of(faces)
     if not edges.turned.any():
@@ -113,13 +119,3 @@ def _outwards(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
         f"turned {counted(len(wrong), 'component')} that {'was' if len(wrong) == 1 else 'were'} inside out"
     )
     return np.where(np.isin(component, wrong)[:, None], faces[:, ::-1], faces)
-
-
-def _referenced(vertices: Vertices, faces: Faces, done: list[str]) -> tuple[Vertices, Faces]:
-    """Without vertices that no face names."""
-    used, index = np.unique(faces, return_inverse=True)
-    if len(used) == len(vertices):
-        return vertices, faces
-    if not done:
-        done.append(f"dropped {counted(len(vertices) - len(used), 'vertex', 'vertices')} of no triangle")
-    return np.ascontiguousarray(vertices[used]), index.reshape(-1, 3).astype(np.int64)

@@ -72,16 +72,15 @@ def components(edges: Edges, count: int) -> Faces:
     return labels(count, first // 3, second // 3)
 
 
-def fans(faces: Faces, edges: Edges, chosen: Mask) -> Faces:
-    """(3F,) for each corner the fan of faces around its vertex that it belongs to, over the chosen edges."""
-    first, second = neighbours(edges, chosen)
-    here = [_corner(first, edges, True), _corner(first, edges, False)]
-    there = [_corner(second, edges, True), _corner(second, edges, False)]
+def fans(faces: Faces, edges: Edges, first: Faces, second: Faces) -> Faces:
+    """(3F,) for each corner the fan of faces around its vertex, where faces hang together over pairs of sides."""
+    here = [_corners(first, edges, low) for low in (True, False)]
+    there = [_corners(second, edges, low) for low in (True, False)]
     return labels(faces.size, np.concatenate(here), np.concatenate(there))
 
 
-def _corner(sides: Faces, edges: Edges, low: bool) -> Faces:
-    """The corner at the lower or higher end of each side."""
+def _corners(sides: Faces, edges: Edges, low: bool) -> Faces:
+    """The corner (3f + k) at the lower or the higher end of each side."""
     starts = edges.forward[sides] == low
     following = 3 * (sides // 3) + (sides + 1) % 3
     return np.where(starts, sides, following)
@@ -89,7 +88,7 @@ def _corner(sides: Faces, edges: Edges, low: bool) -> Faces:
 
 def pinched(faces: Faces, edges: Edges) -> int:
     """How many vertices join fans of faces that share no edge there."""
-    fan = fans(faces, edges, np.ones(len(edges.ends), dtype=bool))
+    fan = fans(faces, edges, *neighbours(edges, np.ones(len(edges.ends), dtype=bool)))
     pairs = np.unique(np.stack([faces.reshape(-1), fan], axis=1), axis=0)
     return int((np.bincount(pairs[:, 0]) > 1).sum()) if len(pairs) else 0
 

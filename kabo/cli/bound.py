@@ -1,0 +1,67 @@
+"""`kabo bound`: a mesh with fewer vertices that encloses the given one, or lies within it, no farther than epsilon."""
+
+import argparse
+
+from kabo.cli import exit_codes, meshing
+from kabo.cli.solving import natural
+from kabo.cli.terminal import clean_standard_output
+
+NAME = "bound"
+HELP = "simplify a mesh to one that encloses it (or lies within), no farther away than epsilon"
+COSTS = ("memoryless", "planes", "adapted", "triangles", "quadric")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo bound`."""
+    meshing.add_mesh_arguments(parser)
+    parser.add_argument(
+        "--side",
+        choices=("outer", "inner"),
+        default="outer",
+        help="enclose the mesh, or stay within it (default: outer)",
+    )
+    parser.add_argument(
+        "--vertices", type=natural, metavar="N", help="stop once there are no more than N vertices"
+    )
+    parser.add_argument("--cost", metavar="NAME", help=f"what is contracted first: {', '.join(COSTS)}")
+    parser.add_argument(
+        "--borders",
+        choices=("refuse", "keep"),
+        default="refuse",
+        help="what to do with open borders (default: refuse)",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the bounding mesh, read back and compared, and shows its figures."""
+    chosen = {} if options.cost is None else {"cost": meshing.one_of("--cost", options.cost, COSTS)}
+    loaded = meshing.load(options, borders=options.borders)
+    mesh, epsilon = loaded.mesh, options.epsilon.metres(loaded.mesh)
+    with clean_standard_output():
+        from kabo.geometry import bounding_mesh
+        from kabo.meshes import write_mesh
+
+        made = bounding_mesh(
+            mesh, epsilon, options.side, vertices=options.vertices, borders=options.borders, **chosen
+        )
+        write_mesh(options.output, made.vertices, made.faces)
+        share = made.hausdorff_upper_bound / epsilon
+        counts = f"{len(mesh.vertices)} to {len(made.vertices)} vertices"
+        said = f"{counts}, {options.side}, distance proven below {share:.3f} of {meshing.length(epsilon)}"
+        if options.picture is not None:
+            from kabo.meshes.pictures import draw_bound
+
+            surfaces = (mesh.vertices, mesh.faces), (made.vertices, made.faces)
+            draw_bound(options.picture, *surfaces, epsilon=epsilon, title=f"{options.mesh.name}: {said}")
+    figures = {
+        "vertices_in": len(mesh.vertices),
+        "vertices_out": len(made.vertices),
+        "faces_out": len(made.faces),
+        "epsilon": epsilon,
+        "hausdorff_upper_bound": made.hausdorff_upper_bound,
+        "one_sided": made.one_sided,
+        "contractions_per_s": made.contractions / made.seconds if made.seconds > 0.0 else 0.0,
+        "seconds": made.seconds,
+    }
+    meshing.finish(options, figures, loaded, f"{options.output}: {said}, {made.seconds:.1f} s")
+    return exit_codes.DONE

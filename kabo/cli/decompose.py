@@ -1,0 +1,58 @@
+"""`kabo decompose`: convex parts whose union covers a mesh, no farther than epsilon."""
+
+import argparse
+from typing import Any
+
+from kabo.cli import exit_codes, meshing
+from kabo.cli.solving import natural
+from kabo.cli.terminal import clean_standard_output
+
+NAME = "decompose"
+HELP = "cover a mesh with convex parts, no farther away than epsilon"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo decompose`."""
+    meshing.add_mesh_arguments(parser)
+    parser.add_argument("--parts", type=natural, metavar="N", help="aim at N parts")
+    parser.add_argument("--vertices-per-part", type=natural, metavar="N", help="aim at N vertices a part")
+    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random choices (default: 0)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the parts as meshes, read back and compared, and shows their figures."""
+    loaded = meshing.load(options)
+    mesh, epsilon = loaded.mesh, options.epsilon.metres(loaded.mesh)
+    with clean_standard_output():
+        import numpy as np
+
+        from kabo.geometry import bounding_decomposition
+        from kabo.meshes import hull_faces, write_pieces
+
+        made = bounding_decomposition(
+            mesh, epsilon, parts=options.parts, vertices_per_part=options.vertices_per_part, seed=options.seed
+        )
+        hulls = [(np.asarray(part), hull_faces(np.asarray(part))) for part in made.parts]
+        write_pieces(options.output, [(f"part_{number}", *hull) for number, hull in enumerate(hulls)])
+        share = made.hausdorff_upper_bound / epsilon
+        sizes = [len(part) for part in made.parts]
+        counts = f"{len(sizes)} convex part{'' if len(sizes) == 1 else 's'}, {sum(sizes)} vertices"
+        said = f"{counts}, distance proven below {share:.3f} of {meshing.length(epsilon)}"
+        if options.picture is not None:
+            from kabo.meshes.pictures import draw_parts
+
+            title = f"{options.mesh.name}: {len(mesh.vertices)} vertices to {said}"
+            draw_parts(options.picture, (mesh.vertices, mesh.faces), hulls, epsilon=epsilon, title=title)
+    worst = int(np.argmax(made.deviations))
+    figures: dict[str, Any] = {
+        "parts": len(sizes),
+        "vertices": sum(sizes),
+        "vertices_max": max(sizes),
+        "epsilon": epsilon,
+        "hausdorff_upper_bound": made.hausdorff_upper_bound,
+        "covers": True,
+        "seconds": made.seconds,
+        "worst_part": {"number": worst, "deviation": float(made.deviations[worst]), "vertices": sizes[worst]},
+    }
+    meshing.finish(options, figures, loaded, f"{options.output}: {said}, {made.seconds:.1f} s")
+    return exit_codes.DONE

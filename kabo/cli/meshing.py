@@ -1,0 +1,171 @@
+"""What `bound` and `decompose` share: the mesh, the tolerance, warnings, the output and the picture."""
+
+import argparse
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kabo.cli.solving import output_file
+from kabo.cli.terminal import print_json, tell
+from kabo.errors import Diagnostic, InputError, did_you_mean
+
+if TYPE_CHECKING:
+    from kabo.meshes import Mesh
+
+UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "µm": 1e-6}
+PICTURES = (".png",)
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """An epsilon as it was written: metres, or a share of the bounding box's diagonal."""
+
+    value: float
+    of_diagonal: bool
+
+    def metres(self, mesh: "Mesh") -> float:
+        """The tolerance for a mesh [m]."""
+        return self.value * mesh.diagonal if self.of_diagonal else self.value
+
+
+def add_mesh_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options that say which mesh is taken, how near the result must be, and where it goes."""
+    parser.add_argument("mesh", type=Path, metavar="MESH", help="a mesh file: STL, OBJ, PLY, OFF, DAE or GLB")
+    parser.add_argument(
+        "--epsilon",
+        type=tolerance,
+        required=True,
+        metavar="E",
+        help="how far the result may be away: metres, or a share of the diagonal as 1%%",
+    )
+    parser.add_argument(
+        "--scale", type=scale, default=1.0, metavar="S", help="metres per unit of the file: 0.001 for millimetres"
+    )
+    parser.add_argument("--repair", action="store_true", help="do safe repairs before, and say which")
+    parser.add_argument("--picture", type=picture_file, metavar="PNG", help="draw the mesh and the result (PNG)")
+    parser.add_argument(
+        "-o", dest="output", type=mesh_file, required=True, metavar="OUT", help="the result: .off, .ply or .obj"
+    )
+    parser.add_argument("--json", action="store_true", help="print the figures as one JSON object")
+
+
+def tolerance(text: str) -> Tolerance:
+    """An epsilon: `0.002` metres, or `1%` of the diagonal; other spellings get the one that was meant."""
+    number = text.strip()
+    share = number.endswith("%")
+    value = _value(number.removesuffix("%").strip())
+    if value is None or value <= 0.0 or (share and value > 100.0):
+        hint = _meant(number)
+        wanted = "a length above 0: write metres (0.002) or a share of the diagonal (1%)"
+        raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}{hint}")
+    return Tolerance(value / 100.0 if share else value, share)
+
+
+def _value(text: str) -> float | None:
+    if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", text, re.IGNORECASE):
+        return None
+    value = float(text)
+    return value if math.isfinite(value) else None
+
+
+def _meant(text: str) -> str:
+    """`; did you mean …?` for a decimal comma and for lengths with a unit."""
+    pointed = text.replace(",", ".")
+    found = re.fullmatch(r"([\d.eE+-]+)\s*(mm|cm|um|µm|m|percent|per cent|)\s*(%?)", pointed)
+    if found is None or (value := _value(found[1])) is None or value <= 0.0:
+        return ""
+    share = bool(found[3]) or found[2].startswith("per")
+    meant = f"{value:g}%" if share else f"{value * UNITS.get(found[2], 1.0):g}"
+    return "" if meant == text else f"; did you mean {meant}?"
+
+
+def scale(text: str) -> float:
+    """Metres per unit; names of units get their number."""
+    value = _value(text.strip())
+    if value is None or value <= 0.0:
+        named = {"mm": "0.001", "cm": "0.01", "m": "1", "inch": "0.0254", "in": "0.0254"}.get(text.strip().lower())
+        hint = f"; did you mean {named}?" if named else ""
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of metres above 0{hint}")
+    return value
+
+
+def picture_file(text: str) -> Path:
+    """A picture to write."""
+    path = output_file(text)
+    if path.suffix.lower() not in PICTURES:
+        raise argparse.ArgumentTypeError(f"{text!r} does not end with .png")
+    return path
+
+
+def mesh_file(text: str) -> Path:
+    """A mesh file to write, of a format that keeps all digits."""
+    from kabo.meshes import require_written
+
+    path = output_file(text)
+    try:
+        require_written(path)
+    except InputError as error:
+        (found,) = error.diagnostics
+        raise argparse.ArgumentTypeError(f"{text!r}: {found.message}; {found.hint}") from None
+    return path
+
+
+def one_of(name: str, text: str, known: Sequence[str]) -> str:
+    """The text, if it is one of the known words.
+
+    Raises:
+        InputError: it is not; says which one may have been meant.
+    """
+    if text not in known:
+        hint = did_you_mean(text, known) or f"kabo knows {', '.join(known)}"
+        raise InputError([Diagnostic(name, 1, 1, f'there is no "{text}"', hint)])
+    return text
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """The mesh of a command, with what was repaired and what people should know."""
+
+    mesh: "Mesh"
+    repairs: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
+    """The mesh, sound enough to be bounded; what is missing for a picture is said before anything long begins.
+
+    Raises:
+        MeshError: one sentence with counts and the remedy. InputError: the picture's library is missing.
+    """
+    from kabo.meshes import load_mesh, repaired, require_solid, units_warning
+
+    if options.picture is not None:
+        from kabo.meshes.pictures import require_pictures
+
+        require_pictures()
+    mesh = load_mesh(options.mesh, options.scale)
+    repairs: list[str] = []
+    if options.repair:
+        mesh, repairs = repaired(mesh)
+    for done in repairs:
+        tell(f"{options.mesh}: {done}")
+    require_solid(mesh, borders="keep" if borders == "keep" else "refuse", repair=options.repair)
+    large = units_warning(mesh)
+    if large is not None:
+        tell(str(large))
+    return Loaded(mesh, tuple(repairs), () if large is None else (large.message,))
+
+
+def finish(options: argparse.Namespace, figures: dict[str, Any], loaded: Loaded, said: str) -> None:
+    """Shows the figures: one JSON object, or a line for people."""
+    tell(said)
+    if options.json:
+        print_json({**figures, "repairs": list(loaded.repairs), "warnings": list(loaded.warnings)})
+
+
+def length(metres: float) -> str:
+    """A length for people: `1.25 mm`."""
+    return f"{metres * 1000:.3g} mm" if metres < 1.0 else f"{metres:.3g} m"

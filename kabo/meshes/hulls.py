@@ -1,0 +1,25 @@
+"""Convex parts as surfaces: the faces of the hull of a part's own vertices, turned outwards."""
+
+import numpy as np
+
+from kabo.errors import KaboError
+from kabo.meshes.mesh import Faces, Vertices
+
+
+def hull_faces(vertices: Vertices) -> Faces:
+    """The triangles (F, 3) of the convex hull of vertices (V, 3), as indices of these vertices, turned outwards.
+
+    Raises:
+        KaboError: the vertices lie in a plane: no solid.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(vertices)
+    except (QhullError, ValueError) as error:
+        raise KaboError(f"{len(vertices)} vertices have no hull: {' '.join(str(error).split())[:160]}") from None
+    faces = hull.simplices.astype(np.int64)
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    return np.where(inwards[:, None], faces[:, ::-1], faces)
