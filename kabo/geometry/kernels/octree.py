@@ -1,0 +1,149 @@
+"""A loose octree over the boxes of faces that come and go: a face is moved in constant time, wherever the mesh changes.
+
+Cells are twice as large as they would have to be, so a face lives in exactly one: the smallest whose half-width is not
+less than the face's, and whose (tight) part of space has the face's centre. Where the pool has no node left, or a face lies
+outside of the whole, it lives in an ancestor instead: asked for more often, never missed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.compilation import lean_kernel
+
+DEPTH = 16  # levels below the root
+STACK = 8 * DEPTH + 8
+_HEAD, _COUNT, _PARENT, _CHILDREN = 0, 1, 2, 3  # columns of nodes
+_HALF, _REACH = 3, 4  # columns of cells, after the centre
+_NEXT, _PREVIOUS, _NODE = 0, 1, 2  # columns of links
+
+
+class Octree(NamedTuple):
+    """The arrays of a tree; made by `octree_of`, changed by `insert` and `remove` alone."""
+
+    nodes: NDArray[np.int32]  # (N, 11): first face or -1, faces in the subtree, parent, eight children or -1
+    cells: NDArray[np.float64]  # (N, 5): centre, half-width of the part of space, half-width of the loose cell
+    used: NDArray[np.int64]  # (1,): nodes in use
+    links: NDArray[np.int32]  # (F, 3): next and previous face of the same node or -1, the node or -1
+    boxes: NDArray[np.float64]  # (F, 6): low, then high corner of each face
+
+
+def octree_of(low: NDArray[np.float64], high: NDArray[np.float64], faces_capacity: int) -> Octree:
+    """An empty tree for faces 0 to `faces_capacity` - 1 in the box from `low` to `high`, each (3,) [m].
+
+    It holds as many nodes as faces, which surfaces do not need (measured: 0.01 to 0.33 nodes for each face).
+    """
+    capacity = faces_capacity + 64
+    nodes = np.full((capacity, 3 + 8), -1, dtype=np.int32)
+    nodes[0, _COUNT] = 0
+    cells = np.zeros((capacity, 5))
+    middle, half = 0.5 * (low + high), 0.5 * float(np.max(high - low)) * 1.1
+    # What rounding may add to centres and extents, with room to spare; the root is always looked at.
+    slack = 2.0**-46 * (float(np.max(np.abs(middle))) + half)
+    cells[0] = [*middle, half, 2.0 * half + slack]
+    return Octree(
+        nodes, cells, np.ones(1, dtype=np.int64), np.full((faces_capacity, 3), -1, dtype=np.int32),
+        np.zeros((faces_capacity, 6)),
+    )  # fmt: skip
+
+
+@lean_kernel  # i8, i8 -> i8; writes nodes, cells, used
+def _child(nodes, cells, used, node, octant):
+    """The child of a node, made if there was none; -1 if the pool is used up."""
+    child = nodes[node, _CHILDREN + octant]
+    if child >= 0 or used[0] >= nodes.shape[0]:
+        return child
+    child = used[0]
+    used[0] += 1
+    nodes[node, _CHILDREN + octant] = child
+    nodes[child, _COUNT], nodes[child, _PARENT] = 0, node
+    half = 0.5 * cells[node, _HALF]
+    for k in range(3):
+        cells[child, k] = cells[node, k] + (half if (octant >> k) & 1 else -half)
+    cells[child, _HALF] = half
+    cells[child, _REACH] = 2.0 * half + (cells[0, _REACH] - 2.0 * cells[0, _HALF])
+    return child
+
+
+@lean_kernel  # Octree, i8, f8 x 6 [m]
+def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
+    """Puts a face that is not in the tree into it, with its box."""
+    nodes, cells, used, links, boxes = tree.nodes, tree.cells, tree.used, tree.links, tree.boxes
+    boxes[face, 0], boxes[face, 1], boxes[face, 2] = low_x, low_y, low_z
+    boxes[face, 3], boxes[face, 4], boxes[face, 5] = high_x, high_y, high_z
+    x, y, z = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y), 0.5 * (low_z + high_z)
+    extent = 0.5 * max(high_x - low_x, high_y - low_y, high_z - low_z)
+    node = 0
+    nodes[0, _COUNT] += 1
+    far = max(abs(x - cells[0, 0]), abs(y - cells[0, 1]), abs(z - cells[0, 2]))
+    if far <= cells[0, _HALF]:
+        for _ in range(DEPTH):
+            if not extent <= 0.5 * cells[node, _HALF]:
+                break
+            octant = (x > cells[node, 0]) + 2 * (y > cells[node, 1]) + 4 * (z > cells[node, 2])
+            child = _child(nodes, cells, used, node, octant)
+            if child < 0:
+                break
+            node = child
+            nodes[node, _COUNT] += 1
+    first = nodes[node, _HEAD]
+    links[face, _NEXT], links[face, _PREVIOUS], links[face, _NODE] = first, -1, node
+    if first >= 0:
+        links[first, _PREVIOUS] = face
+    nodes[node, _HEAD] = face
+
+
+@lean_kernel  # Octree, i8
+def remove(tree, face):
+    """Takes a face out of the tree; one that is not in it stays out."""
+    nodes, links = tree.nodes, tree.links
+    node, following, previous = links[face, _NODE], links[face, _NEXT], links[face, _PREVIOUS]
+    if node < 0:
+        return
+    if previous >= 0:
+        links[previous, _NEXT] = following
+    else:
+        nodes[node, _HEAD] = following
+    if following >= 0:
+        links[following, _PREVIOUS] = previous
+    links[face, _NODE] = -1
+    while node >= 0:
+        nodes[node, _COUNT] -= 1
+        node = nodes[node, _PARENT]
+
+
+@lean_kernel  # Octree, f8 x 6 [m], (STACK,) i8, (F,) i8 -> i8
+def query(tree, low_x, low_y, low_z, high_x, high_y, high_z, stack, found):
+    """Writes the faces whose boxes meet a box, touching included; returns their number.
+
+    The order follows from the order of changes. Where `found` is too short, only its length is written.
+    """
+    nodes, cells, links, boxes = tree.nodes, tree.cells, tree.links, tree.boxes
+    count, top = 0, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        face = nodes[node, _HEAD]
+        while face >= 0:
+            meets = (boxes[face, 0] <= high_x) & (boxes[face, 3] >= low_x)
+            meets &= (boxes[face, 1] <= high_y) & (boxes[face, 4] >= low_y)
+            meets &= (boxes[face, 2] <= high_z) & (boxes[face, 5] >= low_z)
+            if meets:
+                if count < found.shape[0]:
+                    found[count] = face
+                count += 1
+            face = links[face, _NEXT]
+        for octant in range(8):
+            child = nodes[node, _CHILDREN + octant]
+            if child < 0 or nodes[child, _COUNT] == 0:
+                continue
+            reach = cells[child, _REACH]
+            near = (cells[child, 0] - reach <= high_x) & (cells[child, 0] + reach >= low_x)
+            near &= (cells[child, 1] - reach <= high_y) & (cells[child, 1] + reach >= low_y)
+            near &= (cells[child, 2] - reach <= high_z) & (cells[child, 2] + reach >= low_z)
+            if near:
+                stack[top] = child
+                top += 1
+    return count
