@@ -1,7 +1,8 @@
-"""What a mesh file says of its own size, against its size: refused before a reader allocates what it announces.
+"""What a mesh file says of itself, before a reader believes it: sizes that it cannot have, shapes that would be lost.
 
-A header of a few bytes can announce 10^9 triangles. Each rule here is a lower bound of the bytes that the announced
-numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it.
+A header of a few bytes can announce 10^9 triangles. Each rule of size is a lower bound of the bytes that the announced
+numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it. Readers also leave out
+in silence what they do not know, such as strips of triangles; a mesh that lost a part is worse than none.
 """
 
 import json
@@ -18,18 +19,23 @@ _PLY_BYTES = {
 _GLB_ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _GLB_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _MOST_INSTANCES = 100_000
+_DAE_UNREAD = ("trifans", "tristrips", "ph", "instance_controller")
+_GLB_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization")
 
 
-def overstated(kind: str, data: bytes) -> str | None:
-    """Why a file cannot be what it says it is, as the rest of a sentence; None if its size may be right."""
+def misleading(kind: str, data: bytes) -> str | None:
+    """Why a file cannot be read as it is, as the rest of a sentence; None if it may be what it says."""
     if not data.strip(b"\x00 \t\r\n"):
         return "is empty"
-    check = {"stl": _stl, "ply": _ply, "off": _off, "glb": _glb, "dae": _dae}.get(kind)
-    return None if check is None else check(data)
+    return {"stl": _stl, "ply": _ply, "off": _off, "obj": _obj, "glb": _glb, "dae": _dae}[kind](data)
 
 
-def _more(count: int, things: str, data: bytes) -> str:
-    return f"announces {count:,} {things}, more than its {len(data):,} bytes can hold".replace(",", " ")
+def _more(announced: str, data: bytes) -> str:
+    return f"announces {announced}, more than its {_spaced(len(data))} bytes can hold"
+
+
+def _spaced(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
 
 
 def _stl(data: bytes) -> str | None:
@@ -45,7 +51,7 @@ def _stl(data: bytes) -> str | None:
     (count,) = struct.unpack_from("<I", data, 80)
     needed = 84 + 50 * count
     if needed > len(data):
-        return _more(count, "triangles", data)
+        return _more(f"{_spaced(count)} triangles", data)
     return (
         None if needed == len(data) else f"holds {len(data) - needed} bytes more than its {count} triangles need"
     )
@@ -65,9 +71,8 @@ def _ply(data: bytes) -> str | None:
             if len(words) != 3 or not re.fullmatch(r"\d{1,15}", words[2]):
                 return f'has a PLY header with the line "{line[:60]}"'
             count = int(words[2])
-            largest = max(count, 0)
-            if largest > len(data):
-                return _more(count, f"rows of {words[1][:20]}", data)
+            if count > len(data):
+                return _more(f"{_spaced(count)} times {words[1][:20]}", data)
         elif words[:1] == ["property"]:
             listed = words[1:2] == ["list"]
             row += 2 if text else _PLY_BYTES.get(words[2 if listed else 1] if len(words) > 2 else "", 1)
@@ -79,15 +84,27 @@ def _ply(data: bytes) -> str | None:
 
 
 def _off(data: bytes) -> str | None:
-    text = re.sub(rb"#[^\n]*", b"", data[:65536]).split()
-    words = text[1:] if text and text[0].upper().endswith(b"OFF") else text
-    numbers = [word for word in words[:2] if re.fullmatch(rb"\d{1,15}", word)]
-    if len(numbers) < 2:
+    lines = [line for row in data.splitlines() if (line := row.split(b"#", 1)[0].strip())]
+    if lines[:1] and re.fullmatch(rb"[A-Za-z0-9]*OFF", lines[0], re.IGNORECASE):
+        lines = lines[1:]
+    found = re.match(rb"(?:C?OFF\s+)?(\d{1,15})\s+(\d{1,15})\b", lines[0]) if lines else None
+    if found is None:
         return "has no counts of vertices and triangles in its first lines"
-    vertices, faces = map(int, numbers)
+    vertices, faces = map(int, found.groups())
     if 6 * vertices + 8 * faces > len(data):
-        return _more(vertices, f"vertices and {faces:,} triangles", data)
-    return None
+        return _more(f"{_spaced(vertices)} vertices and {_spaced(faces)} triangles", data)
+    rows = len(lines) - 1
+    return (
+        f"is cut off: {vertices + faces} lines are announced, {rows} are there"
+        if rows < vertices + faces
+        else None
+    )
+
+
+def _obj(data: bytes) -> str | None:
+    """Vertices count from 1, or backwards from -1: a reader would take 0 for the last one."""
+    wrong = re.search(rb"^[ \t]*f[ \t](?:[^\n#]*[ \t])?0+(?:[/\s]|$)", data, re.MULTILINE)
+    return "has a face with the vertex 0; they count from 1" if wrong else None
 
 
 def _glb(data: bytes) -> str | None:
@@ -101,11 +118,19 @@ def _glb(data: bytes) -> str | None:
         accessors, nodes = tree.get("accessors", []), tree.get("nodes", [])
         for accessor in accessors:
             size = _GLB_ITEMS.get(accessor.get("type"), 1) * _GLB_BYTES.get(accessor.get("componentType"), 1)
+            if "sparse" in accessor:
+                return "holds sparse numbers, which kabo does not read"
             if int(accessor["count"]) * size > len(data):
-                return _more(int(accessor["count"]), "numbers", data)
+                return _more(f"{_spaced(int(accessor['count']))} numbers", data)
+        used = [name for name in _GLB_UNREAD if name in tree.get("extensionsUsed", [])]
+        modes = {part.get("mode", 4) for mesh in tree.get("meshes", []) for part in mesh.get("primitives", [])}
         named = [child for node in nodes for child in node.get("children", [])]
     except (ValueError, TypeError, AttributeError, KeyError, RecursionError):
         return "has a GLB header that cannot be understood"
+    if used:
+        return f"is compressed with {used[0]}, which kabo does not read"
+    if 6 in modes:
+        return "holds fans of triangles, which kabo does not read"
     return "names a node twice in its tree" if len(named) != len(set(map(str, named))) else None
 
 
@@ -114,6 +139,9 @@ def _dae(data: bytes) -> str | None:
     lowered = data.lower()
     if b"<!entity" in lowered:
         return "defines XML entities, which kabo does not read"
+    for name in _DAE_UNREAD:
+        if re.search(rf"<(?:\w+:)?{name}[\s/>]".encode(), lowered):
+            return f"holds <{name}>, which kabo does not read"
     if b"instance_node" not in lowered:
         return None
     try:

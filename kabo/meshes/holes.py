@@ -21,7 +21,10 @@ def fill_small_holes(vertices: Vertices, faces: Faces, tolerance: float, done: l
 
 
 def _loops(faces: Faces) -> list[list[int]]:
-    """Border loops of three or four edges, led against the faces beside them; only where borders do not branch."""
+    """Border loops of three or four edges, led against the faces beside them; only where borders do not branch.
+
+    No face has two edges on a loop: the border of a triangle, or of a flat pair of them, is no hole.
+    """
     edges = edges_of(faces)
     sides = np.flatnonzero(edges.border[edges.of_side])
     starts = faces.reshape(-1)[sides]
@@ -29,6 +32,7 @@ def _loops(faces: Faces) -> list[list[int]]:
     names, counts = np.unique(np.concatenate([starts, ends]), return_counts=True)
     simple = set(names[counts == 2].tolist())
     after = dict(zip(ends.tolist(), starts.tolist(), strict=True))
+    beside = dict(zip(ends.tolist(), (sides // 3).tolist(), strict=True))
     loops: list[list[int]] = []
     seen: set[int] = set()
     for first in sorted(after):
@@ -39,7 +43,8 @@ def _loops(faces: Faces) -> list[list[int]]:
                 break
             loop.append(following)
         closes = after.get(loop[-1]) == first
-        if closes and 3 <= len(loop) <= 4 and not seen & set(loop) and simple.issuperset(loop):
+        several = len({beside.get(vertex) for vertex in loop}) == len(loop)
+        if closes and several and 3 <= len(loop) <= 4 and not seen & set(loop) and simple.issuperset(loop):
             loops.append(loop)
             seen |= set(loop)
     return loops

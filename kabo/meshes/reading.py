@@ -16,9 +16,10 @@ import numpy as np
 
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
-from kabo.meshes.headers import overstated
+from kabo.meshes.headers import misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
-from kabo.meshes.refusals import EXPORT, refuse, require_numbers
+from kabo.meshes.refusals import EXPORT, refuse, require_numbers, unusable
+from kabo.meshes.words import counted
 
 FORMATS = ("dae", "glb", "obj", "off", "ply", "stl")
 LARGEST_FILE = 2 * 1024**3  # bytes
@@ -84,14 +85,18 @@ def _read(path: Path, scale: tuple[float, float, float], seen: tuple[int, int], 
         data = path.read_bytes()
     except OSError as error:
         raise refuse(place, f'mesh file "{path.name}" cannot be read: {error.strerror}') from None
-    why = overstated(kind, data)
+    why = misleading(kind, data)
     if why is not None:
         raise refuse(place, f'mesh file "{path.name}" {why}', EXPORT)
     vertices, faces = joined(_parsed(data, kind, path.name, place), scale)
     if not len(faces):
         raise refuse(place, f'mesh file "{path.name}" holds no triangles', EXPORT)
     require_numbers(Mesh(vertices, faces, path), place)
-    return Mesh(*merged(vertices, faces), path)
+    mesh = Mesh(*merged(vertices, faces), path)
+    if not len(mesh.faces):
+        said = f"has {counted(len(faces), 'triangle')}, none of which has three different vertices"
+        raise unusable(mesh, place, said, EXPORT)
+    return mesh
 
 
 def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Vertices, Faces]]:
