@@ -11,20 +11,29 @@ from typing import Any
 
 _HOMES = {
     "BoundingMesh": "bounding_mesh",
+    "Bounds": "predicates",
     "Budget": "budget",
     "CollisionView": "views",
+    "Container": "predicates",
     "Counters": "views",
     "Decomposition": "bounding_decomposition",
     "Enclosure": "parts",
     "ExactView": "exact",
     "FixedGroup": "parts",
+    "Motion": "motions",
     "MovingGroup": "parts",
+    "SweptVolume": "swept_volume",
     "bounding_decomposition": "bounding_decomposition",
     "bounding_mesh": "bounding_mesh",
+    "collides": "predicates",
     "contains": "inclusion",
     "crossing_faces": "crossings",
+    "distance": "predicates",
     "enclosing_parts": "enclosure",
     "hausdorff_bound": "hausdorff",
+    "includes": "predicates",
+    "sweep_collides": "predicates",
+    "swept_volume": "swept_volume",
     "write_parts": "enclosure",
 }
 
@@ -41,7 +50,9 @@ class _Room(ModuleType):
     """A room whose names stay what `_HOMES` says, also where a file is called like the function that it offers."""
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if not (name in _HOMES and isinstance(value, ModuleType)):  # Python hangs every imported file on its package
+        if not (
+            name in _HOMES and isinstance(value, ModuleType)
+        ):  # Python hangs every imported file on its package
             super().__setattr__(name, value)
 
 

@@ -29,6 +29,15 @@ class Enclosure:
     parts: tuple[Array, ...]  # each (V <= 24, 3) [m], in the body's frame
     deviation: float
 
+    def __post_init__(self) -> None:
+        """Refuses a deviation that is no distance: it would lend epsilon what nobody has.
+
+        Raises:
+            ValueError: the deviation is negative, or no number.
+        """
+        if not self.deviation >= 0.0:
+            raise ValueError(f"an enclosure deviates by {self.deviation:g} m, which is no distance")
+
     @cached_property
     def packed(self) -> Packed:
         """The parts in blocks.

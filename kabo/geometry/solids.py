@@ -23,7 +23,7 @@ class Solid:
     faces: NDArray[np.int64]  # (F, 3)
 
     @cached_property
-    def _tree(self) -> tuple[Array, NDArray[np.int64], Array]:
+    def tree(self) -> tuple[Array, NDArray[np.int64], Array]:
         """Boxes (N, 6), children (N, 2), triangles (F, 3, 3) in the order of the leaves."""
         triangles = np.ascontiguousarray(self.vertices[self.faces])
         centres = triangles.mean(axis=1)
@@ -49,7 +49,7 @@ class Solid:
 
     def outside_distances(self, points: Array) -> Array:
         """How far each point (N, 3) is from the solid (N,) [m]; 0 inside."""
-        boxes, children, triangles = self._tree
+        boxes, children, triangles = self.tree
         points = np.ascontiguousarray(points, np.float64)
         distances, within, stack = np.empty(len(points)), np.empty(len(points), np.bool_), np.zeros(64, np.int64)
         surface_distances(points, boxes, children, triangles, stack, distances)
@@ -59,7 +59,7 @@ class Solid:
     def insides(self, points: Array) -> NDArray[np.bool_]:
         """Whether the mesh winds around each point (N, 3) that does not lie on it (N,)."""
         points, within = np.ascontiguousarray(points, np.float64), np.empty(len(points), np.bool_)
-        insides(points, *self._tree, np.zeros(64, np.int64), within)
+        insides(points, *self.tree, np.zeros(64, np.int64), within)
         return within
 
     @cached_property
@@ -79,4 +79,4 @@ class Solid:
             return bool((self.outside_distances(part) <= limit - 10 * FLAT).all())
         low, high = part.min(axis=0), part.max(axis=0)
         scratch = np.zeros(64, np.int64), np.empty((256, 7))
-        return int(sticks_out(planes, low, high, limit, *self._tree, *scratch, CELLS)) == 0
+        return int(sticks_out(planes, low, high, limit, *self.tree, *scratch, CELLS)) == 0
