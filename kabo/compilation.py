@@ -58,9 +58,22 @@ def _numba() -> Any:
     return numba
 
 
+def _any_number(dispatcher: Any) -> Any:
+    """Lets calls with constants use the code for any number: else each combination of constants compiles once more."""
+    from numba.core.types import unliteral
+
+    template = dispatcher.get_call_template
+
+    def general_template(arguments: Any, keywords: Any) -> Any:
+        return template([unliteral(a) for a in arguments], {name: unliteral(a) for name, a in keywords.items()})
+
+    dispatcher.get_call_template = general_template
+    return dispatcher
+
+
 def kernel(function: _Function) -> _Function:
     """Compiles `function` for plain arrays and numbers; `.py_func` is the Python original."""
-    return _numba().njit(cache=True, nogil=True, error_model="numpy")(function)
+    return _any_number(_numba().njit(cache=True, nogil=True, error_model="numpy")(function))
 
 
 def lean_kernel(function: _Function) -> _Function:
@@ -68,7 +81,7 @@ def lean_kernel(function: _Function) -> _Function:
 
     Counting costs some nanoseconds for each array at each call, which nested kernels of many arrays feel.
     """
-    return _numba().njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+    return _any_number(_numba().njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function))
 
 
 def leaf_kernel(function: _Function) -> _Function:
@@ -82,4 +95,6 @@ def reduction_kernel(function: _Function) -> _Function:
     Not inlined by numba, because an inlined body takes its caller's rules; LLVM inlines it with its own.
     """
     options = {"contract", "reassoc", "nsz"}
-    return _numba().njit(cache=True, nogil=True, error_model="numpy", fastmath=options, _nrt=False)(function)
+    return _any_number(
+        _numba().njit(cache=True, nogil=True, error_model="numpy", fastmath=options, _nrt=False)(function)
+    )
