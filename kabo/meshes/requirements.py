@@ -71,14 +71,23 @@ def require_solid(
         raise unusable(mesh, place, f"is no solid: it has {listed(faults)}", _remedy(found, borders, repair))
 
 
-def units_warning(mesh: Mesh, place: Place | None = None) -> Diagnostic | None:
-    """The warning for a mesh that is so large that it may be given in millimetres, with the fix; else None."""
+def units_warning(
+    mesh: Mesh,
+    place: Place | None = None,
+    *,
+    named: str | None = None,
+    fix: str = "then scale it: `scale: 0.001` in a scene, `--scale 0.001` in a command",
+) -> Diagnostic | None:
+    """The warning for a mesh that is so large that it may be given in millimetres, with the fix; else None.
+
+    Args:
+        mesh: vertices in metres. place: where a file names it. named: what people call it. fix: the remedy.
+    """
     extent = float((mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).max()) if len(mesh.vertices) else 0.0
     if extent <= LARGE:
         return None
-    named = f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh"
+    named = named or (f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh")
     said = f"{named} is {extent:.4g} m large: is it given in millimetres?"
-    fix = "then scale it: `scale: 0.001` in a scene, `--scale 0.001` in a command"
     at = place or Place(str(mesh.path or "mesh"), 1, 1)
     return Diagnostic(at.file, at.line, at.column, said, fix, at.length, "warning")
 

@@ -16,6 +16,8 @@ from kabo.service.messages import SolveOptions
 
 if TYPE_CHECKING:
     from kabo.language.problem import Problem
+    from kabo.language.scene_description import SceneDescription
+    from kabo.scene import Scene
     from kabo.verify import Report
 
 
@@ -113,10 +115,33 @@ def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
         from kabo.scene import load_scene
 
         try:
-            load_scene(problem.scene)
+            return _unit_warnings(load_scene(problem.scene), problem.scene)
         except InputError as error:
             return error.diagnostics
     return ()
+
+
+def _unit_warnings(scene: "Scene", description: "SceneDescription") -> tuple[Diagnostic, ...]:
+    """Bodies and robots whose meshes are so large that they may be given in millimetres."""
+    from kabo.meshes import units_warning
+
+    found = [
+        units_warning(body.mesh, description.bodies[name].shape.place)
+        for name, body in scene.bodies.items()
+        if body.mesh.path is not None
+    ]
+    found += [
+        units_warning(
+            link.mesh,
+            description.robots[name].place,
+            named=f'link "{link_name}" of robot "{name}"',
+            fix='then scale it in the URDF: <mesh scale="0.001 0.001 0.001" …/>',
+        )
+        for name, robot in scene.robots.items()
+        for link_name, link in robot.links.items()
+        if link.mesh is not None
+    ]
+    return tuple(warning for warning in found if warning is not None)
 
 
 def missing_library(error: BaseException) -> str | None:

@@ -1,5 +1,7 @@
 """`kabo check`: all findings of all files at once."""
 
+import trimesh
+
 
 def test_correct_files_are_exit_0(kabo, parcels):
     said = kabo("check", *sorted(parcels.glob("*.yaml")))
@@ -33,3 +35,16 @@ def test_a_mesh_that_does_not_load_is_found_where_it_is_named(kabo, parcels):
 
 def test_a_missing_file_is_a_finding(kabo, parcels):
     assert kabo("check", "absent.yaml").code == 2
+
+
+def test_a_mesh_in_millimetres_is_a_warning_with_the_fix(kabo, parcels):
+    trimesh.creation.box(extents=(100.0, 80.0, 60.0)).export(parcels / "part.stl")
+    (parcels / "scene.yaml").write_text(
+        "scene: s\nepsilon: 0.01\nrobots: {}\nobjects:\n  thing: {mesh: part.stl}\n  other: {mesh: part.stl, scale: 0.001}\n"
+    )
+    problem = parcels / "one.yaml"
+    problem.write_text(problem.read_text().replace("objects:", "scene: scene.yaml\nobjects:", 1))
+    said = kabo("check", "one.yaml", "--json")
+    (found,) = said.json["diagnostics"]
+    assert (said.code, found["severity"], found["file"], found["line"]) == (0, "warning", "scene.yaml", 5)
+    assert "millimetres" in found["message"] and "scale: 0.001" in found["hint"]
