@@ -32,7 +32,7 @@ def test_a_query_finds_exactly_the_faces_in_the_tree_whose_boxes_meet_it(seed, s
     tree = octree_of(np.full(3, offset), np.full(3, offset + size), FACES)
     inside, boxes = np.zeros(FACES, dtype=bool), np.zeros((FACES, 6))
     stack, found = np.empty(STACK, dtype=np.int64), np.empty(FACES, dtype=np.int64)
-    for _ in range(200):
+    for _ in range(100):
         face = rng.integers(FACES)
         remove(tree, face)
         inside[face] = rng.random() < 0.7

@@ -14,8 +14,8 @@ from kabo.compilation import lean_kernel
 from kabo.geometry.kernels.orientation import likely_orientation, orientation
 
 _EDGES, _NORMALS, _OFFSET, _AXIS, _OTHER = 6, 12, 14, 15, 16  # vectors in scratch: 6, 2, 1, 1, 1 of them
-# The axes of disjoint triangles: v, w and where v x w goes (v itself if v is w). Normals; normals of edges in the plane;
-# pairs of edges, and normals of these in the plane of the pair; for triangles without area their lines and the offset.
+# The axes of disjoint triangles: v, w and where v x w goes (v itself if v is w). First normals, and normals of edges in
+# the planes; then, for two triangles without area, what parts two lines.
 _AXES = np.array(
     [(12, 12, 15), (13, 13, 15)]
     + [(12 + i // 3, 6 + i, 15) for i in range(6)]
@@ -23,6 +23,7 @@ _AXES = np.array(
     + [row for e in range(6, 12) for row in ((e, e, 15), (e, 14, 15), (15, e, 16))]
     + [(14, 14, 15)]
 )
+_CLEAR = 8  # so many axes are for triangles that have an area
 _SIZE = 60  # the largest coordinate
 _ROUNDING = 2.0**-49  # of a gap: 16 u; differences, three products and their sums cost 10 u
 _TINY = 1e-290  # more than underflow may take
@@ -85,6 +86,16 @@ def _segment_meets(pair, p, q, t, scratch):
     return (left < 3 and right < 3) if axis >= 0 else (left == 0 or right == 0)
 
 
+@lean_kernel  # (6, 3) f8 -> bool
+def _boxes_apart(pair):
+    for k in range(3):
+        if max(pair[0, k], pair[1, k], pair[2, k]) < min(pair[3, k], pair[4, k], pair[5, k]):
+            return True
+        if max(pair[3, k], pair[4, k], pair[5, k]) < min(pair[0, k], pair[1, k], pair[2, k]):
+            return True
+    return False
+
+
 @lean_kernel  # (6, 3) f8 -> writes (SCRATCH,) f8
 def _vectors(pair, scratch):
     """Writes the points seen from the first one, the edges, the normals, the offset of the triangles, and the size."""
@@ -134,20 +145,20 @@ def _apart(scratch, v, w, target, shared):
 @lean_kernel  # (6, 3) f8, (SCRATCH,) f8 -> bool
 def _disjoint_cross(pair, scratch):
     """As `triangles_cross` for no shared vertex."""
-    for k in range(3):
-        if max(pair[0, k], pair[1, k], pair[2, k]) < min(pair[3, k], pair[4, k], pair[5, k]):
-            return False
-        if max(pair[3, k], pair[4, k], pair[5, k]) < min(pair[0, k], pair[1, k], pair[2, k]):
-            return False
+    flat = 0
     for i in range(_AXES.shape[0]):
+        if i == _CLEAR:  # few pairs get here
+            for corner in range(6):
+                following = corner + 1 if corner % 3 < 2 else corner - 2
+                if _segment_meets(pair, corner, following, 3 - 3 * (corner // 3), scratch):
+                    return True
+                flat += corner % 3 == 0 and _clear_axis(pair, corner, scratch) < 0
+            if flat < 2:
+                return False
+            _vectors(pair, scratch)
         if _apart(scratch, _AXES[i, 0], _AXES[i, 1], _AXES[i, 2], 0):
             return False
-    flat = 0
-    for i in range(6):
-        flat += i % 3 == 0 and _clear_axis(pair, i, scratch) < 0
-        if _segment_meets(pair, i, i + 1 if i % 3 < 2 else i - 2, 3 - 3 * (i // 3), scratch):
-            return True
-    return flat == 2
+    return True
 
 
 @lean_kernel  # (6, 3) f8, (SCRATCH,) f8 -> bool
@@ -194,6 +205,8 @@ def triangles_cross(pair, shared, scratch):
             side = _likely_side(pair, t, t + 1, t + 2, 3 - t + shared)
             if side != 0 and (shared == 2 or side == _likely_side(pair, t, t + 1, t + 2, 5 - t)):
                 return False
+    if shared == 0 and _boxes_apart(pair):
+        return False
     _vectors(pair, scratch)
     if shared == 0:
         return _disjoint_cross(pair, scratch)

@@ -1,8 +1,9 @@
 """A loose octree over the boxes of faces that come and go: a face is moved in constant time, wherever the mesh changes.
 
-Cells are twice as large as they would have to be, so a face lives in exactly one: the smallest whose half-width is not
-less than the face's, and whose (tight) part of space has the face's centre. Where the pool has no node left, or a face lies
-outside of the whole, it lives in an ancestor instead: asked for more often, never missed.
+A cell may be overhung by half of its width, so a face lives in exactly one: the smallest that is not narrower than the
+face and has its centre. Where the pool has no node left, or a face lies outside of the whole, it lives in an ancestor
+instead: asked for more often, never missed. What a query compares is the box around all that came into a subtree since
+it was last empty: no rounding, and tighter than the cell.
 """
 
 from typing import NamedTuple
@@ -15,7 +16,7 @@ from kabo.compilation import lean_kernel
 DEPTH = 16  # levels below the root
 STACK = 8 * DEPTH + 8
 _HEAD, _COUNT, _PARENT, _CHILDREN = 0, 1, 2, 3  # columns of nodes
-_HALF, _REACH = 3, 4  # columns of cells, after the centre
+_HALF, _LOW, _HIGH = 3, 4, 7  # columns of cells, after the centre
 _NEXT, _PREVIOUS, _NODE = 0, 1, 2  # columns of links
 
 
@@ -23,7 +24,7 @@ class Octree(NamedTuple):
     """The arrays of a tree; made by `octree_of`, changed by `insert` and `remove` alone."""
 
     nodes: NDArray[np.int32]  # (N, 11): first face or -1, faces in the subtree, parent, eight children or -1
-    cells: NDArray[np.float64]  # (N, 5): centre, half-width of the part of space, half-width of the loose cell
+    cells: NDArray[np.float64]  # (N, 10): centre and half-width of the cell, box around the faces in the subtree
     used: NDArray[np.int64]  # (1,): nodes in use
     links: NDArray[np.int32]  # (F, 3): next and previous face of the same node or -1, the node or -1
     boxes: NDArray[np.float64]  # (F, 6): low, then high corner of each face
@@ -37,11 +38,9 @@ def octree_of(low: NDArray[np.float64], high: NDArray[np.float64], faces_capacit
     capacity = faces_capacity + 64
     nodes = np.full((capacity, 3 + 8), -1, dtype=np.int32)
     nodes[0, _COUNT] = 0
-    cells = np.zeros((capacity, 5))
-    middle, half = 0.5 * (low + high), 0.5 * float(np.max(high - low)) * 1.1
-    # What rounding may add to centres and extents, with room to spare; the root is always looked at.
-    slack = 2.0**-46 * (float(np.max(np.abs(middle))) + half)
-    cells[0] = [*middle, half, 2.0 * half + slack]
+    cells = np.zeros((capacity, 10))
+    # Room at the border: an outer mesh sticks out a little.
+    cells[0, :_HALF], cells[0, _HALF] = 0.5 * (low + high), 0.55 * float(np.max(high - low))
     return Octree(
         nodes, cells, np.ones(1, dtype=np.int64), np.full((faces_capacity, 3), -1, dtype=np.int32),
         np.zeros((faces_capacity, 6)),
@@ -62,8 +61,18 @@ def _child(nodes, cells, used, node, octant):
     for k in range(3):
         cells[child, k] = cells[node, k] + (half if (octant >> k) & 1 else -half)
     cells[child, _HALF] = half
-    cells[child, _REACH] = 2.0 * half + (cells[0, _REACH] - 2.0 * cells[0, _HALF])
     return child
+
+
+@lean_kernel  # i8, i8 -> writes nodes, cells
+def _enter(nodes, cells, boxes, node, face):
+    """Counts a face in the subtree of a node, whose box grows to it; a subtree that was empty starts anew."""
+    empty = nodes[node, _COUNT] == 0
+    nodes[node, _COUNT] += 1
+    for k in range(3):
+        low, high = boxes[face, k], boxes[face, 3 + k]
+        cells[node, _LOW + k] = low if empty else min(low, cells[node, _LOW + k])
+        cells[node, _HIGH + k] = high if empty else max(high, cells[node, _HIGH + k])
 
 
 @lean_kernel  # Octree, i8, f8 x 6 [m]
@@ -75,7 +84,7 @@ def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
     x, y, z = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y), 0.5 * (low_z + high_z)
     extent = 0.5 * max(high_x - low_x, high_y - low_y, high_z - low_z)
     node = 0
-    nodes[0, _COUNT] += 1
+    _enter(nodes, cells, boxes, node, face)
     far = max(abs(x - cells[0, 0]), abs(y - cells[0, 1]), abs(z - cells[0, 2]))
     if far <= cells[0, _HALF]:
         for _ in range(DEPTH):
@@ -86,7 +95,7 @@ def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
             if child < 0:
                 break
             node = child
-            nodes[node, _COUNT] += 1
+            _enter(nodes, cells, boxes, node, face)
     first = nodes[node, _HEAD]
     links[face, _NEXT], links[face, _PREVIOUS], links[face, _NODE] = first, -1, node
     if first >= 0:
@@ -139,10 +148,9 @@ def query(tree, low_x, low_y, low_z, high_x, high_y, high_z, stack, found):
             child = nodes[node, _CHILDREN + octant]
             if child < 0 or nodes[child, _COUNT] == 0:
                 continue
-            reach = cells[child, _REACH]
-            near = (cells[child, 0] - reach <= high_x) & (cells[child, 0] + reach >= low_x)
-            near &= (cells[child, 1] - reach <= high_y) & (cells[child, 1] + reach >= low_y)
-            near &= (cells[child, 2] - reach <= high_z) & (cells[child, 2] + reach >= low_z)
+            near = (cells[child, _LOW] <= high_x) & (cells[child, _HIGH] >= low_x)
+            near &= (cells[child, _LOW + 1] <= high_y) & (cells[child, _HIGH + 1] >= low_y)
+            near &= (cells[child, _LOW + 2] <= high_z) & (cells[child, _HIGH + 2] >= low_z)
             if near:
                 stack[top] = child
                 top += 1
