@@ -105,7 +105,7 @@ def _row(path: Path, side: str, output: Path) -> dict[str, Any]:
 
 def _judged(row: dict[str, Any], verdict: dict[str, Any]) -> dict[str, Any]:
     low, high = verdict["h_lo"], verdict["h_hi"]
-    out = verdict["stick_over_eps"]
+    out = verdict.get("stick_exact_over_eps", verdict["stick_over_eps"])
     faults = verdict["border"] + verdict["nonmanifold"] + verdict["unmatched_edges"] + verdict["pinched_vertices"]
     return {
         "H judge": f"{low:.4f}–{high:.4f}",

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import trimesh
+from geometry_bodies import body_table, small_bodies
 from geometry_chart import write_chart
 from kernel import Contestant, near, race, segments, uniform, view
 from kernel_peers import Ask, Kinematics, geometry_data, geometry_model, plain, tree_broad_phase
@@ -54,7 +55,7 @@ def _scene(scene: Arrangement, output: Path, count: int, bars: Table) -> list[Ta
         _add(sweeps, label, race(swept, few))
         if label == "near":
             _bars(bars, scene.name, found)
-    return [checks, sweeps]
+    return [checks, sweeps, body_table(scene, count)]
 
 
 def peers(scene: Arrangement) -> dict[str, Contestant]:
@@ -155,5 +156,6 @@ def small_predicates() -> dict[str, Callable[[], Any]]:
         "configuration check": lambda: made["view"].configuration_hit(made["q"]),
         "configurations check": lambda: made["view"].configurations_hit(np.array([made["q"]] * 2)),
         "sweep check": lambda: made["view"].segment_hit(made["q"], made["q"] + 0.01),
-        "inclusion": lambda: contains(box(), np.zeros((1, 3)), 1e-9),
+        "points in a region": lambda: contains(box(), np.zeros((1, 3)), 1e-9),
+        **small_bodies(),
     }
