@@ -18,6 +18,7 @@ from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.meshes.headers import misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
+from kabo.meshes.plain_off import plain_triangles
 from kabo.meshes.refusals import EXPORT, refuse, require_numbers, unusable
 from kabo.meshes.words import counted
 
@@ -123,6 +124,9 @@ def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
     Raises:
         Exception: whatever the reader of this format raises on bytes that it does not understand.
     """
+    plain = plain_triangles(data) if kind == "off" else None
+    if plain is not None:
+        return [plain]
     import trimesh
 
     logging.getLogger("trimesh").addHandler(logging.NullHandler())  # what it complains of, we say ourselves

@@ -13,7 +13,7 @@ from kabo.meshes.holes import fill_small_holes
 from kabo.meshes.mesh import Faces, Mesh, Vertices
 from kabo.meshes.separation import separated
 from kabo.meshes.soundness import turned_components
-from kabo.meshes.topology import components, edges_of, labels, neighbours
+from kabo.meshes.topology import components, edges_of, labels, neighbours, repeating
 from kabo.meshes.words import counted
 
 WELD = 1e-7  # of the diagonal: vertices nearer than this are one
@@ -74,10 +74,10 @@ def _single(faces: Faces, done: list[str]) -> Faces:
         done.append(f"dropped {counted(int((~proper).sum()), 'triangle')} with fewer than three vertices")
         faces = faces[proper]
     turned = np.take_along_axis(faces, (np.argmin(faces, axis=1)[:, None] + np.arange(3)) % 3, axis=1)
-    _, first = np.unique(turned, axis=0, return_index=True)
-    if len(first) < len(faces):
-        done.append(f"dropped {counted(len(faces) - len(first), 'triangle')} that repeated another one")
-        faces = faces[np.sort(first)]
+    again = repeating(turned)
+    if again.any():
+        done.append(f"dropped {counted(int(again.sum()), 'triangle')} that repeated another one")
+        faces = faces[~again]
     return faces
 
 

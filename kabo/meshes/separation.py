@@ -7,7 +7,7 @@ the next one that passes it forwards: these two belong together.
 import numpy as np
 
 from kabo.meshes.mesh import Faces, Vertices
-from kabo.meshes.topology import Edges, edges_of, fans, neighbours
+from kabo.meshes.topology import Edges, edges_of, fans, fans_around, neighbours
 from kabo.meshes.words import counted
 
 
@@ -18,10 +18,10 @@ def separated(vertices: Vertices, faces: Faces, done: list[str]) -> tuple[Vertic
     edges = edges_of(faces)
     first, second = _joined_sides(vertices, faces, edges)
     fan = fans(faces, edges, first, second)
-    pairs, index = np.unique(np.stack([faces.reshape(-1), fan], axis=1), axis=0, return_inverse=True)
-    touching = int((np.bincount(pairs[:, 0], minlength=len(vertices)) > 1).sum())
+    touching = int((fans_around(faces, fan) > 1).sum())
     if not touching:
         return vertices, faces
+    pairs, index = np.unique(np.stack([faces.reshape(-1), fan], axis=1), axis=0, return_inverse=True)
     done.append(f"separated surfaces that only touched, in {counted(touching, 'vertex', 'vertices')}")
     return np.ascontiguousarray(vertices[pairs[:, 0]]), index.reshape(-1, 3).astype(np.int64)
 

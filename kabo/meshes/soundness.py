@@ -6,7 +6,7 @@ import numpy as np
 
 from kabo.meshes.mesh import Faces, Mesh, Vertices
 from kabo.meshes.nesting import inside_out, shells
-from kabo.meshes.topology import Edges, Mask, components, edges_of, holes, pinched
+from kabo.meshes.topology import Edges, Mask, components, edges_of, holes, pinched, repeating
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def examine(mesh: Mesh) -> Soundness:
         out_of_range=int((~present).sum()),
         repeated=int((present & ~distinct).sum()),
         zero_area=int(flat(vertices, usable).sum()),
-        duplicates=len(usable) - len(np.unique(np.sort(usable, axis=1), axis=0)),
+        duplicates=int(repeating(np.sort(usable, axis=1)).sum()),
         edges=len(edges.ends),
         borders=int(edges.border.sum()),
         holes=holes(edges),

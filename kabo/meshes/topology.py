@@ -86,11 +86,31 @@ def _corners(sides: Faces, edges: Edges, low: bool) -> Faces:
     return np.where(starts, sides, following)
 
 
+def fans_around(faces: Faces, fan: Faces) -> Faces:
+    """(V,) how many fans (3F,) there are around each vertex."""
+    vertex = np.zeros(int(fan.max()) + 1 if len(fan) else 0, dtype=np.int64)
+    vertex[fan] = faces.reshape(-1)
+    return np.bincount(vertex)
+
+
 def pinched(faces: Faces, edges: Edges) -> int:
     """How many vertices join fans of faces that share no edge there."""
     fan = fans(faces, edges, *neighbours(edges, np.ones(len(edges.ends), dtype=bool)))
-    pairs = np.unique(np.stack([faces.reshape(-1), fan], axis=1), axis=0)
-    return int((np.bincount(pairs[:, 0]) > 1).sum()) if len(pairs) else 0
+    return int((fans_around(faces, fan) > 1).sum())
+
+
+def repeating(faces: Faces) -> Mask:
+    """(F,) faces on the same three vertices, in the same order, as an earlier one."""
+    again = np.zeros(len(faces), dtype=bool)
+    size = int(faces.max()) + 1 if len(faces) else 1
+    if size < 1 << 21:  # then three indices fit into one number, which is sorted many times faster
+        keys = (faces[:, 0] * size + faces[:, 1]) * size + faces[:, 2]
+        if len(np.unique(keys)) == len(faces):
+            return again
+    _, first = np.unique(faces, axis=0, return_index=True)
+    again[:] = True
+    again[first] = False
+    return again
 
 
 def holes(edges: Edges) -> int:
