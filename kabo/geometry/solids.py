@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.geometry.kernels.solids import insides, sticks_out, surface_distances
+from kabo.geometry.kernels.solids import insides, sticks_out, surface_distances, winding_number
 from kabo.geometry.parts import Array
 
 LEAF = 4  # triangles
@@ -61,6 +61,16 @@ class Solid:
         points, within = np.ascontiguousarray(points, np.float64), np.empty(len(points), np.bool_)
         insides(points, *self.tree, np.zeros(64, np.int64), within)
         return within
+
+    def surface_distances(self, points: Array) -> Array:
+        """How far each point (N, 3) is from the surface (N,) [m]."""
+        distances = np.empty(len(points))
+        surface_distances(np.ascontiguousarray(points, np.float64), *self.tree, np.zeros(64, np.int64), distances)
+        return distances
+
+    def winding_number(self, point: Array) -> float:
+        """How often the mesh winds around a point (3,)."""
+        return float(winding_number(self.tree[2], float(point[0]), float(point[1]), float(point[2])))
 
     @cached_property
     def is_convex(self) -> bool:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.geometry.hulls import hull_mesh
 from kabo.geometry.kernels.volumes import DEVIATION, QUARTER, TURN, hull_spread
 from kabo.geometry.motions import Motion, Segment, Swept
 from kabo.geometry.parts import Array
@@ -57,7 +58,7 @@ class SweptVolume:
     @cached_property
     def parts(self) -> tuple[Array, ...]:
         """The corners (V, 3) of every polyhedron [m], in the world."""
-        return tuple(_solid(_grown(hull))[0] for hull in self.hulls)
+        return tuple(hull_mesh(_grown(hull))[0] for hull in self.hulls)
 
     def mesh(self) -> tuple[Array, NDArray[np.int64]]:
         """All polyhedra as one mesh: vertices (V, 3) [m], triangles (F, 3) that turn outwards.
@@ -68,7 +69,7 @@ class SweptVolume:
         faces: list[NDArray[np.int64]] = []
         count = 0
         for hull in self.hulls:
-            corners, triangles = _solid(_grown(hull))
+            corners, triangles = hull_mesh(_grown(hull))
             vertices.append(corners)
             faces.append(triangles + count)
             count += len(corners)
@@ -138,17 +139,3 @@ def _grown(hull: Hull) -> Array:
     with suppress(QhullError):  # flat, a needle, or one point: then all of them count
         points = points[ConvexHull(points).vertices]
     return np.asarray((points[:, None] + (hull.growth + ROUNDING) * BALL[None]).reshape(-1, 3))
-
-
-def _solid(points: Array) -> tuple[Array, NDArray[np.int64]]:
-    """The corners of a hull, and its triangles turned outwards."""
-    hull = ConvexHull(points)
-    number = np.full(len(points), -1)
-    number[hull.vertices] = np.arange(len(hull.vertices))
-    faces = number[hull.simplices]
-    corners = points[hull.vertices]
-    triangles = corners[faces]
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
-    faces[inwards] = faces[inwards, ::-1]
-    return corners, faces.astype(np.int64)

@@ -1,0 +1,24 @@
+"""Convex hulls as closed meshes whose triangles all turn outwards."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from kabo.geometry.parts import Array
+
+
+def hull_mesh(points: Array) -> tuple[Array, NDArray[np.int64]]:
+    """The corners (V, 3) of the hull of points (P, 3), and its triangles (F, 3) turned outwards.
+
+    Raises:
+        scipy.spatial.QhullError: the points lie in a plane.
+    """
+    hull = ConvexHull(points)
+    number = np.full(len(points), -1)
+    number[hull.vertices] = np.arange(len(hull.vertices))
+    faces = number[hull.simplices]
+    triangles = points[hull.vertices][faces]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    faces[inwards] = faces[inwards, ::-1]
+    return points[hull.vertices], faces.astype(np.int64)
