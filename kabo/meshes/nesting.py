@@ -46,9 +46,7 @@ def inside_out(vertices: Vertices, found: list[Shell]) -> list[int]:
     signs = {shell.number: 1 if shell.volume > 0.0 else -1 for shell in found if shell.volume != 0.0}
     if all(sign > 0 for sign in signs.values()):
         return []
-    around = {shell.number: [] for shell in found}  # type: dict[int, list[int]]
-    for inner in found:
-        around[inner.number] = [outer.number for outer in found if _encloses(vertices, outer, inner)]
+    around = _enclosing(vertices, found)
     turned: set[int] = set()
     for number in sorted(signs, key=lambda number: (len(around[number]), number)):  # from the outside inwards
         depth = sum(signs.get(outer, 0) for outer in around[number])
@@ -60,12 +58,22 @@ def inside_out(vertices: Vertices, found: list[Shell]) -> list[int]:
     return sorted(turned)
 
 
-def _encloses(vertices: Vertices, outer: Shell, inner: Shell) -> bool:
-    """Whether a component lies within another one: its box does, and most of some points of its surface."""
-    if outer is inner or (inner.box[0] < outer.box[0]).any() or (inner.box[1] > outer.box[1]).any():
-        return False
-    if outer.volume == 0.0 or abs(inner.volume) > abs(outer.volume):
-        return False
+def _enclosing(vertices: Vertices, found: list[Shell]) -> dict[int, list[int]]:
+    """For each component the others that it lies in: those of larger boxes and volumes that wind around its points."""
+    low, high = np.stack([shell.box[0] for shell in found]), np.stack([shell.box[1] for shell in found])
+    sizes = np.abs([shell.volume for shell in found])
+    around: dict[int, list[int]] = {}
+    for index, inner in enumerate(found):
+        wider = (low <= low[index]).all(axis=1) & (high >= high[index]).all(axis=1)
+        wider &= (sizes >= sizes[index]) & (sizes > 0.0)
+        wider[index] = False
+        outers = [found[other] for other in np.flatnonzero(wider)]
+        around[inner.number] = [outer.number for outer in outers if _winds_around(vertices, outer, inner)]
+    return around
+
+
+def _winds_around(vertices: Vertices, outer: Shell, inner: Shell) -> bool:
+    """Whether most of some points of the inner surface lie within the outer one."""
     chosen = np.unique(np.linspace(0, len(inner.faces) - 1, _SAMPLES).astype(np.int64))
     points = vertices[inner.faces[chosen]].mean(axis=1)
     within = np.abs(winding_number(points, vertices, outer.faces)) > 0.5
