@@ -47,7 +47,9 @@ def run(options: argparse.Namespace) -> int:
         write_mesh(options.output, made.vertices, made.faces)
         share = made.hausdorff_upper_bound / epsilon
         counts = f"{len(mesh.vertices)} to {len(made.vertices)} vertices"
-        said = f"{counts}, {options.side}, distance proven below {share:.3f} of {meshing.length(epsilon)}"
+        said = (
+            f"{counts}, {options.side}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.3f} epsilon)"
+        )
         if options.picture is not None:
             from kabo.meshes.pictures import draw_bound
 

@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
         share = made.hausdorff_upper_bound / epsilon
         sizes = [len(part) for part in made.parts]
         counts = f"{len(sizes)} convex part{'' if len(sizes) == 1 else 's'}, {sum(sizes)} vertices"
-        said = f"{counts}, distance proven below {share:.3f} of {meshing.length(epsilon)}"
+        said = f"{counts}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.3f} epsilon)"
         if options.picture is not None:
             from kabo.meshes.pictures import draw_parts
 

@@ -153,10 +153,22 @@ def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
     for done in repairs:
         tell(f"{options.mesh}: {done}")
     require_solid(mesh, borders="keep" if borders == "keep" else "refuse", repair=options.repair)
-    large = units_warning(mesh)
-    if large is not None:
-        tell(str(large))
-    return Loaded(mesh, tuple(repairs), () if large is None else (large.message,))
+    warnings = [warning for warning in (units_warning(mesh), _crossing(mesh)) if warning is not None]
+    for warning in warnings:
+        tell(str(warning))
+    return Loaded(mesh, tuple(repairs), tuple(warning.message for warning in warnings))
+
+
+def _crossing(mesh: "Mesh") -> Diagnostic | None:
+    """The warning for faces that cross others: what they enclose counts, but an inner mesh may miss some of it."""
+    from kabo.geometry import crossing_faces
+
+    count = int(crossing_faces(mesh.vertices, mesh.faces).sum())
+    if count == 0:
+        return None
+    said = f"{count} of {len(mesh.faces)} triangles cross others, and may still do so in the result"
+    fix = "unite the pieces before, e.g. in MeshLab (Filters, Remeshing, Mesh Boolean: Union)"
+    return Diagnostic(str(mesh.path), 1, 1, said, fix, severity="warning")
 
 
 def finish(options: argparse.Namespace, figures: dict[str, Any], loaded: Loaded, said: str) -> None:

@@ -40,7 +40,8 @@ def test_a_missing_file_is_a_finding(kabo, parcels):
 def test_a_mesh_in_millimetres_is_a_warning_with_the_fix(kabo, parcels):
     trimesh.creation.box(extents=(100.0, 80.0, 60.0)).export(parcels / "part.stl")
     (parcels / "scene.yaml").write_text(
-        "scene: s\nepsilon: 0.01\nrobots: {}\nobjects:\n  thing: {mesh: part.stl}\n  other: {mesh: part.stl, scale: 0.001}\n"
+        "scene: s\nepsilon: 0.01\nrobots: {}\nobjects:\n"
+        "  thing: {mesh: part.stl}\n  other: {mesh: part.stl, scale: 0.001}\n"
     )
     problem = parcels / "one.yaml"
     problem.write_text(problem.read_text().replace("objects:", "scene: scene.yaml\nobjects:", 1))
