@@ -74,6 +74,9 @@ def test_no_vertex_moves_farther_than_the_tolerance() -> None:
     made, _ = repaired(mesh)
     for point in mesh.vertices:
         assert np.linalg.norm(made.vertices - point, axis=1).min() <= 1e-7 * mesh.diagonal
+    points = np.unique(made.vertices, axis=0)
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    assert apart[~np.eye(len(apart), dtype=bool)].min() > 1e-7 * mesh.diagonal
 
 
 @pytest.mark.parametrize(
