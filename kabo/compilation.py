@@ -62,6 +62,8 @@ def _any_number(dispatcher: Any) -> Any:
     """Lets calls with constants use the code for any number: else each combination of constants compiles once more."""
     from numba.core.types import unliteral
 
+    if not hasattr(dispatcher, "get_call_template"):  # compiling is switched off: plain Python
+        return dispatcher
     template = dispatcher.get_call_template
 
     def general_template(arguments: Any, keywords: Any) -> Any:

@@ -7,7 +7,12 @@ kernels or mesh libraries load when they are first used.
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # files that are called like what they offer
+    from kabo.geometry.bounding_decomposition import bounding_decomposition as bounding_decomposition
+    from kabo.geometry.bounding_mesh import bounding_mesh as bounding_mesh
+    from kabo.geometry.swept_volume import swept_volume as swept_volume
 
 _HOMES = {
     "BoundingMesh": "bounding_mesh",

@@ -1,0 +1,35 @@
+"""A proven interval of the Hausdorff distance of two triangle meshes, by branch and bound over their triangles."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.kernels.within import directed_bounds
+from kabo.geometry.parts import Array
+from kabo.geometry.triangle_trees import tree_of
+
+
+def hausdorff_bound(
+    first_vertices: Array,
+    first_faces: NDArray[np.int64],
+    second_vertices: Array,
+    second_faces: NDArray[np.int64],
+    rel: float = 0.01,
+    *,
+    ceiling: float = np.inf,
+) -> tuple[float, float]:
+    """The greatest distance of a point of one surface to the other: a distance that is reached, and a proven bound [m].
+
+    Args:
+        first_vertices, second_vertices: (V, 3) [m]. first_faces, second_faces: (F, 3), at least one each.
+        rel: how far the two numbers may be apart, relative.
+        ceiling: a number that the bound must not exceed if that can be shown [m].
+    """
+    first, second = tree_of(first_vertices, first_faces), tree_of(second_vertices, second_faces)
+    floor = 1e-4 * float(np.linalg.norm(np.ptp(first_vertices, axis=0)))
+    reached = proven = 0.0
+    for triangles, tree in ((first.triangles, second), (second.triangles, first)):
+        low, high = directed_bounds(
+            triangles, tree, 2.0 * rel, floor, ceiling, np.empty((256, 16)), np.empty(64, np.int64)
+        )
+        reached, proven = max(reached, low), max(proven, high)
+    return reached, proven

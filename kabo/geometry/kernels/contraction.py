@@ -1,0 +1,347 @@
+"""Bounding mesh by edge contraction [K Algorithm 2]: the cheapest edge goes first, and only if all is proven to hold.
+
+A contraction is done if the mesh stays a manifold, no face turns over, the new point lies behind no face of the star
+(exactly), no new crossing appears, every new face is within the limit of the original, and every original triangle that
+the star carried is within the limit of the new faces. The cost decides the order alone.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.kernels import heap
+from kabo.geometry.kernels.carried import apply_draft, draft_moves, draft_proof, drop_stale, set_candidates
+from kabo.geometry.kernels.crossing import faces_cross
+from kabo.geometry.kernels.octree import insert, query, remove
+from kabo.geometry.kernels.star import (
+    contract,
+    contraction_point,
+    gather_star,
+    keeps_facing,
+    keeps_sides,
+    keeps_topology,
+    set_moved,
+)
+from kabo.geometry.kernels.triangle_tree import nearest_triangle, to_face_squared
+from kabo.geometry.kernels.within import triangle_bound
+
+# Counters: what was done, and what refused the rest.
+DONE, SOLVED, TOPOLOGY, FACING, SIDES, FAR, UNCOVERED, CROSSING, POPPED, PASSES = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+
+
+@lean_kernel
+def enter_face(net, tree, f):
+    """Puts face f with its box into the octree."""
+    v, a, b, c = net.vertices, net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
+    low_x, high_x = min(v[a, 0], v[b, 0], v[c, 0]), max(v[a, 0], v[b, 0], v[c, 0])
+    low_y, high_y = min(v[a, 1], v[b, 1], v[c, 1]), max(v[a, 1], v[b, 1], v[c, 1])
+    low_z, high_z = min(v[a, 2], v[b, 2], v[c, 2]), max(v[a, 2], v[b, 2], v[c, 2])
+    insert(tree, f, low_x, low_y, low_z, high_x, high_y, high_z)
+
+
+@lean_kernel
+def faces_near_original(net, original, star, count, x, y, z, limit, work):
+    """Whether every new face is proven within the limit of the original; their bounds go to star.errors."""
+    vertices, faces, bounds, hints, pieces = net.vertices, net.faces, net.errors, net.hints, work.pieces
+    listed, corners, errors, squared = star.faces, star.corners, star.errors, limit * limit
+    reached, _ = nearest_triangle(original, x, y, z, hints[listed[0]], squared, work.stack)
+    if reached > squared:
+        return False
+    for i in range(count):
+        f, k = listed[i], corners[i]
+        if k < 0:
+            continue
+        # The new face has two corners in common with the old one; the third is this far from it.
+        errors[i] = bounds[f] + np.sqrt(to_face_squared(x, y, z, vertices, faces, f))
+        if errors[i] > limit:
+            set_moved(vertices, faces, f, k, x, y, z, pieces)
+            reached, hints[f] = triangle_bound(pieces, squared, original, hints[f], work.stack)
+            if reached == np.inf:
+                return False
+            errors[i] = np.sqrt(reached)
+    return True
+
+
+@lean_kernel
+def original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
+    """Whether every original triangle of the star is proven within the limit of the new faces; drafts what changes."""
+    pieces, found, stack, proven = work.pieces, work.found, work.stack, draft.proven
+    many = set_candidates(net, star, count, x, y, z, pieces)
+    moves, again = draft_moves(net, carried, star, count, many, limit, draft)
+    proven[0], proven[2] = moves, again
+    for m in range(again):
+        t, near = draft.again[m, 0], draft.again[m, 1]
+        moves = draft_proof(net, original, star, many, t, near, limit, moves, draft, tree, pieces, found, stack)
+        if moves < 0:
+            return False
+    proven[1] = moves
+    return 0 <= moves <= carried.free[1]
+
+
+@lean_kernel
+def _old_star_crosses(vertices, faces, listed, count, other, work):
+    """Whether some face of the star crosses face `other` already."""
+    d, e, h, pair, exact = faces[other, 0], faces[other, 1], faces[other, 2], work.pair, work.exact
+    for i in range(count):
+        f = listed[i]
+        if faces_cross(vertices, faces[f, 0], faces[f, 1], faces[f, 2], d, e, h, pair, exact):
+            return True
+    return False
+
+
+@lean_kernel
+def _is_graph(vertices, faces, star, count, spare):
+    """Whether the new faces, whose moving corner is vertex `spare`, go around it once as seen along some direction.
+
+    Then they do not cross. Proven if every face turns towards the direction by more than rounding.
+    """
+    listed, corners, planes = star.faces, star.corners, star.planes
+    x, y, z = vertices[spare, 0], vertices[spare, 1], vertices[spare, 2]
+    dx, dy, dz = 0.0, 0.0, 0.0
+    for i in range(count):
+        f, k = listed[i], corners[i]
+        if k < 0:
+            continue
+        b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+        ux, uy, uz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+        vx, vy, vz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        scale = 1.0 / np.sqrt((ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz))
+        planes[i, 0], planes[i, 1], planes[i, 2] = nx * scale, ny * scale, nz * scale
+        dx, dy, dz = dx + nx * scale, dy + ny * scale, dz + nz * scale
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    if not length > 1e-6:
+        return False
+    dx, dy, dz = dx / length, dy / length, dz / length
+    # Any direction across; from above the faces turn counterclockwise and are counted where they pass it.
+    ex, ey, ez = (0.0, dz, -dy) if abs(dx) < 0.7 else (-dz, 0.0, dx)
+    turns = 0
+    for i in range(count):
+        f, k = listed[i], corners[i]
+        if k < 0:
+            continue
+        if not planes[i, 0] * dx + planes[i, 1] * dy + planes[i, 2] * dz > 1e-9:
+            return False
+        b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+        side_b = ex * (vertices[b, 0] - x) + ey * (vertices[b, 1] - y) + ez * (vertices[b, 2] - z)
+        side_c = ex * (vertices[c, 0] - x) + ey * (vertices[c, 1] - y) + ez * (vertices[c, 2] - z)
+        if side_b < 0.0 and side_c >= 0.0:
+            turns += 1
+    return turns == 1
+
+
+@lean_kernel
+def _star_crosses_itself(vertices, faces, star, count, spare, work):
+    """Whether two new faces, whose moving corner is vertex `spare`, cross."""
+    listed, corners, pair, exact = star.faces, star.corners, work.pair, work.exact
+    for i in range(count):
+        f, k = listed[i], corners[i]
+        if k < 0:
+            continue
+        b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+        for j in range(i):
+            g, m = listed[j], corners[j]
+            if m >= 0:
+                d, e = faces[g, (m + 1) % 3], faces[g, (m + 2) % 3]
+                if faces_cross(vertices, spare, b, c, spare, d, e, pair, exact):
+                    return True
+    return False
+
+
+@lean_kernel
+def keeps_apart(net, star, count, x, y, z, tree, work):
+    """Whether the new faces cross no face that the old star did not cross, nor each other."""
+    v, faces, face_marks, star_mark = net.vertices, net.faces, net.face_marks, net.clock[1]
+    listed, corners, found, stack, pair, exact = (
+        star.faces,
+        star.corners,
+        work.found,
+        work.stack,
+        work.pair,
+        work.exact,
+    )
+    spare = v.shape[0] - 1
+    v[spare, 0], v[spare, 1], v[spare, 2] = x, y, z
+    if not _is_graph(v, faces, star, count, spare) and _star_crosses_itself(v, faces, star, count, spare, work):
+        return False
+    for i in range(count):
+        f, k = listed[i], corners[i]
+        if k < 0:
+            continue
+        b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+        low_x, high_x = min(x, v[b, 0], v[c, 0]), max(x, v[b, 0], v[c, 0])
+        low_y, high_y = min(y, v[b, 1], v[c, 1]), max(y, v[b, 1], v[c, 1])
+        low_z, high_z = min(z, v[b, 2], v[c, 2]), max(z, v[b, 2], v[c, 2])
+        for j in range(query(tree, low_x, low_y, low_z, high_x, high_y, high_z, stack, found)):
+            g = found[j]
+            if face_marks[g] == star_mark:
+                continue
+            crosses = faces_cross(v, spare, b, c, faces[g, 0], faces[g, 1], faces[g, 2], pair, exact)
+            if crosses and not _old_star_crosses(v, faces, listed, count, g, work):
+                return False
+    return True
+
+
+@lean_kernel
+def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+    """Whether all that must hold after a contraction is proven to hold."""
+    if not keeps_topology(net, a, b, count):
+        counters[TOPOLOGY] += 1
+        return False
+    if not keeps_facing(net, star, count, x, y, z, settings.diagonal, work.pieces):
+        counters[FACING] += 1
+        return False
+    if not keeps_sides(net.vertices, net.faces, star.faces, count, x, y, z, work.exact):
+        counters[SIDES] += 1
+        return False
+    net.clock[1] += 1
+    for i in range(count):
+        net.face_marks[star.faces[i]] = net.clock[1]
+    if settings.certify:
+        if not faces_near_original(net, original, star, count, x, y, z, settings.limit, work):
+            counters[FAR] += 1
+            return False
+        if not original_near_faces(
+            net, original, carried, star, count, x, y, z, settings.limit, draft, tree, work
+        ):
+            counters[UNCOVERED] += 1
+            return False
+        if not keeps_apart(net, star, count, x, y, z, tree, work):
+            counters[CROSSING] += 1
+            return False
+    return True
+
+
+@lean_kernel
+def _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings):
+    """Does the contraction, in all structures."""
+    if settings.certify:
+        for i in range(count):
+            remove(tree, star.faces[i])
+            net.errors[star.faces[i]] = star.errors[i]
+    contract(net, a, b, star, count, x, y, z, settings)
+    if settings.certify:
+        for i in range(count):
+            if star.corners[i] >= 0:
+                enter_face(net, tree, star.faces[i])
+        apply_draft(carried, star, count, draft)
+        if carried.free[1] < carried.items.shape[0] // 4:
+            drop_stale(carried)
+
+
+@lean_kernel
+def _offer(net, a, b, star, queue, size, stamp, settings, counters):
+    """Puts an edge into the queue, if there is a point for it; returns the queue's size."""
+    if net.locked[a] or net.locked[b]:
+        return size
+    if a > b:
+        a, b = b, a
+    count = gather_star(net, a, b, star)
+    cost, _, _, _ = contraction_point(net, a, b, star, count, settings)
+    counters[SOLVED] += 1
+    if count > 0 and cost <= settings.dearest and size < queue.costs.shape[0]:
+        return heap.push(queue.costs, queue.edges, size, cost, a, b, stamp)
+    return size
+
+
+@lean_kernel
+def _offer_around(net, a, star, queue, size, settings, counters):
+    """Offers all edges at vertex a; returns the queue's size."""
+    net.clock[0] += 2
+    stamp, net.marks[a] = net.clock[0], net.clock[0]
+    c, ring = net.first[a], 0
+    while c >= 0:
+        net.changed[net.faces[c // 3, (c + 1) % 3]] = net.changed[net.faces[c // 3, (c + 2) % 3]] = counters[DONE]
+        for k in range(3):
+            w = net.faces[c // 3, k]
+            if net.marks[w] != stamp:
+                net.marks[w] = stamp
+                star.ring[ring] = w
+                ring += 1
+        c = net.following[c]
+    for r in range(ring):
+        size = _offer(net, a, star.ring[r], star, queue, size, counters[DONE], settings, counters)
+    return size
+
+
+@lean_kernel
+def drop_outdated(net, queue, size):
+    """Rebuilds the queue from the entries that still count; returns its size."""
+    kept = 0
+    for i in range(size):
+        cost, a, b, stamp = queue.costs[i], queue.edges[i, 0], queue.edges[i, 1], queue.edges[i, 2]
+        if not net.dead[a] and not net.dead[b] and stamp >= max(net.moved[a], net.moved[b]):
+            kept = heap.push(queue.costs, queue.edges, kept, cost, a, b, stamp)
+    return kept
+
+
+@lean_kernel
+def _offer_again(net, star, queue, refused, settings, counters):
+    """Offers the refused edges around which the mesh has changed since; returns the queue's size and how many others."""
+    size, kept = net.clock[2] * 0, 0
+    for i in range(net.clock[2]):
+        a, b, stamp = refused[i, 0], refused[i, 1], refused[i, 2]
+        if net.dead[a] or net.dead[b] or refused[i, 3] < max(net.moved[a], net.moved[b]):
+            continue
+        if max(net.changed[a], net.changed[b]) > stamp:
+            size = _offer(net, a, b, star, queue, size, counters[DONE], settings, counters)
+        else:
+            for k in range(4):
+                refused[kept, k] = refused[i, k]
+            kept += 1
+    net.clock[2] = kept
+    return size
+
+
+@lean_kernel
+def contract_all(net, original, carried, star, queue, refused, draft, tree, settings, work, counters):
+    """Contracts edges, cheapest first, until no more can be, or `settings.vertices` are left."""
+    size = counters[DONE]
+    for f in range(net.faces.shape[0]):
+        for k in range(3):
+            a, b = net.faces[f, k], net.faces[f, (k + 1) % 3]
+            if a < b:
+                size = _offer(net, a, b, star, queue, size, counters[DONE], settings, counters)
+    alive, before = settings.alive, -1
+    while alive > settings.vertices:
+        if size == 0:
+            if counters[DONE] == before:
+                break
+            before = counters[DONE]
+            counters[PASSES] += 1
+            size = _offer_again(net, star, queue, refused, settings, counters)
+            continue
+        cost, a, b, stamp = queue.costs[0], queue.edges[0, 0], queue.edges[0, 1], queue.edges[0, 2]
+        size = heap.pop(queue.costs, queue.edges, size)
+        counters[POPPED] += 1
+        if net.dead[a] or net.dead[b] or stamp < max(net.moved[a], net.moved[b]):
+            continue
+        count = gather_star(net, a, b, star)
+        today, x, y, z = contraction_point(net, a, b, star, count, settings)
+        counters[SOLVED] += 1
+        if today > settings.dearest or today == np.inf:
+            continue
+        if today > cost * (1.0 + 1e-9) and size > 0 and today > queue.costs[0]:
+            size = heap.push(queue.costs, queue.edges, size, today, a, b, stamp)
+            continue
+        if not _admissible(
+            net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters
+        ):
+            if net.clock[2] < refused.shape[0]:
+                refused[net.clock[2], 0], refused[net.clock[2], 1] = a, b
+                refused[net.clock[2], 2], refused[net.clock[2], 3] = counters[DONE], stamp
+                net.clock[2] += 1
+            continue
+        _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings)
+        counters[DONE] += 1
+        alive -= 1
+        net.moved[a] = counters[DONE]
+        if size + 3 * count > queue.costs.shape[0]:
+            size = drop_outdated(net, queue, size)
+        size = _offer_around(net, a, star, queue, size, settings, counters)
+
+
+@lean_kernel
+def enter_all(net, tree):
+    """Puts all faces into the octree."""
+    for f in range(net.faces.shape[0]):
+        enter_face(net, tree, f)
