@@ -69,13 +69,13 @@ def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Arr
         if _worst(measure, chosen, inside)[0] > enough:
             planes = _turn(planes, points, measure, inside, most)
         vertices = _vertices(planes, inside)[0]
-    vertices = _widened(vertices)
+    vertices = widened(vertices)
     if not contains_proven(vertices, points):
         raise ValueError("the polytope could not be proven to contain the points")
     return vertices
 
 
-def _widened(vertices: Array) -> Array:
+def widened(vertices: Array) -> Array:
     """The vertices moved away from their middle until every face has moved outwards by `WIDEN`."""
     middle = vertices.mean(axis=0)
     equations = ConvexHull(vertices).equations

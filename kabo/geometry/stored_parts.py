@@ -9,6 +9,7 @@ import json
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +75,16 @@ def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:
     ]
     body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for _, made in ordered for part in made.parts)
     header = {"format": FORMAT, "method": METHOD, "mesh": digest, "entries": entries}
-    header["body"] = hashlib.sha256(body).hexdigest()
+    write_whole(path, header, body)
+
+
+def write_whole(path: Path, header: dict[str, Any], body: bytes) -> None:
+    """Writes a line of JSON, with the digest of the body, and the body: under another name, then renamed.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    header = {**header, "body": hashlib.sha256(body).hexdigest()}
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
     try:

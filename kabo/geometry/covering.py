@@ -1,0 +1,118 @@
+"""Few convex sets for many cells: each grown from a cell while its hull stays near the solid, then the fewest chosen.
+
+A set may hold cells that another one holds too. Choosing is a set cover, solved to optimality by branch and bound
+(scipy's HiGHS), so that the same cells give the same sets.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.spatial import ConvexHull, QhullError
+
+from kabo.geometry.nearness import looks_near
+from kabo.geometry.parts import Array
+from kabo.geometry.solids import Solid
+
+Members = tuple[int, ...]
+INSIDE = 1e-12  # m
+
+
+class Growth:
+    """Grows sets of cells whose joint hull looks near a solid."""
+
+    def __init__(self, solid: Solid, limit: float, points: Sequence[Array]) -> None:
+        self.solid, self.limit = solid, limit
+        self.points = [thinned(each, 0.05 * limit) for each in points]
+        self._volumes = [float(ConvexHull(each).volume) for each in self.points]
+        low = np.array([each.min(axis=0) for each in self.points]) - 1e-2 * limit
+        high = np.array([each.max(axis=0) for each in self.points]) + 1e-2 * limit
+        self._touching = (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
+        self._pairs: dict[tuple[int, int], bool] = {}
+
+    def from_seed(self, seed: int) -> Members:
+        """The cells of the set grown from one: always the neighbour that adds least in vain."""
+        members, hull = [seed], ConvexHull(self.points[seed])
+        refused = np.zeros(len(self.points), bool)
+        while True:
+            refused[members] = True
+            touching = np.asarray(self._touching[members].any(axis=0))
+            near = np.flatnonzero(touching & ~refused).tolist()
+            candidates = [j for j in near if self._fits_all(members, j, refused)]
+            if not candidates:
+                return tuple(sorted(members))
+            corners = hull.points[hull.vertices]
+            joined = [ConvexHull(np.vstack([corners, self.points[j]])) for j in candidates]
+            waste = [
+                1.0 - (hull.volume + self._volumes[j]) / each.volume
+                for j, each in zip(candidates, joined, strict=True)
+            ]
+            for index in np.argsort(np.round(waste, 9), kind="stable"):
+                if looks_near(self.solid, joined[index], self.limit):
+                    hull = joined[index]
+                    members.append(candidates[index])
+                    members += self._swallowed(hull, members)
+                    break
+                refused[candidates[index]] = True
+
+    def _fits_all(self, members: list[int], j: int, refused: NDArray[np.bool_]) -> bool:
+        if all(self._pair(i, j) for i in members):
+            return True
+        refused[j] = True
+        return False
+
+    def _pair(self, i: int, j: int) -> bool:
+        """Whether the hull of two cells looks near."""
+        pair = min(i, j), max(i, j)
+        if pair not in self._pairs:
+            hull = ConvexHull(np.vstack([self.points[pair[0]], self.points[pair[1]]]))
+            self._pairs[pair] = looks_near(self.solid, hull, self.limit)
+        return self._pairs[pair]
+
+    def _swallowed(self, hull: ConvexHull, members: list[int]) -> list[int]:
+        """Cells wholly inside a hull that are not members yet."""
+        planes = hull.equations
+        return [
+            j
+            for j in range(len(self.points))
+            if j not in members and (self.points[j] @ planes[:, :3].T + planes[:, 3] <= INSIDE).all()
+        ]
+
+
+def thinned(points: Array, tolerance: float) -> Array:
+    """Some of the corners of a hull, so that no other is farther than `tolerance` [m] outside the hull of those."""
+    points = points[np.sort(ConvexHull(points).vertices)]
+    axes = np.array(
+        [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
+    )
+    heights = points @ axes.T
+    chosen = np.unique(np.r_[heights.argmin(axis=0), heights.argmax(axis=0)])
+    while len(chosen) < len(points):
+        try:
+            planes = ConvexHull(points[chosen]).equations
+        except QhullError:  # the extremes lie in a plane
+            return points
+        beyond = points @ planes[:, :3].T + planes[:, 3]
+        far = np.unique(beyond.argmax(axis=0)[beyond.max(axis=0) > tolerance])
+        if not len(far):
+            break
+        chosen = np.union1d(chosen, far)
+    return points[chosen]
+
+
+def fewest_sets(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> list[int]:
+    """The indices of the sets that together hold all cells for the least total cost."""
+    holds = np.zeros((cells, len(sets)))
+    for column, members in enumerate(sets):
+        holds[list(members), column] = 1.0
+    found = milp(
+        np.asarray(costs, np.float64),
+        constraints=LinearConstraint(holds, lb=1.0),
+        integrality=np.ones(len(sets)),
+        bounds=Bounds(0.0, 1.0),
+        options={"node_limit": 2000},
+    )
+    if found.x is None:
+        return list(range(len(sets)))
+    return [int(i) for i in np.flatnonzero(found.x > 0.5)]

@@ -1,0 +1,198 @@
+"""Few convex parts of few corners whose union encloses a solid and stays near it: cells, sets of cells, parts.
+
+Covering needs no sampling: the cells hold all of the solid by construction, and every cell is proven to lie inside
+one part. A part may stick out of its own cells wherever other parts of the solid are: what is proven is its distance
+to the whole solid.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kabo.geometry.cells import Cell, cut
+from kabo.geometry.covering import Growth, Members, fewest_sets
+from kabo.geometry.nearness import proven_near
+from kabo.geometry.parts import Array
+from kabo.geometry.reduction import contains_proven, solid_points
+from kabo.geometry.simplification import enclosing_part
+from kabo.geometry.solids import Solid
+from kabo.geometry.splitting import Atom, TooFine, atoms
+
+CELLS = 0.4  # of epsilon: how far the hull of a cell may stick out
+JOINED = (0.75, 0.96)  # the same for hulls of several cells, tried in turn: fewer corners, or fewer parts
+MOST = 1000  # cells
+ROUNDS = 6  # of choosing sets by what their parts turned out to cost
+HALVINGS = 8  # of a cell whose part cannot be proven
+SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
+FEWER_PARTS = 2.0  # corners that one part less is worth
+
+
+@dataclass(frozen=True)
+class Union:
+    """Convex parts (V, 3) [m], and for each a proven bound of its greatest distance from the solid [m]."""
+
+    parts: tuple[Array, ...]
+    deviations: tuple[float, ...]
+
+
+class Undecided(Exception):
+    """A cell cannot be enclosed within epsilon, however small it is cut."""
+
+
+def cells_of(solid: Solid, epsilon: float, proposed: Array) -> list[Atom]:
+    """Cells that hold all of the solid, whose hulls look near it.
+
+    Raises:
+        TooFine: a thousand cells are not enough.
+    """
+    return atoms(solid, CELLS * epsilon, proposed, MOST)
+
+
+def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
+    """The union of parts around all cells, each proven within `epsilon` [m] of the solid.
+
+    Args:
+        corners: of a part; a target, which cells are cut further to reach.
+
+    Raises:
+        Undecided: a cell cannot be enclosed.
+        TooFine: a thousand cells are not enough.
+    """
+    cells = list(cells)
+    sets = _sets(solid, cells, epsilon)
+    made: dict[Members, Array | None] = {}
+    chosen = _chosen(solid, cells, sets, made, epsilon, corners)
+    needed = {members: set(members) for members in chosen}
+    parts = {members: part for members in chosen if (part := made[members]) is not None}
+    for members in chosen:
+        if members not in parts:  # a single cell
+            for atom, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners):
+                cells.append(atom)
+                name = (len(cells) - 1,)
+                parts[name], needed[name] = part, set(name)
+            del needed[members]
+    live = sorted(set().union(*needed.values()))
+    parts = _shrunk(solid, cells, live, parts, needed, epsilon)
+    if not _covers(cells, live, list(parts.values())):
+        raise Undecided
+    ordered = sorted(parts.values(), key=lambda part: tuple(part.mean(axis=0)))
+    return Union(tuple(ordered), tuple(deviation(solid, part, epsilon) for part in ordered))
+
+
+def _sets(solid: Solid, cells: list[Atom], epsilon: float) -> list[Members]:
+    """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
+    found: set[Members] = {(i,) for i in range(len(cells))}
+    for share in JOINED:
+        growth = Growth(solid, share * epsilon, [cell.points for cell in cells])
+        found |= {growth.from_seed(i) for i in range(len(cells))}
+    return sorted(found)
+
+
+def deviation(solid: Solid, part: Array, epsilon: float) -> float:
+    """A proven bound, at most `epsilon`, of how far any point of a part that is proven within it is from the solid."""
+    reached = float(solid.outside_distances(part).max())
+    for share in SHARES:
+        bound = reached + share * (epsilon - reached)
+        if bound < epsilon and proven_near(solid, part, bound):
+            return bound
+    return epsilon
+
+
+def _chosen(
+    solid: Solid,
+    cells: list[Atom],
+    sets: list[Members],
+    made: dict[Members, Array | None],
+    epsilon: float,
+    corners: int | None,
+) -> list[Members]:
+    """The sets that hold all cells for the fewest corners, as far as known; their parts are in `made` then."""
+    typical = 10.0
+    best: list[Members] = []
+    best_cost = np.inf
+    for _ in range(ROUNDS + len(sets)):
+        costs = [_cost(members, made, typical, corners) for members in sets]
+        chosen = [sets[i] for i in fewest_sets(len(cells), sets, costs)]
+        missing = [members for members in chosen if members not in made]
+        for members in missing:
+            points = np.vstack([cells[i].points for i in members])
+            made[members] = enclosing_part(solid, points, epsilon)
+        usable = all(made[members] is not None or len(members) == 1 for members in chosen)
+        cost = sum(_cost(members, made, typical, corners) for members in chosen)
+        if usable and cost < best_cost:
+            best, best_cost = chosen, cost
+        known = [len(part) for part in made.values() if part is not None]
+        typical = float(np.median(known)) if known else typical
+        if not missing or (best and len(made) > ROUNDS * len(best) // 2):
+            break
+    return best
+
+
+def _cost(members: Members, made: dict[Members, Array | None], typical: float, corners: int | None) -> float:
+    """What a set costs: its part's corners, or what is typical; much if it cannot be had."""
+    if members not in made:
+        return typical + FEWER_PARTS + 0.01 * len(members)
+    part = made[members]
+    if part is None:
+        return 1e4 if len(members) == 1 else 1e6
+    if corners is not None and len(part) > corners:
+        return 1e3 * (1.0 + len(members))
+    return len(part) + FEWER_PARTS
+
+
+def _in_smaller_cells(solid: Solid, atom: Atom, epsilon: float, corners: int | None) -> list[tuple[Atom, Array]]:
+    """A cell that has no part, halved until all its halves have one."""
+    work, found = [(atom, 0)], []
+    while work:
+        current, depth = work.pop()
+        part = enclosing_part(solid, current.points, epsilon)
+        if part is not None:
+            found.append((current, part))
+            continue
+        if depth == HALVINGS:
+            raise Undecided
+        halves = [half for half in _halves(current.cell, current.points) if len(half.segments)]
+        work += [(Atom(solid_points(half.points, 2.5e-3 * epsilon), half), depth + 1) for half in halves]
+    del corners
+    return found
+
+
+def _halves(cell: Cell, points: Array) -> tuple[Cell, Cell]:
+    """Both halves of a cell, cut in the middle of its longest side."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    axis = int(np.argmax(high - low))
+    return cut(cell, np.eye(3)[axis], float(0.5 * (low + high)[axis]))
+
+
+def _shrunk(
+    solid: Solid,
+    cells: list[Atom],
+    live: list[int],
+    parts: dict[Members, Array],
+    needed: dict[Members, set[int]],
+    epsilon: float,
+) -> dict[Members, Array]:
+    """The parts without what others hold anyway: dropped if nothing is left, made anew where that saves corners."""
+    inside = {name: {i for i in live if contains_proven(part, cells[i].points)} for name, part in parts.items()}
+    for name in sorted(parts, key=lambda name: (-len(parts[name]), name)):
+        others: set[int] = set().union(*(held for other, held in inside.items() if other != name))
+        left = sorted(inside[name] - others)
+        if not left:
+            del parts[name], inside[name]
+            continue
+        if len(left) == len(inside[name] & needed[name]) and set(left) >= needed[name]:
+            continue
+        part = enclosing_part(solid, np.vstack([cells[i].points for i in left]), epsilon)
+        if part is not None and len(part) < len(parts[name]):
+            parts[name] = part
+            inside[name] = {i for i in live if contains_proven(part, cells[i].points)}
+    return parts
+
+
+def _covers(cells: list[Atom], live: list[int], parts: list[Array]) -> bool:
+    """Whether every cell is proven to lie inside a part."""
+    return all(any(contains_proven(part, cells[i].points) for part in parts) for i in live)
+
+
+__all__ = ["TooFine", "Undecided", "Union", "cells_of", "deviation", "enclosing_union"]

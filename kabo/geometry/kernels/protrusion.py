@@ -1,0 +1,96 @@
+"""How far a convex part sticks out of a solid: a proof by tetrahedra, each within a limit of one triangle of the mesh.
+
+The distance to one triangle is convex, so over a tetrahedron it is greatest at a corner: a part may reach the limit
+itself, and large tetrahedra over large triangles are settled at once.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.kernels.solids import box_distance_squared, inside, triangle_distance_squared
+
+
+@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
+def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
+    """The squared distance to the mesh and the triangle that has it; (`best`, -1) if none is nearer than `best`."""
+    found, top = -1, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        if box_distance_squared(boxes, n, x, y, z) >= best:
+            continue
+        if children[n, 0] < 0:
+            first = -1 - children[n, 0]
+            for t in range(first, first + children[n, 1]):
+                distance = triangle_distance_squared(triangles, t, x, y, z)
+                if distance < best:
+                    best, found = distance, t
+        else:
+            near, far = children[n, 0], children[n, 1]
+            if box_distance_squared(boxes, far, x, y, z) < box_distance_squared(boxes, near, x, y, z):
+                near, far = far, near
+            stack[top], stack[top + 1] = far, near
+            top += 2
+    return best, found
+
+
+@lean_kernel  # (C, 14) f8, i8, f8, tree, (64,) i8, i8 -> i8
+def reaches_beyond(cells, top, limit, boxes, children, triangles, stack, most):
+    """Whether the tetrahedra cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
+
+    A row is four corners, 1 if all of it is known to be outside, and a triangle that may be near. A tetrahedron is
+    settled when its corners are within the limit of one triangle, or when its middle is inside the solid and no
+    corner farther away than the surface and the limit together. Others are halved across their longest edge.
+    """
+    enough = limit * limit
+    for _ in range(most):
+        if top == 0:
+            return 0
+        top -= 1
+        x = 0.25 * (cells[top, 0] + cells[top, 3] + cells[top, 6] + cells[top, 9])
+        y = 0.25 * (cells[top, 1] + cells[top, 4] + cells[top, 7] + cells[top, 10])
+        z = 0.25 * (cells[top, 2] + cells[top, 5] + cells[top, 8] + cells[top, 11])
+        known = int(cells[top, 13])
+        squared = triangle_distance_squared(triangles, known, x, y, z)
+        squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
+        if t < 0:
+            t = known
+        cells[top, 13] = t
+        radius, within = 0.0, True
+        for c in range(4):
+            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+            radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
+            within = within and triangle_distance_squared(triangles, t, px, py, pz) <= enough
+        if within:
+            continue
+        distance, radius = np.sqrt(squared), np.sqrt(radius)
+        if cells[top, 12] == 0.0:
+            if inside(boxes, children, triangles, x, y, z, stack):
+                if radius <= distance + limit:
+                    continue
+            elif distance > limit:
+                return 1
+            elif distance > radius:
+                cells[top, 12] = 1.0
+        elif distance > limit:
+            return 1
+        if top + 2 > cells.shape[0] or radius < 1e-6 * limit:
+            return 2
+        longest, i, j = -1.0, 0, 1
+        for a in range(4):
+            for b in range(a + 1, 4):
+                length = (
+                    (cells[top, 3 * a] - cells[top, 3 * b]) ** 2
+                    + (cells[top, 3 * a + 1] - cells[top, 3 * b + 1]) ** 2
+                    + (cells[top, 3 * a + 2] - cells[top, 3 * b + 2]) ** 2
+                )
+                if length > longest:
+                    longest, i, j = length, a, b
+        for r in range(14):
+            cells[top + 1, r] = cells[top, r]
+        for r in range(3):
+            middle = 0.5 * (cells[top, 3 * i + r] + cells[top, 3 * j + r])
+            cells[top, 3 * i + r], cells[top + 1, 3 * j + r] = middle, middle
+        top += 2
+    return 2

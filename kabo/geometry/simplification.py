@@ -1,0 +1,174 @@
+"""A convex point set enclosed by a polytope of few corners that stays within a limit of a whole solid.
+
+Edges are contracted to points beyond all planes of the faces around them, so every step encloses the one before
+[K 4.3]; a corner may lie anywhere near the solid, also in what other parts cover.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from kabo.geometry.kernels.polytope_corners import all_near, contractions
+from kabo.geometry.nearness import looks_near, proven_near
+from kabo.geometry.parts import Array
+from kabo.geometry.reduction import contains_proven, widened
+from kabo.geometry.solids import Solid
+
+MANY = 60  # corners above which several edges are contracted in a round
+AT_ONCE = 0.25  # of the corners
+SHARES = (0.99, 0.93, 0.85)  # of the limit: what corners may take of it, tried in turn until the end can be proven
+FACES = 256  # around an edge: more are left alone
+
+Scratch = tuple[Array, Array, Array, Array]
+
+
+def enclosing_part(solid: Solid, points: Array, limit: float, fewest: int = 4) -> Array | None:
+    """Corners (V, 3) [m] of a polytope of few corners, proven to hold points (P, 3) and to stay near the solid.
+
+    Args:
+        limit: how far any of it may be from the solid [m].
+        fewest: corners at which to stop.
+
+    Returns:
+        The last polytope on the way that can be proven; None if not even the hull of the points can.
+    """
+    best: Array | None = None
+    for share in SHARES:
+        way = _way(solid, points, share * limit, fewest)
+        found = _last_proven(solid, points, way, limit)
+        if found is not None and (best is None or len(found) < len(best)):
+            best = found
+        if best is not None and len(best) <= len(way[-1]):
+            break
+    return best
+
+
+def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) -> Array | None:
+    """The last polytope of a way that can be proven, by bisection."""
+    best, low, high = None, 0, len(way)
+    index = high - 1
+    while low < high:
+        part = widened(way[index])
+        if contains_proven(part, points) and proven_near(solid, part, limit):
+            best, low = part, index + 1
+        else:
+            high = index
+        index = (low + high) // 2
+    return best
+
+
+def _way(solid: Solid, points: Array, limit: float, fewest: int) -> list[Array]:
+    """The polytopes on the way from the hull of the points to the fewest corners, each enclosing those before it."""
+    points = points[np.sort(ConvexHull(points).vertices)]
+    way = [points]
+    scratch = _scratch()
+    refused: set[tuple[bytes, bytes]] = set()
+    while len(points) > max(4, fewest):
+        hull = ConvexHull(points)
+        if len(hull.vertices) < len(points):
+            points = points[np.sort(hull.vertices)]
+            continue
+        edges, costs, places = _contractions(solid, points, hull, limit, scratch)
+        following = _contracted(solid, points, hull, edges, costs, places, limit, refused)
+        if following is None:
+            break
+        points = following
+        way.append(points)
+    return way
+
+
+def _scratch() -> Scratch:
+    return np.empty((FACES, 4)), np.empty(FACES), np.empty((FACES, 4)), np.empty((2, 3))
+
+
+def _contractions(
+    solid: Solid, points: Array, hull: ConvexHull, limit: float, scratch: Scratch
+) -> tuple[NDArray[np.int64], Array, Array]:
+    """The edges (E, 2) of a hull, what contracting each would cost, and where it would go."""
+    faces = hull.simplices.astype(np.int64)
+    corners = points[faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    planes = np.column_stack([hull.equations[:, :3], -hull.equations[:, 3]])
+    edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    order = np.argsort(faces.reshape(-1), kind="stable")
+    starts = np.searchsorted(faces.reshape(-1)[order], np.arange(len(points) + 1))
+    costs, places = np.empty(len(edges)), np.zeros((len(edges), 3))
+    held, stack = np.zeros(4, np.int64), np.zeros(64, np.int64)
+    contractions(
+        points,
+        faces,
+        planes,
+        areas,
+        edges,
+        starts,
+        order // 3,
+        limit,
+        *solid.tree,
+        *scratch,
+        held,
+        stack,
+        costs,
+        places,
+    )
+    return edges, costs, places
+
+
+def _contracted(
+    solid: Solid,
+    points: Array,
+    hull: ConvexHull,
+    edges: NDArray[np.int64],
+    costs: Array,
+    places: Array,
+    limit: float,
+    refused: set[tuple[bytes, bytes]],
+) -> Array | None:
+    """The points after the cheapest contractions whose new faces look near; None if there is none."""
+    many = len(points) > MANY
+    good = np.flatnonzero(np.isfinite(costs))
+    good = good[np.argsort(costs[good], kind="stable")]
+    allowed = max(1, int(AT_ONCE * len(points))) if many else 1
+    if many:
+        good = good[: max(1, len(good) // 3)] if len(good) > 20 else good
+    touched, keep = np.zeros(len(points), bool), np.ones(len(points), bool)
+    made: list[Array] = []
+    for e in good:
+        a, b = edges[e]
+        name = points[a].tobytes(), points[b].tobytes()
+        if touched[a] or touched[b] or name in refused:
+            continue
+        star = hull.simplices[np.isin(hull.simplices, (a, b)).any(axis=1)]
+        ring = np.setdiff1d(star, (a, b))
+        if not _star_is_near(solid, points, star, ring, (a, b), places[e], limit):
+            refused.add(name)
+            continue
+        if not many:
+            joined = np.vstack([np.delete(points, (a, b), axis=0), places[e]])
+            if looks_near(solid, ConvexHull(joined), limit):
+                return joined
+            refused.add(name)
+            continue
+        keep[[a, b]] = False
+        touched[[a, b]] = touched[ring] = True
+        made.append(places[e])
+        if len(made) >= allowed:
+            break
+    return np.vstack([points[keep], made]) if made else None
+
+
+def _star_is_near(
+    solid: Solid,
+    points: Array,
+    star: NDArray[np.int32],
+    ring: NDArray[np.int64],
+    edge: tuple[int, int],
+    place: Array,
+    limit: float,
+) -> bool:
+    """Whether the new edges and faces look near at some of their points."""
+    spokes = points[ring]
+    outer = np.array([[v for v in face if v not in edge] for face in star if sum(v in edge for v in face) == 1])
+    samples = [0.5 * (spokes + place), 0.25 * spokes + 0.75 * place]
+    if len(outer):
+        samples += [(points[outer[:, 0]] + points[outer[:, 1]] + place) / 3.0]
+    return bool(all_near(np.vstack(samples), limit, *solid.tree, np.zeros(64, np.int64)))

@@ -1,0 +1,59 @@
+"""Bounding decompositions in the cache: named by the content of the mesh and all parameters, whole or not at all.
+
+A file is found by the mesh's arrays as they are, which takes a millisecond, else by its triangles in canonical order.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.parts import Array
+from kabo.geometry.stored_parts import write_whole
+
+FORMAT = "kabo-decomposition/1"
+METHOD = 1  # to be counted up when other parts come out of the same mesh and parameters
+
+
+def name_of(vertices: Array, faces: NDArray[np.int64], parameters: tuple[float | int | None, ...]) -> str:
+    """The SHA-256 of a mesh's arrays, the parameters and the method."""
+    digest = hashlib.sha256(repr((FORMAT, METHOD, vertices.shape, faces.shape, parameters)).encode())
+    digest.update(np.ascontiguousarray(vertices, "<f8").tobytes())
+    digest.update(np.ascontiguousarray(faces, "<i8").tobytes())
+    return digest.hexdigest()
+
+
+def read(folder: Path, name: str) -> tuple[tuple[Array, ...], tuple[float, ...]] | None:
+    """The parts and their deviations; None if the file is missing, foreign or damaged."""
+    try:
+        head, _, body = _file(folder, name).read_bytes().partition(b"\n")
+        header = json.loads(head)
+        if header["format"] != FORMAT or header["name"] != name:
+            return None
+        if header["body"] != hashlib.sha256(body).hexdigest():
+            return None
+        numbers = np.frombuffer(body, "<f8").astype(np.float64)
+        counts = [int(count) for count in header["vertices"]]
+        corners = np.split(numbers[: 3 * sum(counts)].reshape(-1, 3), np.cumsum(counts)[:-1])
+        deviations = tuple(numbers[3 * sum(counts) :].tolist())
+        return (tuple(corners), deviations) if len(deviations) == len(counts) else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def write(folder: Path, name: str, parts: tuple[Array, ...], deviations: tuple[float, ...]) -> None:
+    """Writes them, the same bytes for the same parts, and never half a file.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for part in parts)
+    body += np.array(deviations, "<f8").tobytes()
+    header = {"format": FORMAT, "name": name, "vertices": [len(part) for part in parts]}
+    write_whole(_file(folder, name), header, body)
+
+
+def _file(folder: Path, name: str) -> Path:
+    return folder / f"{name[:40]}.decomposition"
