@@ -58,7 +58,7 @@ def cone(degree: int) -> Triangles:
 
 def growth_tables(output: Path, largest: float) -> list[Table]:
     """Spheres and tori up to so many triangles, with and without certificate; a cone; a chart of the seconds."""
-    table = Table("Growth: epsilon = 1 % of the diagonal, outer, a process for each")
+    table = Table("Growth: epsilon = 1 % of the diagonal, outer, a process for each; seconds of the processor")
     shapes = [("icosphere", sphere(level)) for level in range(3, 9) if 20 * 4**level <= 1.4 * largest]
     shapes += [("torus", ring(10**power)) for power in range(3, 7) if 10**power <= largest]
     for name, mesh in shapes:
@@ -119,16 +119,16 @@ def _process(*arguments: str, **environment: str) -> dict[str, Any]:
 
 
 def measure(folder: str, how: str) -> dict[str, Any]:
-    """Time and memory of one mesh in this process, which has not seen another, on top of the libraries."""
+    """Processor's time and memory of one mesh in this process, which has not seen another, on top of the libraries."""
     from kabo.geometry import bounding_mesh
 
     warm_up()
     Path("/proc/self/clear_refs").write_text("5")  # the peak starts anew
     before = _memory("VmRSS")
     mesh = Triangles(*(np.load(Path(folder) / f"{name}.npy") for name in ("vertices", "faces")))
-    began = perf_counter()
+    began = process_time()
     result = bounding_mesh(mesh, SHARE * mesh.diagonal, certify=how == "certified")
-    seconds = perf_counter() - began
+    seconds = process_time() - began
     used = _memory("VmHWM") - before
     return {
         "V": len(result.vertices),

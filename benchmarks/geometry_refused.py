@@ -1,5 +1,6 @@
 """Meshes that cannot be used: the sentence that is said of each; a result would have to be one-sided."""
 
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -53,11 +54,14 @@ def bad_table() -> Table:
     """What is said of each mesh; `a result` is a defect, except where a mesh is sound after all."""
     table = Table("Meshes that cannot be used")
     for name, mesh in bad_meshes().items():
-        for side in ("outer", "inner"):
-            try:
-                made = bounding_mesh(mesh, 0.01, side)
-            except (KaboError, ValueError) as refusal:
-                table.add(name, side=side, outcome=type(refusal).__name__, said=" ".join(str(refusal).split()))
-            else:
-                table.add(name, side=side, outcome="A RESULT", said=f"{len(made.vertices)} vertices")
+        for outcome, sides in groupby(("outer", "inner"), key=lambda side, mesh=mesh: _answer(mesh, side)):
+            table.add(name, side=" and ".join(sides), outcome=outcome[0], said=outcome[1])
     return table
+
+
+def _answer(mesh: Triangles, side: Any) -> tuple[str, str]:
+    try:
+        made = bounding_mesh(mesh, 0.01, side)
+    except (KaboError, ValueError) as refusal:
+        return type(refusal).__name__, " ".join(str(refusal).split())
+    return "A RESULT", f"{len(made.vertices)} vertices"
