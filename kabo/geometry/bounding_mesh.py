@@ -35,7 +35,10 @@ COSTS: dict[str, int] = {
     "triangles": quadrics.TRIANGLES,
     "diagonal": quadrics.DIAGONAL,
 }
-REGULAR = 1e-5  # of a quadric's trace: keeps points near their edge where a quadric leaves them free
+PATIENCE = 1.2  # an edge that turns out dearer by less goes first all the same
+# What is tried one after the other: the least cosine between a face's old and new normal, and which part of a quadric's
+# trace pulls a new point to its edge's middle, where the quadric alone would leave it free.
+ATTEMPTS = ((0.0, 1e-5), (-1.0, 1e-5), (-1.0, 1e-3), (-1.0, 1e-1))
 ROUNDING = 2.0**-45  # of the largest coordinate: far more than rounding adds to any distance
 NAMES = (
     "contractions",
@@ -149,7 +152,9 @@ def _settings(
         epsilon=float(epsilon),
         limit=limit,
         dearest=float(np.finfo(np.float64).max) if certify else float(epsilon) ** 2,
-        regular=REGULAR,
+        facing=ATTEMPTS[0][0],
+        patience=PATIENCE,
+        regular=ATTEMPTS[0][1],
         slack=1e-12 * diagonal + 2.0**-48 * float(np.abs(points).max()),
         diagonal=diagonal,
         x=float(middle[0]),
@@ -187,19 +192,11 @@ def _contracted(
     start(carried, triangle_of_face)
     if certify:
         contraction.enter_all(net, octree)
-    contraction.contract_all(
-        net,
-        tree,
-        carried,
-        state.star_of(count),
-        state.queue_of(6 * count + 1000),
-        state.refused_of(4 * count + 100),
-        draft,
-        octree,
-        settings,
-        state.work_of(count),
-        counters,
-    )
+    star, work = state.star_of(count), state.work_of(count)
+    queue, refused = state.queue_of(6 * count + 1000), state.refused_of(4 * count + 100)
+    for facing, regular in ATTEMPTS if certify else ATTEMPTS[:1]:
+        now = settings._replace(facing=facing, regular=regular)
+        contraction.contract_all(net, tree, carried, star, queue, refused, draft, octree, now, work, counters)
     left = net.faces[net.faces[:, 0] >= 0]
     used, index = np.unique(left, return_inverse=True)
     counts = dict(zip(NAMES, counters.tolist(), strict=True))

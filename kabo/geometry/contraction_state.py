@@ -23,6 +23,8 @@ class Settings(NamedTuple):
     epsilon: float
     limit: float  # epsilon less all rounding of a distance
     dearest: float  # the greatest cost
+    facing: float  # the least cosine between a face's normals before and after
+    patience: float  # how much dearer than it seemed an edge may be and still go first
     regular: float  # part of the quadric's trace that pulls a new point to the edge's middle
     slack: float  # by which new points keep away from the planes that they must be outside of
     diagonal: float

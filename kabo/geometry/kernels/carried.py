@@ -52,11 +52,8 @@ def set_candidates(net, star, count, x, y, z, pieces):
 def _nearest_new(net, star, i, many):
     """The new face nearest to face i of the star, and how far any point of that is from it at most."""
     vertices, faces, corners, triangles = net.vertices, net.faces, star.corners, star.triangles
-    f, best, found, first, end = star.faces[i], np.inf, i, i, many
-    if corners[i] < 0:
-        first = i - i
-    else:
-        first, end = star.places[i], star.places[i] + 1
+    f, best, found = star.faces[i], np.inf, 0
+    first, end = (0, many) if corners[i] < 0 else (star.places[i], star.places[i] + 1)
     for t in range(first, end):
         farthest = 0.0
         for k in range(3):

@@ -187,7 +187,7 @@ def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree,
     if not keeps_topology(net, a, b, count):
         counters[TOPOLOGY] += 1
         return False
-    if not keeps_facing(net, star, count, x, y, z, settings.diagonal, work.pieces):
+    if not keeps_facing(net, star, count, x, y, z, settings.diagonal, settings.facing):
         counters[FACING] += 1
         return False
     if not keeps_sides(net.vertices, net.faces, star.faces, count, x, y, z, work.exact):
@@ -277,7 +277,7 @@ def drop_outdated(net, queue, size):
 @lean_kernel
 def _offer_again(net, star, queue, refused, settings, counters):
     """Offers the refused edges around which the mesh has changed since; returns the queue's size and how many others."""
-    size, kept = net.clock[2] * 0, 0
+    size, kept = 0, 0
     for i in range(net.clock[2]):
         a, b, stamp = refused[i, 0], refused[i, 1], refused[i, 2]
         if net.dead[a] or net.dead[b] or refused[i, 3] < max(net.moved[a], net.moved[b]):
@@ -293,15 +293,24 @@ def _offer_again(net, star, queue, refused, settings, counters):
 
 
 @lean_kernel
+def _offer_all(net, star, queue, settings, counters):
+    """Offers all edges; returns the queue's size."""
+    size = 0
+    for f in range(net.faces.shape[0]):
+        if net.faces[f, 0] >= 0:
+            for k in range(3):
+                a, b = net.faces[f, k], net.faces[f, (k + 1) % 3]
+                if a < b:
+                    size = _offer(net, a, b, star, queue, size, counters[DONE], settings, counters)
+    return size
+
+
+@lean_kernel
 def contract_all(net, original, carried, star, queue, refused, draft, tree, settings, work, counters):
     """Contracts edges, cheapest first, until no more can be, or `settings.vertices` are left."""
-    size = counters[DONE]
-    for f in range(net.faces.shape[0]):
-        for k in range(3):
-            a, b = net.faces[f, k], net.faces[f, (k + 1) % 3]
-            if a < b:
-                size = _offer(net, a, b, star, queue, size, counters[DONE], settings, counters)
-    alive, before = settings.alive, -1
+    net.clock[2] = 0
+    size = _offer_all(net, star, queue, settings, counters)
+    alive, before = settings.alive - counters[DONE], -1
     while alive > settings.vertices:
         if size == 0:
             if counters[DONE] == before:
@@ -320,7 +329,7 @@ def contract_all(net, original, carried, star, queue, refused, draft, tree, sett
         counters[SOLVED] += 1
         if today > settings.dearest or today == np.inf:
             continue
-        if today > cost * (1.0 + 1e-9) and size > 0 and today > queue.costs[0]:
+        if today > cost * settings.patience and size > 0 and today > queue.costs[0]:
             size = heap.push(queue.costs, queue.edges, size, today, a, b, stamp)
             continue
         if not _admissible(

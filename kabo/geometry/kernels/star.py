@@ -152,8 +152,8 @@ def set_moved(vertices, faces, f, k, x, y, z, pieces):
 
 
 @lean_kernel
-def keeps_facing(net, star, count, x, y, z, diagonal, pieces):
-    """Whether no face turns by more than a right angle, and none becomes a line."""
+def keeps_facing(net, star, count, x, y, z, diagonal, least):
+    """Whether no face turns by more than the angle of cosine `least`, and none becomes a line."""
     vertices, faces, normals, listed, corners = net.vertices, net.faces, net.normals, star.faces, star.corners
     for i in range(count):
         f, k = listed[i], corners[i]
@@ -163,9 +163,10 @@ def keeps_facing(net, star, count, x, y, z, diagonal, pieces):
         ux, uy, uz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
         vx, vy, vz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        if not nx * nx + ny * ny + nz * nz > (SMALLEST * diagonal * diagonal) ** 2:
+        squared = nx * nx + ny * ny + nz * nz
+        if not squared > (SMALLEST * diagonal * diagonal) ** 2:
             return False
-        if nx * normals[f, 0] + ny * normals[f, 1] + nz * normals[f, 2] < 0.0:
+        if nx * normals[f, 0] + ny * normals[f, 1] + nz * normals[f, 2] < least * np.sqrt(squared):
             return False
     return True
 

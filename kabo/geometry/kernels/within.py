@@ -143,7 +143,7 @@ def directed_bounds(triangles, tree, relative, floor, ceiling, pieces, stack):
     They differ by `relative` at most, or lie below `floor`; the proven one does not exceed `ceiling` if that can be
     shown. pieces (256, 16), stack (64,) i8.
     """
-    others, reached, proven, hint, ceiling = tree.triangles, 0.0, 0.0, triangles.shape[0] * 0, ceiling * ceiling
+    others, reached, proven, hint, ceiling = tree.triangles, 0.0, 0.0, 0, ceiling * ceiling
     for t in range(triangles.shape[0]):
         for c in range(3):
             for r in range(3):
