@@ -1,6 +1,7 @@
 """`kabo bound`: a mesh with fewer vertices that encloses the given one, or lies within it, no farther than epsilon."""
 
 import argparse
+from typing import Any
 
 from kabo.cli import exit_codes, meshing
 from kabo.cli.solving import natural
@@ -8,7 +9,7 @@ from kabo.cli.terminal import clean_standard_output
 
 NAME = "bound"
 HELP = "simplify a mesh to one that encloses it (or lies within), no farther away than epsilon"
-COSTS = ("memoryless", "planes", "adapted", "triangles", "quadric")
+COSTS = ("memoryless", "planes", "adapted", "triangles", "diagonal")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,9 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the bounding mesh, read back and compared, and shows its figures."""
-    chosen = {} if options.cost is None else {"cost": meshing.one_of("--cost", options.cost, COSTS)}
+    chosen: Any = {} if options.cost is None else {"cost": meshing.one_of("--cost", options.cost, COSTS)}
     loaded = meshing.load(options, borders=options.borders)
-    mesh, epsilon = loaded.mesh, options.epsilon.metres(loaded.mesh)
+    mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():
         from kabo.geometry import bounding_mesh
         from kabo.meshes import write_mesh

@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Writes the parts as meshes, read back and compared, and shows their figures."""
     loaded = meshing.load(options)
-    mesh, epsilon = loaded.mesh, options.epsilon.metres(loaded.mesh)
+    mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():
         import numpy as np
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "µm": 1e-6}
 PICTURES = (".png",)
+FINEST = 1e-11  # of the largest coordinate: rounding takes some hundreds of units in its last place
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,18 @@ class Tolerance:
     of_diagonal: bool
 
     def metres(self, mesh: "Mesh") -> float:
-        """The tolerance for a mesh [m]."""
-        return self.value * mesh.diagonal if self.of_diagonal else self.value
+        """The tolerance for a mesh [m].
+
+        Raises:
+            InputError: coordinates of this size are not known so exactly.
+        """
+        epsilon = self.value * mesh.diagonal if self.of_diagonal else self.value
+        farthest = float(abs(mesh.vertices).max())
+        if epsilon < FINEST * farthest:
+            said = f"{epsilon:g} m is finer than coordinates of {farthest:g} m are known"
+            hint = f"ask for {FINEST * farthest:.1g} m or more, or move the mesh to its origin"
+            raise InputError([Diagnostic("--epsilon", 1, 1, said, hint)])
+        return epsilon
 
 
 def add_mesh_arguments(parser: argparse.ArgumentParser) -> None:
@@ -127,9 +138,10 @@ def one_of(name: str, text: str, known: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Loaded:
-    """The mesh of a command, with what was repaired and what people should know."""
+    """The mesh of a command, its tolerance [m], what was repaired and what people should know."""
 
     mesh: "Mesh"
+    epsilon: float
     repairs: tuple[str, ...]
     warnings: tuple[str, ...]
 
@@ -153,10 +165,11 @@ def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
     for done in repairs:
         tell(f"{options.mesh}: {done}")
     require_solid(mesh, borders="keep" if borders == "keep" else "refuse", repair=options.repair)
+    epsilon = options.epsilon.metres(mesh)
     warnings = [warning for warning in (units_warning(mesh), _crossing(mesh)) if warning is not None]
     for warning in warnings:
         tell(str(warning))
-    return Loaded(mesh, tuple(repairs), tuple(warning.message for warning in warnings))
+    return Loaded(mesh, epsilon, tuple(repairs), tuple(warning.message for warning in warnings))
 
 
 def _crossing(mesh: "Mesh") -> Diagnostic | None:
