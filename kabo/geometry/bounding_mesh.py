@@ -18,7 +18,7 @@ from kabo.geometry.hausdorff import hausdorff_bound
 from kabo.geometry.kernels import contraction, quadrics
 from kabo.geometry.kernels.carried import start
 from kabo.geometry.kernels.octree import octree_of
-from kabo.geometry.kernels.star import prepare
+from kabo.geometry.kernels.star import NOTHING, prepare
 from kabo.geometry.parts import Array
 from kabo.geometry.triangle_trees import tree_of
 from kabo.meshes import Mesh, require_solid
@@ -111,7 +111,8 @@ def bounding_mesh(
         ValueError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
     """
     begin = time.perf_counter()
-    points, faces = np.ascontiguousarray(mesh.vertices, np.float64), np.ascontiguousarray(mesh.faces, np.int64)
+    points, faces = np.array(mesh.vertices, np.float64, order="C"), np.ascontiguousarray(mesh.faces, np.int64)
+    points[np.abs(points) < NOTHING] = 0.0
     _require_options(epsilon, side, cost)
     require_solid(Mesh(points, faces, getattr(mesh, "path", None)), borders=borders)
     rounding = ROUNDING * float(np.abs(points).max())
@@ -125,7 +126,9 @@ def bounding_mesh(
     new, new_faces, counts = _contracted(points, turned, settings, _on_border(points, turned))
     if side == "inner":
         new_faces = np.ascontiguousarray(new_faces[:, ::-1])
-    bound = hausdorff_bound(points, faces, new, new_faces, ceiling=limit)[1] + rounding
+    bound = hausdorff_bound(points, faces, new, new_faces, ceiling=epsilon - 2.0 * rounding)[1] + rounding
+    if certify:  # the contractions' own certificate holds in any case
+        bound = min(bound, limit + rounding)
     seconds = time.perf_counter() - begin
     return BoundingMesh(new, new_faces, side, epsilon, bound, counts["contractions"], seconds, counts)
 

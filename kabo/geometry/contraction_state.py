@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from kabo.geometry.kernels.octree import STACK
 from kabo.geometry.kernels.orientation import SCRATCH
@@ -50,6 +52,8 @@ class Net(NamedTuple):
     face_marks: Numbers  # (F,)
     errors: Array  # (F,) proven bound of the face's distance to the original
     hints: Numbers  # (F,) an original triangle near the face
+    components: Numbers  # (V,) the connected part that a vertex belongs to
+    volumes: Array  # (C, 2) the signed volume of each: now, and at the beginning
     clock: Numbers  # (3,) last vertex mark, last face mark, how many edges are refused
 
 
@@ -83,7 +87,7 @@ class Carried(NamedTuple):
     valid: Numbers  # (T,)
     marks: Numbers  # (T,)
     marks_used: Numbers  # (1,)
-    free: Numbers  # (2,) first free node, how many
+    free: Numbers  # (3,) first free node, how many, and below how many stale ones are looked for
 
 
 class Draft(NamedTuple):
@@ -120,6 +124,8 @@ def _zeros(*shape: int) -> Numbers:
 def net_of(vertices: Array, faces: Numbers, locked: NDArray[np.bool_], hints: Numbers, quadrics: int) -> Net:
     """The net of a mesh; `quadrics` is how many are kept."""
     v, f = len(vertices), len(faces)
+    edges = coo_array((np.ones(2 * f), (faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())), shape=(v, v))
+    many, components = connected_components(edges, directed=False)
     return Net(
         vertices=np.vstack([vertices, np.zeros((1, 3))]),
         faces=faces.copy(),
@@ -135,6 +141,8 @@ def net_of(vertices: Array, faces: Numbers, locked: NDArray[np.bool_], hints: Nu
         face_marks=_zeros(f),
         errors=np.zeros(f),
         hints=hints,
+        components=components.astype(np.int64),
+        volumes=np.zeros((many, 2)),
         clock=_zeros(3),
     )
 
@@ -171,7 +179,7 @@ def carried_of(faces: int, nodes: int) -> Carried:
         valid=_zeros(faces),
         marks=_zeros(faces),
         marks_used=_zeros(1),
-        free=_zeros(2),
+        free=_zeros(3),
     )
 
 

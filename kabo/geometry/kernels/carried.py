@@ -28,7 +28,7 @@ def start(carried, triangles):
         carried.stamps[f], carried.bounds[f], carried.valid[f], carried.marks[f] = 0, 0.0, 0, 0
     for n in range(faces, nodes):
         following[n] = n + 1 if n + 1 < nodes else -1
-    free[0], free[1] = faces if faces < nodes else -1, nodes - faces
+    free[0], free[1], free[2] = faces if faces < nodes else -1, nodes - faces, (nodes - faces) // 2
 
 
 @lean_kernel
@@ -236,7 +236,9 @@ def apply_draft(carried, star, count, draft):
 
 @lean_kernel
 def drop_stale(carried):
-    """Frees all stale nodes."""
+    """Frees all stale nodes, if few others are left; and says how few these must be next time."""
+    if carried.free[1] >= carried.free[2]:
+        return
     heads, items, following, stamps, valid = (
         carried.heads,
         carried.items,
@@ -255,3 +257,4 @@ def drop_stale(carried):
                 _release(carried, n)
             n = rest
         heads[f] = kept
+    carried.free[2] = carried.free[1] // 2

@@ -17,6 +17,7 @@ from kabo.geometry.kernels.star import (
     contraction_point,
     gather_star,
     keeps_facing,
+    keeps_orientation,
     keeps_sides,
     keeps_topology,
     set_moved,
@@ -78,14 +79,18 @@ def original_near_faces(net, original, carried, star, count, x, y, z, limit, dra
 
 
 @lean_kernel
-def _old_star_crosses(vertices, faces, listed, count, other, work):
-    """Whether some face of the star crosses face `other` already."""
+def _more_cross(vertices, faces, star, count, other, spare, work):
+    """Whether more new faces, whose moving corner is vertex `spare`, cross face `other` than faces of the star do now."""
     d, e, h, pair, exact = faces[other, 0], faces[other, 1], faces[other, 2], work.pair, work.exact
+    listed, corners = star.faces, star.corners
+    more = 0
     for i in range(count):
-        f = listed[i]
-        if faces_cross(vertices, faces[f, 0], faces[f, 1], faces[f, 2], d, e, h, pair, exact):
-            return True
-    return False
+        f, k = listed[i], corners[i]
+        more -= faces_cross(vertices, faces[f, 0], faces[f, 1], faces[f, 2], d, e, h, pair, exact)
+        if k >= 0:
+            b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+            more += faces_cross(vertices, spare, b, c, d, e, h, pair, exact)
+    return more > 0
 
 
 @lean_kernel
@@ -122,8 +127,11 @@ def _is_graph(vertices, faces, star, count, spare):
         if not planes[i, 0] * dx + planes[i, 1] * dy + planes[i, 2] * dz > 1e-9:
             return False
         b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
-        side_b = ex * (vertices[b, 0] - x) + ey * (vertices[b, 1] - y) + ez * (vertices[b, 2] - z)
+        bx, by, bz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+        side_b, length_of_b = ex * bx + ey * by + ez * bz, abs(bx) + abs(by) + abs(bz)
         side_c = ex * (vertices[c, 0] - x) + ey * (vertices[c, 1] - y) + ez * (vertices[c, 2] - z)
+        if abs(side_b) <= 1e-12 * length_of_b:  # on which side is not sure
+            return False
         if side_b < 0.0 and side_c >= 0.0:
             turns += 1
     return turns == 1
@@ -149,7 +157,7 @@ def _star_crosses_itself(vertices, faces, star, count, spare, work):
 
 @lean_kernel
 def keeps_apart(net, star, count, x, y, z, tree, work):
-    """Whether the new faces cross no face that the old star did not cross, nor each other."""
+    """Whether the new faces cross no other face more often than the old star did, nor each other."""
     v, faces, face_marks, star_mark = net.vertices, net.faces, net.face_marks, net.clock[1]
     listed, corners, found, stack, pair, exact = (
         star.faces,
@@ -176,7 +184,7 @@ def keeps_apart(net, star, count, x, y, z, tree, work):
             if face_marks[g] == star_mark:
                 continue
             crosses = faces_cross(v, spare, b, c, faces[g, 0], faces[g, 1], faces[g, 2], pair, exact)
-            if crosses and not _old_star_crosses(v, faces, listed, count, g, work):
+            if crosses and _more_cross(v, faces, star, count, g, spare, work):
                 return False
     return True
 
@@ -191,6 +199,9 @@ def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree,
         counters[FACING] += 1
         return False
     if not keeps_sides(net.vertices, net.faces, star.faces, count, x, y, z, work.exact):
+        counters[SIDES] += 1
+        return False
+    if not keeps_orientation(net, star.faces, count, x, y, z):
         counters[SIDES] += 1
         return False
     net.clock[1] += 1
@@ -224,8 +235,7 @@ def _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings):
             if star.corners[i] >= 0:
                 enter_face(net, tree, star.faces[i])
         apply_draft(carried, star, count, draft)
-        if carried.free[1] < carried.items.shape[0] // 4:
-            drop_stale(carried)
+        drop_stale(carried)
 
 
 @lean_kernel

@@ -21,6 +21,8 @@ from kabo.geometry.kernels.quadrics import (
 )
 
 SMALLEST = 1e-14  # twice the area of a new face, in squared diagonals
+NOTHING = 1e-80  # metres: exact signs need coordinates that are 0 or larger
+LEAST = 1e-9  # of a component's volume: what must be left of it
 
 
 @lean_kernel  # (V, 3) f8, (F, 3) i8, (F, 3) f8, i8 -> nothing
@@ -96,7 +98,9 @@ def contraction_point(net, a, b, star, count, settings):
     )
     if not good:
         return np.inf, x, y, z
-    return max(0.0, cost_at(q, dx, dy, dz)), x + dx, y + dy, z + dz
+    cost, x, y, z = max(0.0, cost_at(q, dx, dy, dz)), x + dx, y + dy, z + dz
+    x, y, z = x if abs(x) > NOTHING else 0.0, y if abs(y) > NOTHING else 0.0, z if abs(z) > NOTHING else 0.0
+    return cost, x, y, z
 
 
 @lean_kernel
@@ -140,7 +144,30 @@ def keeps_sides(vertices, faces, listed, count, x, y, z, exact):
     return True
 
 
-@lean_kernel  # (V, 3) f8, (F, 3) i8, i8, i8, f8 x 3, (P, 10) f8 -> nothing
+@lean_kernel
+def volume_after(net, listed, count, x, y, z):
+    """The signed volume of the star's component once its faces' tetrahedra to x, y, z have been added to it."""
+    vertices, faces = net.vertices, net.faces
+    added = 0.0
+    for i in range(count):
+        f = listed[i]
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay, az = vertices[a, 0] - x, vertices[a, 1] - y, vertices[a, 2] - z
+        bx, by, bz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+        cx, cy, cz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
+        added -= ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return net.volumes[net.components[faces[listed[0], 0]], 0] + added / 6.0
+
+
+@lean_kernel
+def keeps_orientation(net, listed, count, x, y, z):
+    """Whether the star's component stays on its side: a thin one must not pass through itself and come out reversed."""
+    start = net.volumes[net.components[net.faces[listed[0], 0]], 1]
+    after = volume_after(net, listed, count, x, y, z)
+    return after >= LEAST * start if start > 0.0 else after <= LEAST * start
+
+
+@lean_kernel  # (V, 3) f8, (F, 3) i8, i8, i8, f8 x 3, (P, 16) f8 -> nothing
 def set_moved(vertices, faces, f, k, x, y, z, pieces):
     """Writes face f with its corner k moved to x, y, z into row 0 of pieces."""
     for j in range(3):
@@ -191,6 +218,7 @@ def contract(net, a, b, star, count, x, y, z, settings):
     """Replaces the star of the edge: a moves to x, y, z, b and the faces between them die."""
     vertices, faces, normals, first, following = net.vertices, net.faces, net.normals, net.first, net.following
     listed, corners = star.faces, star.corners
+    net.volumes[net.components[a], 0] = volume_after(net, listed, count, x, y, z)
     if settings.cost != MEMORYLESS:
         combine(settings.cost, net.quadrics[a], net.quadrics[b], star.quadric, settings.epsilon, star.scratch)
         for r in range(10):
@@ -232,15 +260,23 @@ def _add_face(net, f, settings):
 
 @lean_kernel
 def prepare(net, settings):
-    """Fills normals, corner lists and quadrics of a net whose vertices and faces are set."""
+    """Fills normals, corner lists, volumes and quadrics of a net whose vertices and faces are set."""
     vertices, faces, normals, first, following = net.vertices, net.faces, net.normals, net.first, net.following
     for v in range(first.shape[0]):
         first[v] = -1
     for f in range(faces.shape[0]):
         set_normal(vertices, faces, normals, f)
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay, az = vertices[a, 0] - settings.x, vertices[a, 1] - settings.y, vertices[a, 2] - settings.z
+        bx, by, bz = vertices[b, 0] - settings.x, vertices[b, 1] - settings.y, vertices[b, 2] - settings.z
+        cx, cy, cz = vertices[c, 0] - settings.x, vertices[c, 1] - settings.y, vertices[c, 2] - settings.z
+        part = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        net.volumes[net.components[a], 0] += part / 6.0
         for k in range(3):
             v = faces[f, k]
             following[3 * f + k] = first[v]
             first[v] = 3 * f + k
         if settings.cost != MEMORYLESS:
             _add_face(net, f, settings)
+    for c in range(net.volumes.shape[0]):
+        net.volumes[c, 1] = net.volumes[c, 0]

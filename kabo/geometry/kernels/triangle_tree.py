@@ -13,8 +13,8 @@ LEAF = 4  # triangles
 def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
     """The squared distance of a point to the triangle a, b, c [Ericson 2005, 5.1.5].
 
-    The point of the triangle that is measured to is given by barycentric coordinates within [0, 1], so an error of
-    theirs makes the distance larger, never smaller.
+    The point that is measured to has barycentric coordinates within [0, 1]: an error of theirs makes the distance
+    larger, never smaller.
     """
     ax, ay, az, bx, by, bz, cx, cy, cz = (
         ax - px,
@@ -50,7 +50,8 @@ def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
     else:
         whole = va + vb + vc
         if whole > 0.0:
-            s, t = vb / whole, vc / whole
+            s = min(max(vb / whole, 0.0), 1.0)
+            t = min(max(vc / whole, 0.0), 1.0 - s)
     x, y, z = ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz
     return x * x + y * y + z * z
 
