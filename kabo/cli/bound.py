@@ -4,7 +4,6 @@ import argparse
 from typing import Any
 
 from kabo.cli import exit_codes, meshing
-from kabo.cli.solving import natural
 from kabo.cli.terminal import clean_standard_output
 
 NAME = "bound"
@@ -22,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="enclose the mesh, or stay within it (default: outer)",
     )
     parser.add_argument(
-        "--vertices", type=natural, metavar="N", help="stop once there are no more than N vertices"
+        "--vertices", type=meshing.at_least(4), metavar="N", help="stop once there are no more than N vertices"
     )
     parser.add_argument("--cost", metavar="NAME", help=f"what is contracted first: {', '.join(COSTS)}")
     parser.add_argument(
@@ -49,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         share = made.hausdorff_upper_bound / epsilon
         counts = f"{len(mesh.vertices)} to {len(made.vertices)} vertices"
         said = (
-            f"{counts}, {options.side}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.3f} epsilon)"
+            f"{counts}, {options.side}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.4f} epsilon)"
         )
         if options.picture is not None:
             from kabo.meshes.pictures import draw_bound

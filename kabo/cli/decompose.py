@@ -14,8 +14,10 @@ HELP = "cover a mesh with convex parts, no farther away than epsilon"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo decompose`."""
     meshing.add_mesh_arguments(parser)
-    parser.add_argument("--parts", type=natural, metavar="N", help="aim at N parts")
-    parser.add_argument("--vertices-per-part", type=natural, metavar="N", help="aim at N vertices a part")
+    parser.add_argument("--parts", type=meshing.at_least(1), metavar="N", help="aim at N parts")
+    parser.add_argument(
+        "--vertices-per-part", type=meshing.at_least(4), metavar="N", help="aim at N vertices a part"
+    )
     parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random choices (default: 0)")
 
 
@@ -37,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
         share = made.hausdorff_upper_bound / epsilon
         sizes = [len(part) for part in made.parts]
         counts = f"{len(sizes)} convex part{'' if len(sizes) == 1 else 's'}, {sum(sizes)} vertices"
-        said = f"{counts}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.3f} epsilon)"
+        said = f"{counts}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.4f} epsilon)"
         if options.picture is not None:
             from kabo.meshes.pictures import draw_parts
 

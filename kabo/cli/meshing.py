@@ -3,7 +3,7 @@
 import argparse
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -91,6 +91,17 @@ def _meant(text: str) -> str:
     share = bool(found[3]) or found[2].startswith("per")
     meant = f"{value:g}%" if share else f"{value * UNITS.get(found[2], 1.0):g}"
     return "" if meant == text else f"; did you mean {meant}?"
+
+
+def at_least(least: int) -> Callable[[str], int]:
+    """A whole number from `least` on."""
+
+    def parsed(text: str) -> int:
+        if not re.fullmatch(r"\d{1,12}", text) or int(text) < least:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
+        return int(text)
+
+    return parsed
 
 
 def scale(text: str) -> float:

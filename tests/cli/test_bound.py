@@ -160,6 +160,15 @@ def test_what_cannot_be_meant_is_exit_2_and_writes_nothing(kabo, folder, command
     assert written(folder) == set()
 
 
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [("bound", "--vertices=3"), ("decompose", "--parts=0"), ("decompose", "--vertices-per-part=3")],
+)
+def test_targets_that_no_solid_can_reach_are_exit_2(kabo, folder, command, option):
+    said = kabo(command, "ball.stl", "--epsilon", "1%", "-o", "out.off", option)
+    assert said.code == 2 and "is not a whole number from" in said.err
+
+
 def test_the_costs_are_those_of_the_geometry_room_and_an_unknown_one_is_corrected(kabo, folder):
     assert set(COSTS) == set(GEOMETRY_COSTS)
     said = kabo("bound", "ball.stl", "--epsilon", "1%", "-o", "out.off", "--cost", "memryless")
