@@ -7,7 +7,7 @@ distance r leaves no shorter way than r.
 """
 
 import numpy as np
-from scipy.spatial import QhullError
+from scipy.spatial import ConvexHull, QhullError
 
 from kabo.geometry.hulls import hull_mesh
 from kabo.geometry.kernels.separation import rounding
@@ -34,7 +34,7 @@ def penetration(first: Array, second: Array) -> Bounds:
     first, second = first - middle, second - middle
     greatest = float(max(np.abs(first).max(), np.abs(second).max(), 1e-3))
     delta = float(rounding(8.0 * greatest)) + 4e-16 * float(np.abs(middle).max())
-    differences = np.unique((first[:, None] - second[None]).reshape(-1, 3), axis=0)
+    differences = (_corners(first)[:, None] - _corners(second)[None]).reshape(-1, 3)
     try:
         corners, faces = hull_mesh(differences)
     except (QhullError, ValueError):  # flat, or fewer than four points: nothing overlaps
@@ -47,6 +47,14 @@ def penetration(first: Array, second: Array) -> Bounds:
     solid, origin = Solid(corners, faces), np.zeros((1, 3))
     lower = float(solid.surface_distances(origin)[0]) if abs(solid.winding_number(origin[0])) > 0.5 else 0.0
     return Bounds(max(0.0, lower - delta), _way_out(first, second, np.concatenate([AXES, normals])) + delta)
+
+
+def _corners(points: Array) -> Array:
+    """The points that span the hull; all of them if they lie in a plane, or nearly."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except (QhullError, ValueError):
+        return np.unique(points, axis=0)
 
 
 def _way_out(first: Array, second: Array, directions: Array) -> float:

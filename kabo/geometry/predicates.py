@@ -58,6 +58,21 @@ class Container:
 
     solid: Solid = None  # type: ignore[assignment]
 
+    @classmethod
+    def within(
+        cls, world_T_container: Array, vertices: Array, faces: NDArray[np.int64], tolerance: float
+    ) -> "Container":
+        """The container of a closed mesh through an inner bounding mesh, at most `tolerance` [m] inside it.
+
+        Raises:
+            MeshError: the mesh is not closed, or cannot be used: with counts and the remedy.
+        """
+        from kabo.geometry.bounding_mesh import bounding_mesh
+        from kabo.meshes import Mesh as TriangleMesh
+
+        inner = bounding_mesh(TriangleMesh(vertices, faces, None), tolerance, "inner")
+        return cls(world_T_container, inner.vertices, inner.faces, inner.hausdorff_upper_bound)
+
 
 @dataclass(frozen=True)
 class Bounds:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from kabo.geometry.kernels.solids import insides, sticks_out, surface_distances, winding_number
 from kabo.geometry.parts import Array
+from kabo.geometry.triangle_trees import tree_of
 
-LEAF = 4  # triangles
 FLAT = 1e-9  # m: rounding of the planes of a convex mesh
 MANY = 20_000_000  # faces times vertices: above, convexity is not asked for
 CELLS = 80_000  # boxes after which a proof is given up: some tenths of a second
@@ -25,27 +25,7 @@ class Solid:
     @cached_property
     def tree(self) -> tuple[Array, NDArray[np.int64], Array]:
         """Boxes (N, 6), children (N, 2), triangles (F, 3, 3) in the order of the leaves."""
-        triangles = np.ascontiguousarray(self.vertices[self.faces])
-        centres = triangles.mean(axis=1)
-        order = np.arange(len(triangles))
-        boxes: list[Array] = []
-        children: list[list[int]] = []
-
-        def grow(first: int, end: int) -> int:
-            node = len(boxes)
-            corners = triangles[order[first:end]].reshape(-1, 3)
-            boxes.append(np.r_[corners.min(axis=0), corners.max(axis=0)])
-            children.append([-1 - first, end - first])
-            if end - first > LEAF:
-                mine = centres[order[first:end]]
-                axis = int(np.argmax(np.ptp(mine, axis=0)))
-                order[first:end] = order[first:end][np.argsort(mine[:, axis], kind="stable")]
-                middle = (first + end) // 2
-                children[node] = [grow(first, middle), grow(middle, end)]
-            return node
-
-        grow(0, len(triangles))
-        return np.array(boxes), np.array(children, np.int64), np.ascontiguousarray(triangles[order])
+        return tree_of(self.vertices, self.faces)[:3]
 
     def outside_distances(self, points: Array) -> Array:
         """How far each point (N, 3) is from the solid (N,) [m]; 0 inside."""

@@ -15,6 +15,7 @@ _HOME = {
     "GeometryServer": "server",
     "MAX_EFFORT": "answers",
     "IdentifierMap": "identifiers",
+    "ScenePredicates": "predicates",
     "PROCEDURES": "procedures",
     "Situation": "situation",
 }

@@ -16,9 +16,9 @@ from kabo.geometry_server.candidates import Stream
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, rows, standing, tool_frame
 from kabo.geometry_server.identifiers import IdentifierMap
+from kabo.geometry_server.predicates import ScenePredicates
 from kabo.geometry_server.procedures import PROCEDURES, Signature
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.standing import lies_inside
 from kabo.geometry_server.workspace import Surroundings, Workspace
 from kabo.kinematics import stream_key
 from kabo.language.formulas import GroundCall
@@ -98,9 +98,16 @@ class GeometryServer:
         return len(self.identifiers)
 
     # ---------------------------------------------------------------------------------------------- predicates
-    def collides(self, robot: str, q: Sequence[float], state: GeometricState | None = None) -> bool:
-        """Whether a robot at q (n,) may hit anything, in a state (the first one if None) [K Def. 1, Table 4.1]."""
-        return self._workspace(robot, state).first_hit(np.array(q, dtype=np.float64)) is not None
+    def collides(self, first: str, second: str | Sequence[float], state: GeometricState | None = None) -> bool:
+        """Whether a robot at q (n,) may hit anything, or two things (bodies, `robot.link`) each other [K Def. 1].
+
+        Args:
+            first: a robot, or a thing. second: the robot's configuration, or the other thing.
+            state: where everything else is; the first one if None.
+        """
+        if isinstance(second, str):
+            return self.predicates(state).collide(first, second)
+        return self._workspace(first, state).first_hit(np.array(second, dtype=np.float64)) is not None
 
     def sweep_collides(
         self, robot: str, start: Sequence[float], goal: Sequence[float], state: GeometricState | None = None
@@ -109,10 +116,13 @@ class GeometryServer:
         ends = np.array(start, dtype=np.float64), np.array(goal, dtype=np.float64)
         return self._workspace(robot, state).segment_hit(*ends) >= 0
 
-    def includes(self, region: str, body: str, state: GeometricState | None = None) -> bool:
-        """Whether a body is proven to lie inside a region, in a state (the first one if None)."""
-        pose = world_T(self.scene, state or self.scene.start, body)
-        return lies_inside(self.surroundings, body, pose, self.scene.regions[region])
+    def includes(self, container: str, body: str, state: GeometricState | None = None) -> bool:
+        """Whether a body is proven to lie inside a region or another thing, in a state (the first one if None)."""
+        return self.predicates(state).included(container, body)
+
+    def predicates(self, state: GeometricState | None = None) -> ScenePredicates:
+        """Predicates on things and motions by name, in a state (the first one if None)."""
+        return ScenePredicates(self.surroundings, state or self.scene.start)
 
     def sample(
         self,

@@ -128,6 +128,26 @@ def test_a_hollow_inside_the_part_is_noticed():
     assert includes(shell, cube(x=0.3), BUDGET)
 
 
+def test_a_container_is_asked_through_an_inner_bounding_mesh():
+    """One-sided: nothing that sticks out of the round room is included; what is epsilon deep is."""
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=0.5)
+    room = Container.within(IDENTITY, np.asarray(ball.vertices), np.asarray(ball.faces), BUDGET.geometry)
+    assert len(room.vertices) < 0.5 * len(ball.vertices)
+    assert 0 < room.deviation <= BUDGET.geometry
+    corner = np.linalg.norm([0.1, 0.1, 0.1])
+    depths = np.linspace(-0.02, 0.03, 21)
+    for depth in depths:
+        along = np.array([1.0, 1.0, 1.0]) / np.sqrt(3) * (ball_inside(ball) - depth - corner)
+        answer = includes(room, cube(*along), BUDGET)
+        assert not (answer and depth < 0)
+        assert answer or depth < BUDGET.epsilon + 0.5 - ball_inside(ball)
+
+
+def ball_inside(ball):
+    """The radius of the ball inside a mesh of a ball."""
+    return float(np.abs(ball.face_normals * ball.triangles[:, 0]).sum(axis=1).min())
+
+
 def test_containers_turn_with_their_pose():
     turned = np.array([0.0, -1, 0, 1, 0, 0, 0, 0, 1, 0.5, 0, 0])
     room = container(trimesh.creation.box((2, 0.5, 1)), pose=turned)

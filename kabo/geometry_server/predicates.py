@@ -1,0 +1,119 @@
+"""The predicates of [K Def. 1] by the names of a scene: bodies, links and motions in a geometric state.
+
+`kabo.geometry` answers; here names become parts, meshes and poses. With `exact` the original meshes are asked.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry import Bounds, Container, FixedGroup, Motion, MovingGroup, SweptVolume
+from kabo.geometry_server.situation import Situation
+from kabo.geometry_server.standing import lies_inside
+from kabo.geometry_server.workspace import Surroundings
+from kabo.scene import GeometricState, world_T
+from kabo.scene.transforms import flat, transform
+
+Array = npt.NDArray[np.float64]
+FEW = 2000  # triangles: a container of no more is asked itself, not through an inner bounding mesh
+
+
+@dataclass(frozen=True)
+class ScenePredicates:
+    """Predicates on the things of a scene as they are in one state.
+
+    A thing is the name of a body, or `robot.link`. Contacts that a scene allows are not looked at.
+    """
+
+    surroundings: Surroundings
+    state: GeometricState
+
+    def thing(self, name: str) -> FixedGroup:
+        """A body or link where it is.
+
+        Raises:
+            ValueError: it has no geometry. KeyError: no thing has this name.
+        """
+        mesh = self.surroundings.mesh(name)
+        arrays = None if mesh is None else (mesh.vertices, mesh.faces)
+        return FixedGroup(flat(self.pose(name)), self.surroundings.enclosure(name), arrays)
+
+    def pose(self, name: str) -> Array:
+        """The pose (4, 4) of a thing in the world."""
+        robot, dot, link = name.partition(".")
+        if dot:
+            return self.surroundings.links(robot, self.state.robots[robot])[link]
+        return world_T(self.surroundings.scene, self.state, name)
+
+    def motion(self, robot: str, waypoints: Sequence[Sequence[float]]) -> Motion:
+        """A robot and what it holds on their way from waypoint to waypoint (W, n), straight in joint space."""
+        chosen, groups = self.surroundings.scene.robots[robot], []
+        for link in chosen.links.values():
+            if link.mesh is not None:
+                arrays = link.mesh.vertices, link.mesh.faces
+                enclosure = self.surroundings.enclosure(f"{robot}.{link.name}")
+                groups.append(MovingGroup(link.joint, flat(link.joint_T_link), enclosure, arrays))
+        for name in Situation.of(self.state).carried(robot):
+            held, mesh = self.state.objects[name], self.surroundings.scene.bodies[name].mesh
+            link = chosen.links[held.parent.partition(".")[2]]
+            pose = link.joint_T_link @ transform(held.position, held.quaternion)
+            enclosure = self.surroundings.enclosure(name)
+            groups.append(MovingGroup(link.joint, flat(pose), enclosure, (mesh.vertices, mesh.faces)))
+        return Motion(chosen.tree, tuple(groups), np.array(waypoints, dtype=np.float64))
+
+    def collide(self, first: str, second: str) -> bool:
+        """Whether two things may collide [K Def. 1.1]."""
+        if self.surroundings.exact:
+            from kabo.geometry import exact_collides
+
+            return exact_collides(self.thing(first), self.thing(second))
+        from kabo.geometry import collides
+
+        return collides(self.thing(first), self.thing(second), self.surroundings.budget)
+
+    def sweeps(self, motion: Motion, other: Motion | str) -> bool:
+        """Whether what a motion sweeps may meet a thing, or what another motion sweeps, at any times [K Def. 1.2, 1.3]."""
+        against = self.thing(other) if isinstance(other, str) else other
+        budget = self.surroundings.budget
+        if self.surroundings.exact:
+            from kabo.geometry import exact_sweep_collides
+
+            return exact_sweep_collides(motion, against, 2.0 * budget.epsilon)
+        from kabo.geometry import sweep_collides
+
+        return sweep_collides(motion, against, budget)
+
+    def included(self, container: str, body: str) -> bool:
+        """Whether a body is proven to lie inside a region, or inside the solid of another thing [K Def. 1.4]."""
+        regions = self.surroundings.scene.regions
+        if container in regions:
+            return lies_inside(self.surroundings, body, self.pose(body), regions[container])
+        if self.surroundings.exact:
+            from kabo.geometry import exact_includes
+
+            return exact_includes(self.thing(container), self.thing(body))
+        from kabo.geometry import includes
+
+        return includes(self._container(container), self.thing(body), self.surroundings.budget)
+
+    def _container(self, name: str) -> Container:
+        mesh, pose = self.surroundings.mesh(name), flat(self.pose(name))
+        if mesh is None:
+            raise ValueError(f"{name} has no geometry")
+        if len(mesh.faces) <= FEW:
+            return Container(pose, mesh.vertices, mesh.faces, 0.0)
+        return Container.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
+
+    def distance(self, first: str, second: str) -> Bounds:
+        """Proven bounds of the signed distance of two things [m]: negative where they overlap."""
+        from kabo.geometry import signed_distance
+
+        return signed_distance(self.thing(first), self.thing(second))
+
+    def swept_volume(self, motion: Motion, tolerance: float | None = None) -> SweptVolume:
+        """Polyhedra that contain what a motion sweeps; `tolerance` [m] is the sweep's share of epsilon if None."""
+        from kabo.geometry import swept_volume
+
+        return swept_volume(motion, self.surroundings.budget.sweep if tolerance is None else tolerance)
