@@ -72,7 +72,7 @@ def bounding_decomposition(
         epsilon: how far any point of the parts may be from the solid [m].
         parts: a target: the parts are as tight as so many can be; more if epsilon needs them.
         vertices_per_part: a target: where it can be kept, no part has more.
-        seed: of CoACD, which proposes planes to cut along.
+        seed: names the answer; nothing is drawn at random yet, so that every seed gives the same parts.
         cache: a folder; by default the decompositions' folder in kabo's cache.
 
     Raises:
@@ -97,7 +97,7 @@ def bounding_decomposition(
         canonical = stored_decompositions.name_of(vertices, faces, parameters)
         found = stored_decompositions.read(folder, canonical)
         if found is None:
-            found = _made(vertices, faces, epsilon, parts, vertices_per_part, seed, path)
+            found = _made(vertices, faces, epsilon, parts, vertices_per_part, path)
         with suppress(OSError):  # a read-only cache costs time, never an answer
             for name in {given, canonical}:
                 stored_decompositions.write(folder, name, *found)
@@ -110,17 +110,14 @@ def _made(
     epsilon: float,
     parts: int | None,
     vertices_per_part: int | None,
-    seed: int,
     path: Path | None,
 ) -> tuple[tuple[Array, ...], tuple[float, ...]]:
-    from kabo.geometry.decomposition import proposed_cuts
     from kabo.geometry.enclosing_union import TooFine, Undecided, cells_of, enclosing_union
     from kabo.geometry.solids import Solid
 
     solid = Solid(vertices, faces)
     try:
-        planes = [(*normal, offset) for normal, offset in proposed_cuts(vertices, faces, seed)]
-        cells = cells_of(solid, epsilon, np.array(planes, np.float64).reshape(-1, 4))
+        cells = cells_of(solid, epsilon)
         union = enclosing_union(solid, cells, epsilon, vertices_per_part)
         target = parts or 0
         for share in TIGHTER if len(union.parts) < target else ():

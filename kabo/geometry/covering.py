@@ -17,6 +17,7 @@ from kabo.geometry.solids import Solid
 
 Members = tuple[int, ...]
 INSIDE = 1e-12  # m
+NEIGHBOURS = 8  # that are asked to take a cell
 
 
 class Growth:
@@ -26,35 +27,72 @@ class Growth:
         self.solid, self.limit = solid, limit
         self.points = [thinned(each, 0.05 * limit) for each in points]
         self._volumes = [float(ConvexHull(each).volume) for each in self.points]
+        self._middles = [each.mean(axis=0) for each in self.points]
         low = np.array([each.min(axis=0) for each in self.points]) - 1e-2 * limit
         high = np.array([each.max(axis=0) for each in self.points]) + 1e-2 * limit
-        self._touching = (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
+        self._touching: NDArray[np.bool_] = np.asarray(
+            (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
+        )
         self._pairs: dict[tuple[int, int], bool] = {}
 
-    def from_seed(self, seed: int) -> Members:
-        """The cells of the set grown from one: always the neighbour that adds least in vain."""
+    def from_seed(self, seed: int, nearest: bool) -> Members:
+        """The cells of the set grown from one: always the nearest neighbour, or the one that adds least in vain."""
         members, hull = [seed], ConvexHull(self.points[seed])
         refused = np.zeros(len(self.points), bool)
         while True:
             refused[members] = True
-            touching = np.asarray(self._touching[members].any(axis=0))
+            touching = np.logical_or.reduce(self._touching[members], axis=0)
             near = np.flatnonzero(touching & ~refused).tolist()
             candidates = [j for j in near if self._fits_all(members, j, refused)]
             if not candidates:
                 return tuple(sorted(members))
             corners = hull.points[hull.vertices]
             joined = [ConvexHull(np.vstack([corners, self.points[j]])) for j in candidates]
-            waste = [
-                1.0 - (hull.volume + self._volumes[j]) / each.volume
-                for j, each in zip(candidates, joined, strict=True)
-            ]
-            for index in np.argsort(np.round(waste, 9), kind="stable"):
+            if nearest:
+                order = [float(np.linalg.norm(self._middles[j] - corners.mean(axis=0))) for j in candidates]
+            else:
+                order = [
+                    1.0 - (hull.volume + self._volumes[j]) / each.volume
+                    for j, each in zip(candidates, joined, strict=True)
+                ]
+            for index in np.argsort(np.round(order, 9), kind="stable"):
                 if looks_near(self.solid, joined[index], self.limit):
                     hull = joined[index]
                     members.append(candidates[index])
                     members += self._swallowed(hull, members)
                     break
                 refused[candidates[index]] = True
+
+    def with_one_less(self, sets: Sequence[Members]) -> list[Members]:
+        """The sets, each cell in one only, after as many as possible have given all of theirs to neighbours."""
+        owned: set[int] = set()
+        groups: list[list[int]] = []
+        for members in sorted(sets, key=lambda members: (-len(members), members)):
+            groups.append([i for i in members if i not in owned])
+            owned |= set(members)
+        groups = [group for group in groups if group]
+        fewer: list[list[int]] | None = groups
+        while fewer is not None:
+            groups = fewer
+            order = sorted(range(len(groups)), key=lambda a: (len(groups[a]), groups[a]))
+            fewer = next((less for a in order if (less := self._given_away(groups, a)) is not None), None)
+        return [tuple(sorted(group)) for group in groups]
+
+    def _given_away(self, groups: list[list[int]], giver: int) -> list[list[int]] | None:
+        """The groups without one of them, whose cells the others have taken; None if they cannot."""
+        others = [list(group) for index, group in enumerate(groups) if index != giver]
+        for i in groups[giver]:
+            middles = [np.mean([self._middles[j] for j in group], axis=0) for group in others]
+            away = [float(np.round(np.linalg.norm(middle - self._middles[i]), 9)) for middle in middles]
+            touched = [b for b in np.argsort(away, kind="stable").tolist() if self._touching[i, others[b]].any()]
+            for b in touched[:NEIGHBOURS]:
+                points = np.vstack([self.points[j] for j in sorted([*others[b], i])])
+                if looks_near(self.solid, ConvexHull(points), self.limit):
+                    others[b].append(i)
+                    break
+            else:
+                return None
+        return others
 
     def _fits_all(self, members: list[int], j: int, refused: NDArray[np.bool_]) -> bool:
         if all(self._pair(i, j) for i in members):

@@ -9,18 +9,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from kabo.geometry.cells import Cell, cut
 from kabo.geometry.covering import Growth, Members, fewest_sets
 from kabo.geometry.nearness import proven_near
 from kabo.geometry.parts import Array
-from kabo.geometry.reduction import contains_proven, solid_points
+from kabo.geometry.reduction import PROOF, solid_points
 from kabo.geometry.simplification import enclosing_part
 from kabo.geometry.solids import Solid
 from kabo.geometry.splitting import Atom, TooFine, atoms
 
 CELLS = 0.4  # of epsilon: how far the hull of a cell may stick out
-JOINED = (0.75, 0.96)  # the same for hulls of several cells, tried in turn: fewer corners, or fewer parts
+JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
+WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
 MOST = 1000  # cells
 ROUNDS = 6  # of choosing sets by what their parts turned out to cost
 HALVINGS = 8  # of a cell whose part cannot be proven
@@ -40,13 +42,13 @@ class Undecided(Exception):
     """A cell cannot be enclosed within epsilon, however small it is cut."""
 
 
-def cells_of(solid: Solid, epsilon: float, proposed: Array) -> list[Atom]:
+def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
     """Cells that hold all of the solid, whose hulls look near it.
 
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    return atoms(solid, CELLS * epsilon, proposed, MOST)
+    return atoms(solid, CELLS * epsilon, np.empty((0, 4)), MOST)
 
 
 def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
@@ -83,9 +85,13 @@ def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners
 def _sets(solid: Solid, cells: list[Atom], epsilon: float) -> list[Members]:
     """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
-    for share in JOINED:
+    for share, nearest in JOINED:
         growth = Growth(solid, share * epsilon, [cell.points for cell in cells])
-        found |= {growth.from_seed(i) for i in range(len(cells))}
+        found |= {growth.from_seed(i, nearest) for i in range(len(cells))}
+        sets = sorted(found)
+        for weight in WEIGHTS:
+            costs = [1.0 + weight * len(members) for members in sets]
+            found |= set(growth.with_one_less([sets[i] for i in fewest_sets(len(cells), sets, costs)]))
     return sorted(found)
 
 
@@ -174,7 +180,7 @@ def _shrunk(
     epsilon: float,
 ) -> dict[Members, Array]:
     """The parts without what others hold anyway: dropped if nothing is left, made anew where that saves corners."""
-    inside = {name: {i for i in live if contains_proven(part, cells[i].points)} for name, part in parts.items()}
+    inside = {name: _held(part, cells, live) for name, part in parts.items()}
     for name in sorted(parts, key=lambda name: (-len(parts[name]), name)):
         others: set[int] = set().union(*(held for other, held in inside.items() if other != name))
         left = sorted(inside[name] - others)
@@ -186,13 +192,19 @@ def _shrunk(
         part = enclosing_part(solid, np.vstack([cells[i].points for i in left]), epsilon)
         if part is not None and len(part) < len(parts[name]):
             parts[name] = part
-            inside[name] = {i for i in live if contains_proven(part, cells[i].points)}
+            inside[name] = _held(part, cells, live)
     return parts
+
+
+def _held(part: Array, cells: list[Atom], live: list[int]) -> set[int]:
+    """The cells that are proven to lie inside a part, by more than rounding can undo."""
+    planes = ConvexHull(part).equations
+    return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -PROOF).all()}
 
 
 def _covers(cells: list[Atom], live: list[int], parts: list[Array]) -> bool:
     """Whether every cell is proven to lie inside a part."""
-    return all(any(contains_proven(part, cells[i].points) for part in parts) for i in live)
+    return set(live) == set().union(*(_held(part, cells, live) for part in parts))
 
 
 __all__ = ["TooFine", "Undecided", "Union", "cells_of", "deviation", "enclosing_union"]

@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull
 from kabo.geometry.kernels.polytope_corners import all_near
 from kabo.geometry.kernels.protrusion import reaches_beyond
 from kabo.geometry.parts import Array
-from kabo.geometry.solids import Solid
+from kabo.geometry.solids import FLAT, Solid
 
 LOOKS = (40, 120, 120)  # samples of the surface, in groups: the first that is too far ends the look
 DEEP = 200  # rows of the stack on top of the first tetrahedra
@@ -56,6 +56,8 @@ def proven_near(solid: Solid, part: Array, limit: float, most: int = MOST) -> bo
     hull = ConvexHull(part)
     if not looks_near(solid, hull, limit):
         return False
+    if solid.is_convex:  # the distance to a convex set is greatest at a corner
+        return bool((solid.outside_distances(part) <= limit - 10 * FLAT).all())
     if not all_near(np.ascontiguousarray(part), limit * (1 - 1e-9), *solid.tree, np.zeros(64, np.int64)):
         return False
     corners = part[hull.simplices]

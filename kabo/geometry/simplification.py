@@ -36,24 +36,30 @@ def enclosing_part(solid: Solid, points: Array, limit: float, fewest: int = 4) -
     for share in SHARES:
         way = _way(solid, points, share * limit, fewest)
         found = _last_proven(solid, points, way, limit)
-        if found is not None and (best is None or len(found) < len(best)):
+        if found is None:
+            return best
+        if best is None or len(found) < len(best):
             best = found
-        if best is not None and len(best) <= len(way[-1]):
+        if len(best) <= len(way[-1]):
             break
     return best
 
 
 def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) -> Array | None:
     """The last polytope of a way that can be proven, by bisection."""
-    best, low, high = None, 0, len(way)
-    index = high - 1
+    best: Array | None = None
+    low, index = 0, len(way) - 1
+    high = index + 1
     while low < high:
         part = widened(way[index])
         if contains_proven(part, points) and proven_near(solid, part, limit):
             best, low = part, index + 1
+        elif index == 0:
+            return None
         else:
             high = index
-        index = (low + high) // 2
+        # After the end itself the beginning: where not even that can be proven, nothing can.
+        index = 0 if best is None else (low + high) // 2
     return best
 
 

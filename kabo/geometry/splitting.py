@@ -3,7 +3,7 @@
 Two points of the solid block each other if the line between them leaves it by more than a limit; a convex part near
 the solid holds no such pair. The plane taken is the one that separates most blocked pairs for few others: unlike the
 volume of the hulls it sees what a first cut through a bore is good for. Candidates are planes along the faces of
-concave edges, across the cell's own axes, and those between the parts that CoACD [Wei 2022] proposes.
+concave edges, across the cell's own axes, and any that are proposed.
 """
 
 from dataclasses import dataclass

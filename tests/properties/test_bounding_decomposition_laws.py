@@ -1,0 +1,87 @@
+"""[K Def. 3] on random solids: the parts cover all of the solid, and no point of theirs is farther than they say.
+
+Solids are overlapping boxes, so that distance and membership are a line of arithmetic each, and none of it ours.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from hypothesis import event, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from kabo.geometry import bounding_decomposition
+from kabo.meshes import Mesh
+
+Array = NDArray[np.float64]
+EXAMPLES = max(3, int(60 * float(os.environ.get("KABO_PROPERTY_SCALE", "0.1"))))
+Box = tuple[Array, Array, Array]  # middle, half sides, rotation
+
+
+@st.composite
+def boxes(draw: st.DrawFn) -> list[Box]:
+    """One to four turned boxes, each with a point of the one before in it."""
+    found: list[Box] = []
+    for _ in range(draw(st.integers(1, 4))):
+        half = np.array([draw(st.floats(0.01, 0.1)) for _ in range(3)])
+        turn = Rotation.from_euler("xyz", [draw(st.sampled_from([0.0, 0.4, 1.1])) for _ in range(3)]).as_matrix()
+        place = np.array([draw(st.floats(-0.9, 0.9)) for _ in range(3)])
+        middle = found[-1][0] + found[-1][2] @ (place * found[-1][1]) if found else np.zeros(3)
+        found.append((middle, half, turn))
+    return found
+
+
+def mesh_of(solid: list[Box]) -> Mesh:
+    shapes = []
+    for middle, half, turn in solid:
+        place = np.eye(4)
+        place[:3, :3], place[:3, 3] = turn, middle
+        shapes.append(trimesh.creation.box(2 * half, transform=place))
+    joined = trimesh.util.concatenate(shapes)
+    return Mesh(np.array(joined.vertices, np.float64), np.array(joined.faces, np.int64))
+
+
+def distance(solid: list[Box], points: Array) -> Array:
+    """Of each point to the solid."""
+    return np.min(
+        [
+            np.linalg.norm(np.maximum(np.abs((points - middle) @ turn) - half, 0.0), axis=1)
+            for middle, half, turn in solid
+        ],
+        axis=0,
+    )
+
+
+def points_in(solid: list[Box], rng: np.random.Generator) -> Array:
+    """Corners, points of faces and points inside of every box."""
+    found = []
+    for middle, half, turn in solid:
+        unit = rng.uniform(-1, 1, (600, 3))
+        unit[:300, :][np.arange(300), rng.integers(0, 3, 300)] = rng.choice([-1.0, 1.0], 300)
+        corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+        found.append(middle + (np.vstack([unit, corners]) * half) @ turn.T)
+    return np.vstack(found)
+
+
+@settings(max_examples=EXAMPLES)
+@given(solid=boxes(), epsilon=st.sampled_from([0.002, 0.006, 0.02]), seed=st.integers(0, 2**32 - 1))
+def test_the_parts_cover_the_solid_and_none_sticks_out_farther_than_said(
+    solid: list[Box], epsilon: float, seed: int
+) -> None:
+    """Both sides of [K Def. 3]."""
+    rng = np.random.default_rng(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        made = bounding_decomposition(mesh_of(solid), epsilon, cache=Path(folder))
+    event(f"parts: {min(len(made.parts), 5)}")
+    hulls = [ConvexHull(part).equations for part in made.parts]
+    points = points_in(solid, rng)
+    covered = np.any([(points @ own[:, :3].T + own[:, 3] <= 0.0).all(axis=1) for own in hulls], axis=0)
+    assert covered.all(), f"{(~covered).sum()} of {len(points)} points of the solid are in no part"
+    for part, bound in zip(made.parts, made.deviations, strict=True):
+        inside = np.vstack([part, rng.dirichlet(np.full(len(part), 0.3), 3000) @ part])
+        assert distance(solid, inside).max() <= bound <= epsilon
