@@ -66,6 +66,7 @@ def test_sound_solids_pass(mesh: Mesh) -> None:
 
 def test_open_borders_may_be_kept_but_nothing_else() -> None:
     require_solid(without(CUBE, 0), borders="keep")
+    require_solid(without(box(inverted=True), 0), borders="keep")  # what is open has no inside to be turned out
     with pytest.raises(MeshError, match="turned against"):
         require_solid(Mesh(CUBE.vertices, np.vstack([CUBE.faces[:1, ::-1], CUBE.faces[2:]])), borders="keep")
 

@@ -69,6 +69,6 @@ def test_a_difference_leaves_the_old_file_alone(tmp_path: Path, monkeypatch: pyt
 def test_the_hull_of_a_part_points_outwards() -> None:
     vertices = awkward()
     made = trimesh.Trimesh(vertices, hull_faces(vertices), process=False)
-    assert made.is_watertight and made.volume > 0.0
+    assert made.is_watertight and made.is_winding_consistent and made.volume > 0.0
     with pytest.raises(KaboError, match="no hull"):
         hull_faces(np.eye(3))
