@@ -50,12 +50,22 @@ def confirmed(inner, outer, epsilon, samples):
     """The greatest distance, in epsilon, of a point that sticks out also by exact arithmetic; 0 if there is none.
 
     Floating winding numbers and distances are wrong about needles and plates that are a hundred thousand times longer
-    than thick. A sample that rounding moved out of its own solid is none of that; vertices are exact.
+    than thick; and where a mesh crosses itself, some of its surface bounds no solid, but pockets of winding -1. So a
+    point counts if, a tenth of its distance behind one of its faces, the solid is inside and the other one is not.
     """
     out, points = protrusion(*inner, *outer, samples=samples)
-    for i in np.argsort(-out)[: int((out > 1e-9 * np.linalg.norm(np.ptp(inner[0], axis=0))).sum())]:
-        if winding(points[i], *outer) == 0 and (i < len(inner[0]) or winding(points[i], *inner) != 0):
-            return float(out[i]) / epsilon
+    vertices, faces = inner
+    for i in np.argsort(-out)[: int((out > 1e-9 * np.linalg.norm(np.ptp(vertices, axis=0))).sum())]:
+        at = points[i]
+        around = np.flatnonzero((faces == i).any(axis=1)) if i < len(vertices) else nearest(at[None], *inner)[1]
+        for a, b, c in vertices[faces[around]]:
+            normal = np.cross(b - a, c - a)
+            length = np.linalg.norm(normal)
+            if length == 0.0:
+                continue
+            within = at + 1e-3 * ((a + b + c) / 3 - at) - 0.1 * out[i] * normal / length
+            if (winding(within, *inner) or 0) > 0 and winding(within, *outer) == 0:
+                return float(out[i]) / epsilon
     return 0.0
 
 
