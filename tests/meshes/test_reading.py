@@ -27,7 +27,7 @@ def test_a_file_in_millimetres_is_scaled_and_its_vertices_merged(tmp_path: Path)
 
 def test_only_equal_vertices_are_merged(tmp_path: Path) -> None:
     path = tmp_path / "near.off"
-    path.write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1e-12 0 0\n3 0 1 2\n3 3 2 1\n")
+    path.write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1e-12\n3 0 1 2\n3 3 2 1\n")
     assert len(load_mesh(path).vertices) == 4
 
 
