@@ -82,7 +82,7 @@ def bounding_decomposition(
     began = perf_counter()
     if not (np.isfinite(epsilon) and epsilon > 0.0):
         raise ValueError(f"epsilon is {epsilon:g} m, which is not a positive length")
-    if min(parts or 1, vertices_per_part or 4) < 1 or (vertices_per_part or 4) < 4:
+    if (parts is not None and parts < 1) or (vertices_per_part is not None and vertices_per_part < 4):
         raise ValueError("a decomposition has at least one part, and a part at least four vertices")
     folder = cache_folder() / "decompositions" if cache is None else cache
     vertices = np.asarray(mesh.vertices, np.float64)

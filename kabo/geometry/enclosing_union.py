@@ -25,7 +25,7 @@ JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of se
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
 MOST = 1000  # cells
 ROUNDS = 6  # of choosing sets by what their parts turned out to cost
-HALVINGS = 8  # of a cell whose part cannot be proven
+HALVINGS = 8  # of a cell whose part cannot be proven, or has too many corners
 SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
 FEWER_PARTS = 2.0  # corners that one part less is worth
 
@@ -68,7 +68,9 @@ def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners
     needed = {members: set(members) for members in chosen}
     parts = {members: part for members in chosen if (part := made[members]) is not None}
     for members in chosen:
-        if members not in parts:  # a single cell
+        large = corners is not None and members in parts and len(parts[members]) > corners
+        if members not in parts or (large and len(members) == 1):
+            parts.pop(members, None)
             for atom, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners):
                 cells.append(atom)
                 name = (len(cells) - 1,)
@@ -153,14 +155,14 @@ def _in_smaller_cells(solid: Solid, atom: Atom, epsilon: float, corners: int | N
     while work:
         current, depth = work.pop()
         part = enclosing_part(solid, current.points, epsilon)
-        if part is not None:
+        few = corners is None or part is None or len(part) <= corners or depth == HALVINGS
+        if part is not None and few:
             found.append((current, part))
             continue
         if depth == HALVINGS:
             raise Undecided
         halves = [half for half in _halves(current.cell, current.points) if len(half.segments)]
         work += [(Atom(solid_points(half.points, 2.5e-3 * epsilon), half), depth + 1) for half in halves]
-    del corners
     return found
 
 

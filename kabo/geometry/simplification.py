@@ -134,11 +134,12 @@ def _contracted(
     good = np.flatnonzero(np.isfinite(costs))
     good = good[np.argsort(costs[good], kind="stable")]
     allowed = max(1, int(AT_ONCE * len(points))) if many else 1
-    if many:
-        good = good[: max(1, len(good) // 3)] if len(good) > 20 else good
+    cheap = set(good[: max(1, len(good) // 3)].tolist())
     touched, keep = np.zeros(len(points), bool), np.ones(len(points), bool)
     made: list[Array] = []
     for e in good:
+        if made and e not in cheap:  # dear ones only where no cheap one can be had
+            break
         a, b = edges[e]
         name = points[a].tobytes(), points[b].tobytes()
         if touched[a] or touched[b] or name in refused:
