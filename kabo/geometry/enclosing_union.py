@@ -25,6 +25,7 @@ JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of se
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
 MOST = 1000  # cells
 ROUNDS = 6  # of choosing sets by what their parts turned out to cost
+SPARE = 1.5  # parts made for each that is used, after which no better choice is sought
 HALVINGS = 8  # of a cell whose part cannot be proven, or has too many corners
 SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
 FEWER_PARTS = 2.0  # corners that one part less is worth
@@ -132,7 +133,7 @@ def _chosen(
             best, best_cost = chosen, cost
         known = [len(part) for part in made.values() if part is not None]
         typical = float(np.median(known)) if known else typical
-        if not missing or (best and len(made) > ROUNDS * len(best) // 2):
+        if not missing or (best and len(made) > SPARE * len(best)):
             break
     return best
 

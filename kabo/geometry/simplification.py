@@ -32,17 +32,12 @@ def enclosing_part(solid: Solid, points: Array, limit: float, fewest: int = 4) -
     Returns:
         The last polytope on the way that can be proven; None if not even the hull of the points can.
     """
-    best: Array | None = None
     for share in SHARES:
         way = _way(solid, points, share * limit, fewest)
-        found = _last_proven(solid, points, way, limit)
-        if found is None:
-            return best
-        if best is None or len(found) < len(best):
-            best = found
-        if len(best) <= len(way[-1]):
-            break
-    return best
+        end = widened(way[-1])
+        if contains_proven(end, points) and proven_near(solid, end, limit):
+            return end
+    return _last_proven(solid, points, way, limit)
 
 
 def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) -> Array | None:
