@@ -38,7 +38,7 @@ COSTS: dict[str, int] = {
 PATIENCE = 1.2  # an edge that turns out dearer by less goes first all the same
 # What is tried one after the other: the least cosine between a face's old and new normal, and which part of a quadric's
 # trace pulls a new point to its edge's middle, where the quadric alone would leave it free.
-ATTEMPTS = ((0.0, 1e-5), (-1.0, 1e-5), (-1.0, 1e-3), (-1.0, 1e-1))
+ATTEMPTS = ((0.0, 1e-6), (-1.0, 1e-4), (-1.0, 1e-2), (-1.0, 1.0))
 ROUNDING = 2.0**-45  # of the largest coordinate: far more than rounding adds to any distance
 NAMES = (
     "contractions",
@@ -51,6 +51,7 @@ NAMES = (
     "crossing",
     "popped",
     "passes",
+    "postponed",
 )
 
 

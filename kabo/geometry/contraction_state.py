@@ -52,6 +52,7 @@ class Net(NamedTuple):
     face_marks: Numbers  # (F,)
     errors: Array  # (F,) proven bound of the face's distance to the original
     hints: Numbers  # (F,) an original triangle near the face
+    waits: Numbers  # (V,) how many faces a star of the vertex may have to be looked at
     components: Numbers  # (V,) the connected part that a vertex belongs to
     volumes: Array  # (C, 2) the signed volume of each: now, and at the beginning
     clock: Numbers  # (3,) last vertex mark, last face mark, how many edges are refused
@@ -115,6 +116,7 @@ class Work(NamedTuple):
     stack: Numbers
     pair: Array  # (6, 3)
     exact: Array
+    budget: Numbers  # (1,) what is left for the proofs of one contraction
 
 
 def _zeros(*shape: int) -> Numbers:
@@ -141,6 +143,7 @@ def net_of(vertices: Array, faces: Numbers, locked: NDArray[np.bool_], hints: Nu
         face_marks=_zeros(f),
         errors=np.zeros(f),
         hints=hints,
+        waits=np.full(v, WIDEST, np.int64),
         components=components.astype(np.int64),
         volumes=np.zeros((many, 2)),
         clock=_zeros(3),
@@ -190,7 +193,9 @@ def draft_of(faces: int, moves: int) -> Draft:
 
 def work_of(faces: int) -> Work:
     """Scratch for a mesh of so many faces."""
-    return Work(np.empty((64, 16)), _zeros(faces), _zeros(max(STACK, 64)), np.empty((6, 3)), np.empty(SCRATCH))
+    return Work(
+        np.empty((64, 16)), _zeros(faces), _zeros(max(STACK, 64)), np.empty((6, 3)), np.empty(SCRATCH), _zeros(1)
+    )
 
 
 def queue_of(edges: int) -> Queue:

@@ -15,7 +15,7 @@ from kabo.geometry.kernels.star import set_moved
 from kabo.geometry.kernels.triangle_tree import to_face_squared, to_triangle_squared
 from kabo.geometry.kernels.within import FAR, LEVEL, NEAREST, cut, piece_to_triangle_squared, set_new_corner
 
-PIECES, DEPTH = 2000, 50  # a proof is given up after so many pieces, or so many cuts
+DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
 
 
 @lean_kernel
@@ -75,7 +75,7 @@ def draft_moves(net, carried, star, count, many, limit, draft):
     heads, items, bounds, following = carried.heads, carried.items, carried.bounds, carried.following
     stamps, valid, marks = carried.stamps, carried.valid, carried.marks
     drafted, onto, reached, listed = draft.nodes, draft.faces, draft.bounds, draft.again
-    moves, again, stamp = 0, 0, carried.marks_used[0] + 1
+    moves, again, farthest, stamp = 0, 0, 0.0, carried.marks_used[0] + 1
     carried.marks_used[0] = stamp
     for i in range(count):
         target, shift = _nearest_new(net, star, i, many)
@@ -92,6 +92,10 @@ def draft_moves(net, carried, star, count, many, limit, draft):
                 else:
                     marks[t] = stamp
                     listed[again, 0], listed[again, 1] = t, target
+                    if bounds[n] + shift > farthest:
+                        farthest = bounds[n] + shift
+                        listed[again, 0], listed[again, 1] = listed[0, 0], listed[0, 1]
+                        listed[0, 0], listed[0, 1] = t, target
                     again += 1
             n = following[n]
     return moves, again
@@ -145,10 +149,11 @@ def _add(draft, begun, moves, t, f, bound):
 
 
 @lean_kernel
-def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree, pieces, found, stack):
+def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree, pieces, found, stack, budget):
     """Drafts parts of original triangle t on the new faces, or others near them, all proven within the limit.
 
-    `near_to`: the new face that is looked at first. Returns how many moves are drafted now; -1 if it cannot be proven.
+    `near_to`: the new face that is looked at first. budget (1,) i8: how many distances may be computed, nearly.
+    Returns how many moves are drafted now; -1 if it cannot be proven.
     """
     triangles, slots, source, squared, begun = star.triangles, star.slots, original.triangles, limit * limit, moves
     for k in range(3):
@@ -164,10 +169,11 @@ def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree
             return -1
         pieces[0, FAR + c], pieces[0, NEAREST + c] = far, near_to
     pieces[0, LEVEL], top = 0.0, 1
-    for _ in range(PIECES):
+    while budget[0] > 0:
         if top == 0:
             return moves
         top -= 1
+        budget[0] -= many
         for c in range(3):
             g = int(pieces[top, NEAREST + c])
             bound = piece_to_triangle_squared(pieces, top, triangles, g)

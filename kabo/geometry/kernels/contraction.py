@@ -25,8 +25,24 @@ from kabo.geometry.kernels.star import (
 from kabo.geometry.kernels.triangle_tree import nearest_triangle, to_face_squared
 from kabo.geometry.kernels.within import triangle_bound
 
+# What the proofs of one contraction may take; what cannot be proven with it is not done.
+PIECES, PIECES_A_FACE = 4000, 20
+DISTANCES, DISTANCES_A_PART = 200_000, 200
+
 # Counters: what was done, and what refused the rest.
-DONE, SOLVED, TOPOLOGY, FACING, SIDES, FAR, UNCOVERED, CROSSING, POPPED, PASSES = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+DONE, SOLVED, TOPOLOGY, FACING, SIDES, FAR, UNCOVERED, CROSSING, POPPED, PASSES, POSTPONED = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+)
 
 
 @lean_kernel
@@ -43,35 +59,45 @@ def enter_face(net, tree, f):
 def faces_near_original(net, original, star, count, x, y, z, limit, work):
     """Whether every new face is proven within the limit of the original; their bounds go to star.errors."""
     vertices, faces, bounds, hints, pieces = net.vertices, net.faces, net.errors, net.hints, work.pieces
-    listed, corners, errors, squared = star.faces, star.corners, star.errors, limit * limit
+    listed, corners, errors, squared, budget = star.faces, star.corners, star.errors, limit * limit, work.budget
+    budget[0] = PIECES + PIECES_A_FACE * count
     reached, _ = nearest_triangle(original, x, y, z, hints[listed[0]], squared, work.stack)
     if reached > squared:
         return False
+    farthest, worst = limit, -1
     for i in range(count):
-        f, k = listed[i], corners[i]
-        if k < 0:
-            continue
-        # The new face has two corners in common with the old one; the third is this far from it.
-        errors[i] = bounds[f] + np.sqrt(to_face_squared(x, y, z, vertices, faces, f))
-        if errors[i] > limit:
+        if corners[i] >= 0:
+            # The new face has two corners in common with the old one; the third is this far from it.
+            f = listed[i]
+            errors[i] = bounds[f] + np.sqrt(to_face_squared(x, y, z, vertices, faces, f))
+            if errors[i] > farthest:
+                farthest, worst = errors[i], i
+    # What has moved farthest is looked at first: if anything refuses, it does.
+    for i in range(-1 if worst >= 0 else count, count):
+        n = worst if i < 0 else i
+        f, k = listed[n], corners[n]
+        if k >= 0 and errors[n] > limit:
             set_moved(vertices, faces, f, k, x, y, z, pieces)
-            reached, hints[f] = triangle_bound(pieces, squared, original, hints[f], work.stack)
+            reached, hints[f] = triangle_bound(pieces, squared, original, hints[f], work.stack, budget)
             if reached == np.inf:
                 return False
-            errors[i] = np.sqrt(reached)
+            errors[n] = np.sqrt(reached)
     return True
 
 
 @lean_kernel
 def original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
     """Whether every original triangle of the star is proven within the limit of the new faces; drafts what changes."""
-    pieces, found, stack, proven = work.pieces, work.found, work.stack, draft.proven
+    pieces, found, stack, budget, proven = work.pieces, work.found, work.stack, work.budget, draft.proven
     many = set_candidates(net, star, count, x, y, z, pieces)
     moves, again = draft_moves(net, carried, star, count, many, limit, draft)
     proven[0], proven[2] = moves, again
-    for m in range(again):
+    budget[0] = DISTANCES + DISTANCES_A_PART * (moves + again)
+    for m in range(again):  # the part that has come farthest is the first of the list
         t, near = draft.again[m, 0], draft.again[m, 1]
-        moves = draft_proof(net, original, star, many, t, near, limit, moves, draft, tree, pieces, found, stack)
+        moves = draft_proof(
+            net, original, star, many, t, near, limit, moves, draft, tree, pieces, found, stack, budget
+        )
         if moves < 0:
             return False
     proven[1] = moves
@@ -117,8 +143,9 @@ def _is_graph(vertices, faces, star, count, spare):
     if not length > 1e-6:
         return False
     dx, dy, dz = dx / length, dy / length, dz / length
-    # Any direction across; from above the faces turn counterclockwise and are counted where they pass it.
-    ex, ey, ez = (0.0, dz, -dy) if abs(dx) < 0.7 else (-dz, 0.0, dx)
+    # Any direction across will do, one that meshes do not favour is met by no corner. From above the faces turn
+    # counter-clockwise, and are counted where they pass it.
+    ex, ey, ez = 0.7321 * dz - 0.5403 * dy, 0.5403 * dx - 0.4142 * dz, 0.4142 * dy - 0.7321 * dx
     turns = 0
     for i in range(count):
         f, k = listed[i], corners[i]
@@ -190,6 +217,27 @@ def keeps_apart(net, star, count, x, y, z, tree, work):
 
 
 @lean_kernel
+def _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+    """Whether the distances of a contraction are proven, both ways.
+
+    Fans of hundreds of faces may need more than proofs may take. Their hub waits then until its star has half the faces.
+    """
+    waits, limit = net.waits, settings.limit
+    if count > min(waits[a], waits[b]):
+        counters[POSTPONED] += 1
+        return False
+    if not faces_near_original(net, original, star, count, x, y, z, limit, work):
+        counters[FAR] += 1
+    elif not original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
+        counters[UNCOVERED] += 1
+    else:
+        return True
+    if work.budget[0] <= 0:
+        waits[a], waits[b] = min(waits[a], count // 2), min(waits[b], count // 2)
+    return False
+
+
+@lean_kernel
 def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
     """Whether all that must hold after a contraction is proven to hold."""
     if not keeps_topology(net, a, b, count):
@@ -207,18 +255,13 @@ def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree,
     net.clock[1] += 1
     for i in range(count):
         net.face_marks[star.faces[i]] = net.clock[1]
-    if settings.certify:
-        if not faces_near_original(net, original, star, count, x, y, z, settings.limit, work):
-            counters[FAR] += 1
-            return False
-        if not original_near_faces(
-            net, original, carried, star, count, x, y, z, settings.limit, draft, tree, work
-        ):
-            counters[UNCOVERED] += 1
-            return False
-        if not keeps_apart(net, star, count, x, y, z, tree, work):
-            counters[CROSSING] += 1
-            return False
+    if not settings.certify:
+        return True
+    if not _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+        return False
+    if not keeps_apart(net, star, count, x, y, z, tree, work):
+        counters[CROSSING] += 1
+        return False
     return True
 
 

@@ -14,7 +14,7 @@ from kabo.geometry.kernels.triangle_tree import nearest_triangle, to_triangle_sq
 
 WIDTH = 16  # columns of a piece
 FAR, NEAREST, LEVEL = 9, 12, 15  # where the columns begin
-PIECES, DEPTH = 4000, 50  # a proof is given up after so many pieces, or so many cuts
+DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
 HALVINGS = 10  # to find where two triangles are equally near
 
 
@@ -93,10 +93,11 @@ def set_new_corner(pieces, n, corner, squared, t):
 
 
 @lean_kernel
-def triangle_bound(pieces, limit, tree, hint, stack):
+def triangle_bound(pieces, limit, tree, hint, stack, budget):
     """A proven bound, at most `limit`, of the squared distance of any point of a triangle from the mesh; inf if not proven.
 
-    pieces (64, 16): row 0 holds the triangle. Returns also the triangle of the mesh near its middle, for the next time.
+    pieces (64, 16): row 0 holds the triangle. budget (1,) i8: how many pieces may be looked at, less those that were.
+    Returns also the triangle of the mesh near its middle, for the next time.
     """
     triangles, top = tree.triangles, 1
     reached = piece_to_triangle_squared(pieces, 0, triangles, hint)
@@ -117,7 +118,8 @@ def triangle_bound(pieces, limit, tree, hint, stack):
             return np.inf, hint
         pieces[0, FAR + c], pieces[0, NEAREST + c] = squared, t
     pieces[0, LEVEL], reached = 0.0, 0.0
-    for _ in range(PIECES):
+    while budget[0] > 0:
+        budget[0] -= 1
         top -= 1
         bound = piece_bound(pieces, top, triangles, limit)
         if bound <= limit:
