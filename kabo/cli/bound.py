@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
         "epsilon": epsilon,
         "hausdorff_upper_bound": made.hausdorff_upper_bound,
         "one_sided": made.one_sided,
-        "contractions_per_s": made.contractions / made.seconds if made.seconds > 0.0 else 0.0,
+        "contractions_per_s": made.contractions / max(made.contraction_seconds, 1e-9),
         "seconds": made.seconds,
     }
     meshing.finish(options, figures, loaded, f"{options.output}: {said}, {made.seconds:.1f} s")
