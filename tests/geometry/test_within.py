@@ -37,7 +37,7 @@ def bounded(triangle, limit, tree, hint=0, bound=kernels.triangle_bound):
     """The proven bound [m], or inf."""
     pieces = np.full((64, kernels.WIDTH), np.nan)
     pieces[0, :9] = triangle.ravel()
-    squared, near = bound(pieces, limit * limit, tree, hint, np.empty(64, np.int64))
+    squared, near = bound(pieces, limit * limit, tree, hint, np.empty(64, np.int64), np.array([4000]))
     assert 0 <= near < len(tree.triangles)
     return np.sqrt(squared)
 
