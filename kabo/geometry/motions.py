@@ -4,7 +4,7 @@ Links, tools and what a gripper holds are all bodies on a joint; a body that sta
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -130,6 +130,16 @@ def placed(body: MovingGroup) -> Placed:
     place_groups(packed.blocks, packed.sizes, starts, pose, blocks, extents, np.empty((1, 6)), np.empty(1))
     radii = np.linalg.norm(blocks, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
     return Placed(blocks, packed.sizes, extents, radii, packed.diameters)
+
+
+@lru_cache(maxsize=1024)
+def standing_parts(body: FixedGroup) -> Placed:
+    """The parts of a standing body in the world; the bodies asked for last are remembered.
+
+    Raises:
+        ValueError: as `placed`.
+    """
+    return placed(MovingGroup(0, body.world_T_group, body.enclosure))
 
 
 def _nothing() -> KinematicTree:

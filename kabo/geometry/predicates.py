@@ -14,6 +14,7 @@ A motion is compared with a motion at all times of both [K Def. 1.3]; bodies tha
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,9 @@ from numpy.typing import NDArray
 from kabo.geometry.arrays import offset_for
 from kabo.geometry.budget import Budget
 from kabo.geometry.kernels.containment import first_outside
-from kabo.geometry.kernels.distance import unions_distance
+from kabo.geometry.kernels.distance import unions_apart, unions_distance
 from kabo.geometry.kernels.volumes import FINER, MEET, volumes_meet
-from kabo.geometry.motions import Motion, Segment, Swept, placed, standing
+from kabo.geometry.motions import Motion, Segment, Swept, placed, standing, standing_parts
 from kabo.geometry.parts import COLUMNS, Array, FixedGroup, MovingGroup
 from kabo.geometry.solids import Solid
 
@@ -88,7 +89,11 @@ def collides(first: FixedGroup, second: FixedGroup, budget: Budget) -> bool:
     Raises:
         ValueError: parts, poses or deviations that are not usable, or break the budget.
     """
-    return sweep_collides(standing(first), standing(second), budget)
+    _require(budget, first.enclosure.deviation, second.enclosure.deviation)
+    pair = _paired(first, second)
+    return not unions_apart(
+        *pair[:4], budget.margin, pair.offset, np.zeros(3), np.zeros((4, 3)), np.zeros(4, np.int64)
+    )
 
 
 def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -> bool:
@@ -177,14 +182,31 @@ def distance(first: FixedGroup, second: FixedGroup) -> Bounds:
     Raises:
         ValueError: parts or poses that are not usable.
     """
-    ours, theirs = (placed(MovingGroup(0, body.world_T_group, body.enclosure)) for body in (first, second))
-    blocks, sizes = np.concatenate([ours.blocks, theirs.blocks]), np.concatenate([ours.sizes, theirs.sizes])
-    greatest = max(float(ours.radii.max(initial=0.0)), float(theirs.radii.max(initial=0.0)))
-    boxes = np.concatenate([_boxes(ours.extents), _boxes(theirs.extents)])
-    lower, upper = unions_distance(
-        blocks, sizes, boxes, len(ours.sizes), offset_for(greatest), np.zeros(3), np.zeros((4, 3))
-    )
+    pair = _paired(first, second)
+    lower, upper = unions_distance(*pair, np.zeros(3), np.zeros((4, 3)))
     return Bounds(float(lower), float(upper) + first.enclosure.deviation + second.enclosure.deviation)
+
+
+class _Pair(NamedTuple):
+    """The parts of two bodies in the world, one after the other, as the kernels of distances want them."""
+
+    blocks: Array  # (B, 3, 24)
+    sizes: NDArray[np.int64]  # (B,)
+    boxes: Array  # (B, 6) lower, upper
+    first: int  # how many are the first body's
+    offset: float  # for exact comparisons, by the greatest coordinate
+
+
+def _paired(first: FixedGroup, second: FixedGroup) -> _Pair:
+    ours, theirs = standing_parts(first), standing_parts(second)
+    greatest = max(float(ours.radii.max(initial=0.0)), float(theirs.radii.max(initial=0.0)))
+    return _Pair(
+        np.concatenate([ours.blocks, theirs.blocks]),
+        np.concatenate([ours.sizes, theirs.sizes]),
+        np.concatenate([_boxes(ours.extents), _boxes(theirs.extents)]),
+        len(ours.sizes),
+        offset_for(greatest),
+    )
 
 
 def _require(budget: Budget, *deviations: float) -> None:

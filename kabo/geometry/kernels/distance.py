@@ -7,7 +7,7 @@ that the parts have. Both are wrong by at most `rounding(offset)`, which is take
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.kernels.separation import ITERATIONS, _farthest, nearest, rounding
+from kabo.geometry.kernels.separation import ITERATIONS, _farthest, apart, nearest, rounding
 
 CLOSE = 1e-12  # metres: bounds this near to each other are not brought nearer
 RELATIVE = 1e-12
@@ -76,3 +76,17 @@ def unions_distance(blocks, sizes, boxes, first, offset, axis, simplex):
             low, high = parts_distance(blocks, a, sizes[a], b, sizes[b], offset, axis, simplex)
             lower, upper = min(lower, low), min(upper, high)
     return min(lower, upper), upper
+
+
+@lean_kernel  # (B, 3, 24) f8, (B,) i8, (B, 6) f8, i8, f8, f8, (3,) f8, (4, 3) f8, (3,) i8 -> bool
+def unions_apart(blocks, sizes, boxes, first, margin, offset, axis, simplex, counters):
+    """Whether all parts before `first` are proven farther than `margin` - rounding(offset) from all parts from it on."""
+    for a in range(first):
+        for b in range(first, sizes.shape[0]):
+            if _boxes_distance(boxes, a, b) > margin + rounding(offset):
+                continue
+            for r in range(3):
+                axis[r] = boxes[a, r] + boxes[a, 3 + r] - boxes[b, r] - boxes[b, 3 + r]
+            if not apart(blocks, a, a, sizes[a], b, b, sizes[b], margin, offset, axis, simplex, counters):
+                return False
+    return True
