@@ -105,7 +105,7 @@ def bounding_mesh(
         vertices: contraction stops when so few are left, even if more could be saved.
         cost: what orders the contractions: the planes of today's neighbourhood (memoryless), or of the original summed
             up [K Eq. 4.5], with adapted constant, fully adapted (diagonal) [K Eq. 4.6, 4.7]; or the distances to
-            triangles' middles, which keep convex meshes convex [K A.2].
+            triangles' middles, which keep convex meshes nearly convex [K A.2].
         certify: False leaves distances and crossings unproven on the way and stops where the cost exceeds epsilon
             squared, as [K Algorithm 2] does: faster; the bound in the result is proven, but may exceed epsilon.
         borders: "keep" accepts an open mesh, and leaves its borders untouched.

@@ -186,7 +186,7 @@ def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree
             continue
         if pieces[top, LEVEL] >= DEPTH or top + 2 > pieces.shape[0]:
             return -1
-        corner, x, y, z = cut(pieces, top, triangles)
+        corner, x, y, z = cut(pieces, top, triangles, squared)
         hint = int(pieces[top, NEAREST + corner])
         far, near_to, many = _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, found, stack)
         if far > squared:

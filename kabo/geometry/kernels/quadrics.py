@@ -58,17 +58,17 @@ def move_origin(q, x, y, z):
 @lean_kernel  # (10,) f8 -> f8 x 3
 def minimiser(q):
     """Where the quadric is least; of many such points the one nearest to the origin, nearly."""
-    tiny = 1e-9 * (q[0] + q[3] + q[5]) + 1e-300
-    a, b, c, d, e, f = q[0] + tiny, q[1], q[2], q[3] + tiny, q[4], q[5] + tiny
-    m00, m01, m02 = d * f - e * e, c * e - b * f, b * e - c * d
-    det = a * m00 + b * m01 + c * m02
-    if not det > 0.0:
-        return 0.0, 0.0, 0.0
-    m11, m12, m22 = a * f - c * c, b * c - a * e, a * d - b * b
-    x = -(m00 * q[6] + m01 * q[7] + m02 * q[8]) / det
-    y = -(m01 * q[6] + m11 * q[7] + m12 * q[8]) / det
-    z = -(m02 * q[6] + m12 * q[7] + m22 * q[8]) / det
-    return x, y, z
+    r = 1e-9 * (q[0] + q[3] + q[5]) + 1e-300
+    l00 = np.sqrt(q[0] + r)
+    l10, l20 = q[1] / l00, q[2] / l00
+    l11 = np.sqrt(max(q[3] + r - l10 * l10, r))
+    l21 = (q[4] - l10 * l20) / l11
+    l22 = np.sqrt(max(q[5] + r - l20 * l20 - l21 * l21, r))
+    x = -q[6] / l00
+    y = (-q[7] - l10 * x) / l11
+    z = (-q[8] - l20 * x - l21 * y) / l22 / l22
+    y = (y - l21 * z) / l11
+    return (x - l10 * y - l20 * z) / l00, y, z
 
 
 @lean_kernel  # (10,) f8 x 2, (3, 3) f8 -> nothing; turns the matrices of q into the frame of the rows
@@ -118,8 +118,8 @@ def _diagonal(first, second, combined, exact_at, scratch):
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         squares = max(
-            np.sqrt(one[i, i] ** 2 + one[i, j] ** 2) + abs(one[i, k]),
-            np.sqrt(two[i, i] ** 2 + two[i, j] ** 2) + abs(two[i, k]),
+            np.sqrt(one[i, i] ** 2 + one[i, j] ** 2 + one[i, k] ** 2),
+            np.sqrt(two[i, i] ** 2 + two[i, j] ** 2 + two[i, k] ** 2),
         )
         slope = 2.0 * max(abs(one[i, 3]), abs(two[i, 3]))
         constant += 0.5 * slope * exact_at

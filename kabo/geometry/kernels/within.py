@@ -15,7 +15,7 @@ from kabo.geometry.kernels.triangle_tree import nearest_triangle, to_triangle_sq
 WIDTH = 16  # columns of a piece
 FAR, NEAREST, LEVEL = 9, 12, 15  # where the columns begin
 DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
-HALVINGS = 10  # to find where two triangles are equally near
+HALVINGS = 48  # at most, to find where two triangles are near enough, or equally near
 
 
 @lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8, i8 -> f8
@@ -43,8 +43,10 @@ def piece_bound(pieces, n, triangles, enough):
 
 
 @lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8 -> i8, f8 x 3
-def cut(pieces, n, triangles):
-    """Cuts piece n across its longest edge between corners with different nearest triangles, where both are as near.
+def cut(pieces, n, triangles, enough):
+    """Cuts piece n across its longest edge between corners with different nearest triangles, where both are near.
+
+    Near enough is a squared distance of `enough` from both; where there is no such place, one is as near as the other.
 
     The halves take rows n and n + 1. Returns the corner of row n that is new, which is corner (it + 2) % 3 of row n + 1,
     and where it is; its distance and nearest triangle are left to the caller.
@@ -68,7 +70,10 @@ def cut(pieces, n, triangles):
             x = pieces[n, i] + part * (pieces[n, j] - pieces[n, i])
             y = pieces[n, i + 1] + part * (pieces[n, j + 1] - pieces[n, i + 1])
             z = pieces[n, i + 2] + part * (pieces[n, j + 2] - pieces[n, i + 2])
-            if to_triangle_squared(x, y, z, triangles, s) <= to_triangle_squared(x, y, z, triangles, t):
+            to_s, to_t = to_triangle_squared(x, y, z, triangles, s), to_triangle_squared(x, y, z, triangles, t)
+            if max(to_s, to_t) <= enough:
+                break
+            if to_s <= to_t:
                 low = part
             else:
                 high = part
@@ -129,7 +134,7 @@ def triangle_bound(pieces, limit, tree, hint, stack, budget):
             continue
         if pieces[top, LEVEL] >= DEPTH or top + 2 > pieces.shape[0]:
             return np.inf, hint
-        corner, x, y, z = cut(pieces, top, triangles)
+        corner, x, y, z = cut(pieces, top, triangles, limit)
         squared, t = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST + corner]), 0.0, stack)
         if squared > limit:
             return np.inf, hint
@@ -164,7 +169,7 @@ def directed_bounds(triangles, tree, relative, floor, ceiling, pieces, stack):
             if bound <= wanted or pieces[top, LEVEL] >= 2 * DEPTH or top + 2 > pieces.shape[0]:
                 proven = max(proven, bound)
                 continue
-            corner, x, y, z = cut(pieces, top, others)
+            corner, x, y, z = cut(pieces, top, others, wanted)
             squared, hint = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST + corner]), 0.0, stack)
             set_new_corner(pieces, top, corner, squared, hint)
             reached = max(reached, squared)
