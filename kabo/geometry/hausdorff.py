@@ -21,7 +21,7 @@ def hausdorff_bound(
 
     Args:
         first_vertices, second_vertices: (V, 3) [m]. first_faces, second_faces: (F, 3), at least one each.
-        rel: how far the two numbers may be apart, relative.
+        rel: how far the two numbers may be apart, relative; a bound below 1e-4 of the diagonal is not made smaller.
         ceiling: a number that the bound must not exceed if that can be shown [m].
     """
     first, second = tree_of(first_vertices, first_faces), tree_of(second_vertices, second_faces)

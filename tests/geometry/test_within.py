@@ -171,7 +171,7 @@ def test_cut_pieces_are_the_piece():
             pieces[0, :9], pieces[0, kernels.LEVEL] = rng.normal(size=9), level
             pieces[0, kernels.NEAREST : kernels.NEAREST + 3] = rng.choice(len(tree.triangles), 3, replace=False)
             whole = pieces[0, :9].reshape(3, 3).copy()
-            corner, *place = kernels.cut(pieces, 0, tree.triangles)
+            corner, *place = kernels.cut(pieces, 0, tree.triangles, 0.0)
             halves = pieces[:, :9].reshape(2, 3, 3)
             assert np.array_equal(halves[0, corner], place) and np.array_equal(halves[1, (corner + 2) % 3], place)
             normals = [np.cross(t[1] - t[0], t[2] - t[0]) for t in (whole, *halves)]
