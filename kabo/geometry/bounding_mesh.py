@@ -132,7 +132,7 @@ def bounding_mesh(
     contraction_seconds = time.perf_counter() - start_of_contraction
     if side == "inner":
         new_faces = np.ascontiguousarray(new_faces[:, ::-1])
-    bound = 0.0
+    bound = rounding
     if counts["contractions"]:
         bound = hausdorff_bound(points, faces, new, new_faces, ceiling=epsilon - 2.0 * rounding)[1] + rounding
     if certify:  # the contractions' own certificate holds in any case
