@@ -13,7 +13,7 @@ mesh of a container):
 A motion is compared with a motion at all times of both [K Def. 1.3]; bodies that move in step are `CollisionView`'s.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -57,7 +57,7 @@ class Container:
             raise ValueError("the pose of a container is not 12 finite numbers")
         object.__setattr__(self, "solid", Solid(np.asarray(self.vertices, np.float64), np.asarray(self.faces)))
 
-    solid: Solid = None  # type: ignore[assignment]
+    solid: Solid = field(init=False)
 
     @classmethod
     def within(

@@ -7,7 +7,8 @@ itself, and large tetrahedra over large triangles are settled at once.
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.kernels.solids import box_distance_squared, inside, triangle_distance_squared
+from kabo.geometry.kernels.solids import inside
+from kabo.geometry.kernels.triangle_tree import to_box_squared, to_triangle_squared
 
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
@@ -18,17 +19,17 @@ def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
     while top > 0:
         top -= 1
         n = stack[top]
-        if box_distance_squared(boxes, n, x, y, z) >= best:
+        if to_box_squared(boxes, n, x, y, z) >= best:
             continue
         if children[n, 0] < 0:
             first = -1 - children[n, 0]
             for t in range(first, first + children[n, 1]):
-                distance = triangle_distance_squared(triangles, t, x, y, z)
+                distance = to_triangle_squared(x, y, z, triangles, t)
                 if distance < best:
                     best, found = distance, t
         else:
             near, far = children[n, 0], children[n, 1]
-            if box_distance_squared(boxes, far, x, y, z) < box_distance_squared(boxes, near, x, y, z):
+            if to_box_squared(boxes, far, x, y, z) < to_box_squared(boxes, near, x, y, z):
                 near, far = far, near
             stack[top], stack[top + 1] = far, near
             top += 2
@@ -52,7 +53,7 @@ def reaches_beyond(cells, top, limit, boxes, children, triangles, stack, most):
         y = 0.25 * (cells[top, 1] + cells[top, 4] + cells[top, 7] + cells[top, 10])
         z = 0.25 * (cells[top, 2] + cells[top, 5] + cells[top, 8] + cells[top, 11])
         known = int(cells[top, 13])
-        squared = triangle_distance_squared(triangles, known, x, y, z)
+        squared = to_triangle_squared(x, y, z, triangles, known)
         squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
         if t < 0:
             t = known
@@ -61,7 +62,7 @@ def reaches_beyond(cells, top, limit, boxes, children, triangles, stack, most):
         for c in range(4):
             px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
             radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
-            within = within and triangle_distance_squared(triangles, t, px, py, pz) <= enough
+            within = within and to_triangle_squared(px, py, pz, triangles, t) <= enough
         if within:
             continue
         distance, radius = np.sqrt(squared), np.sqrt(radius)

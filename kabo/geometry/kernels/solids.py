@@ -3,49 +3,7 @@
 import numpy as np
 
 from kabo.compilation import lean_kernel
-
-
-@lean_kernel  # (T, 3, 3) f8, i8, f8 x 3 -> f8
-def triangle_distance_squared(triangles, t, px, py, pz):
-    """The squared distance of a point to a triangle [Ericson 2005, 5.1.5]."""
-    ax, ay, az = triangles[t, 0, 0] - px, triangles[t, 0, 1] - py, triangles[t, 0, 2] - pz
-    bx, by, bz = triangles[t, 1, 0] - px, triangles[t, 1, 1] - py, triangles[t, 1, 2] - pz
-    cx, cy, cz = triangles[t, 2, 0] - px, triangles[t, 2, 1] - py, triangles[t, 2, 2] - pz
-    ux, uy, uz, vx, vy, vz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-    d1, d2 = -(ux * ax + uy * ay + uz * az), -(vx * ax + vy * ay + vz * az)
-    d3, d4 = -(ux * bx + uy * by + uz * bz), -(vx * bx + vy * by + vz * bz)
-    d5, d6 = -(ux * cx + uy * cy + uz * cz), -(vx * cx + vy * cy + vz * cz)
-    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
-    s, w = 0.0, 0.0
-    if d1 <= 0.0 and d2 <= 0.0:
-        s, w = 0.0, 0.0
-    elif d3 >= 0.0 and d4 <= d3:
-        s = 1.0
-    elif d6 >= 0.0 and d5 <= d6:
-        w = 1.0
-    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        s = d1 / (d1 - d3) if d1 != d3 else 0.0
-    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        w = d2 / (d2 - d6) if d2 != d6 else 0.0
-    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        whole = (d4 - d3) + (d5 - d6)
-        w = (d4 - d3) / whole if whole != 0.0 else 0.0
-        s = 1.0 - w
-    else:
-        whole = va + vb + vc
-        s, w = (vb / whole, vc / whole) if whole != 0.0 else (0.0, 0.0)
-    # Any s, w in the triangle gives a distance that is truly reached, so an error here only makes it larger.
-    x, y, z = ax + s * ux + w * vx, ay + s * uy + w * vy, az + s * uz + w * vz
-    return x * x + y * y + z * z
-
-
-@lean_kernel  # (N, 6) f8, i8, f8 x 3 -> f8
-def box_distance_squared(boxes, n, x, y, z):
-    """The squared distance of a point to a box (lower, upper)."""
-    dx = max(0.0, max(boxes[n, 0] - x, x - boxes[n, 3]))
-    dy = max(0.0, max(boxes[n, 1] - y, y - boxes[n, 4]))
-    dz = max(0.0, max(boxes[n, 2] - z, z - boxes[n, 5]))
-    return dx * dx + dy * dy + dz * dz
+from kabo.geometry.kernels.triangle_tree import to_box_squared, to_triangle_squared
 
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8, (64,) i8 -> f8
@@ -59,17 +17,17 @@ def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
     while top > 0:
         top -= 1
         n = stack[top]
-        if box_distance_squared(boxes, n, x, y, z) >= best:
+        if to_box_squared(boxes, n, x, y, z) >= best:
             continue
         if children[n, 0] < 0:
             first = -1 - children[n, 0]
             for t in range(first, first + children[n, 1]):
-                best = min(best, triangle_distance_squared(triangles, t, x, y, z))
+                best = min(best, to_triangle_squared(x, y, z, triangles, t))
             if enough > 0.0 and best <= enough * enough:
                 break
         else:
             near, far = children[n, 0], children[n, 1]
-            if box_distance_squared(boxes, far, x, y, z) < box_distance_squared(boxes, near, x, y, z):
+            if to_box_squared(boxes, far, x, y, z) < to_box_squared(boxes, near, x, y, z):
                 near, far = far, near
             stack[top], stack[top + 1] = far, near
             top += 2
