@@ -3,7 +3,7 @@
 numba notices changes in a kernel's own file only: a caller keeps running its callee's old code. So the compiled
 code lies in a folder named after the hash of *all* kernel sources. fastmath stays off, because reordering could
 undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where a
-kernel asks for them.
+kernel asks for them. What a kernel calls is compiled as a part of it [kabo.linking].
 """
 
 import hashlib
@@ -58,24 +58,21 @@ def _numba() -> Any:
     return numba
 
 
-def _any_number(dispatcher: Any) -> Any:
-    """Lets calls with constants use the code for any number: else each combination of constants compiles once more."""
-    from numba.core.types import unliteral
+def _compiled(function: _Function, **options: Any) -> _Function:
+    numba = _numba()
+    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, **options}
+    if numba.config.DISABLE_JIT:
+        return function
+    from kabo.linking import part_compiler, stand_in, whole_compiler
 
-    if not hasattr(dispatcher, "get_call_template"):  # compiling is switched off: plain Python
-        return dispatcher
-    template = dispatcher.get_call_template
-
-    def general_template(arguments: Any, keywords: Any) -> Any:
-        return template([unliteral(a) for a in arguments], {name: unliteral(a) for name, a in keywords.items()})
-
-    dispatcher.get_call_template = general_template
-    return dispatcher
+    whole = numba.njit(cache=True, pipeline_class=whole_compiler(), **options)(function)
+    part = numba.njit(no_cpython_wrapper=True, pipeline_class=part_compiler(), **options)(function)
+    return stand_in(whole, part)
 
 
 def kernel(function: _Function) -> _Function:
     """Compiles `function` for plain arrays and numbers; `.py_func` is the Python original."""
-    return _any_number(_numba().njit(cache=True, nogil=True, error_model="numpy")(function))
+    return _compiled(function)
 
 
 def lean_kernel(function: _Function) -> _Function:
@@ -83,7 +80,7 @@ def lean_kernel(function: _Function) -> _Function:
 
     Counting costs some nanoseconds for each array at each call, which nested kernels of many arrays feel.
     """
-    return _any_number(_numba().njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function))
+    return _compiled(function, _nrt=False)
 
 
 def leaf_kernel(function: _Function) -> _Function:
@@ -96,7 +93,4 @@ def reduction_kernel(function: _Function) -> _Function:
 
     Not inlined by numba, because an inlined body takes its caller's rules; LLVM inlines it with its own.
     """
-    options = {"contract", "reassoc", "nsz"}
-    return _any_number(
-        _numba().njit(cache=True, nogil=True, error_model="numpy", fastmath=options, _nrt=False)(function)
-    )
+    return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)
