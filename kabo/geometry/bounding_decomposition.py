@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,12 @@ from kabo.geometry import stored_decompositions, stored_parts
 from kabo.geometry.parts import Array
 from kabo.meshes import Mesh, require_closed
 
+if TYPE_CHECKING:
+    from kabo.geometry.enclosing_union import Union
+    from kabo.geometry.solids import Solid
+
+MANY = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
+COARSER = 0.1  # of epsilon: what that mesh may take
 TIGHTER = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried for a target number of parts
 
 
@@ -112,20 +118,20 @@ def _made(
     vertices_per_part: int | None,
     path: Path | None,
 ) -> tuple[tuple[Array, ...], tuple[float, ...]]:
-    from kabo.geometry.enclosing_union import TooFine, Undecided, cells_of, enclosing_union
+    from kabo.geometry.enclosing_union import TooFine, Undecided, proven_union
     from kabo.geometry.solids import Solid
 
     solid = Solid(vertices, faces)
+    coarse, epsilon_left = _coarse(vertices, faces, epsilon)
     try:
-        cells = cells_of(solid, epsilon)
-        union = enclosing_union(solid, cells, epsilon, vertices_per_part)
-        target = parts or 0
-        for share in TIGHTER if len(union.parts) < target else ():
-            with suppress(Undecided):
-                tighter = enclosing_union(solid, cells, share * epsilon, vertices_per_part)
-                if len(tighter.parts) <= target:
-                    union = tighter
-                    break
+        try:
+            union = _union(coarse or solid, epsilon_left, parts, vertices_per_part)
+            if coarse is not None:
+                union = proven_union(solid, union, epsilon - epsilon_left, epsilon)
+        except (TooFine, Undecided):
+            if coarse is None:
+                raise
+            union = _union(solid, epsilon, parts, vertices_per_part)
     except (TooFine, Undecided):
         said = (
             f"is too fine: its {len(faces)} triangles need more than a thousand convex parts within {epsilon:g} m"
@@ -134,3 +140,34 @@ def _made(
         named = "mesh" if path is None else str(path)
         raise MeshError([Diagnostic(named, 1, 1, f"the mesh {said}", remedy)]) from None
     return union.parts, union.deviations
+
+
+def _coarse(vertices: Array, faces: NDArray[np.int64], epsilon: float) -> tuple["Solid | None", float]:
+    """For a mesh of many triangles, one around it that has few, and what it leaves of epsilon.
+
+    Whoever covers it covers the mesh. How far parts are from the mesh itself is proven in the end.
+    """
+    from kabo.geometry.bounding_mesh import bounding_mesh
+    from kabo.geometry.solids import Solid
+
+    if len(faces) <= MANY:
+        return None, epsilon
+    try:
+        outer = bounding_mesh(Mesh(vertices, faces), COARSER * epsilon)
+    except (MeshError, ValueError):  # what it cannot bound may still be cut
+        return None, epsilon
+    return Solid(outer.vertices, outer.faces), epsilon - outer.hausdorff_upper_bound
+
+
+def _union(solid: "Solid", epsilon: float, parts: int | None, vertices_per_part: int | None) -> "Union":
+    from kabo.geometry.enclosing_union import Undecided, cells_of, enclosing_union
+
+    cells = cells_of(solid, epsilon)
+    union = enclosing_union(solid, cells, epsilon, vertices_per_part)
+    target = parts or 0
+    for share in TIGHTER if len(union.parts) < target else ():
+        with suppress(Undecided):
+            tighter = enclosing_union(solid, cells, share * epsilon, vertices_per_part)
+            if len(tighter.parts) <= target:
+                return tighter
+    return union

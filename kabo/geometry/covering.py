@@ -17,6 +17,7 @@ from kabo.geometry.solids import Solid
 
 Members = tuple[int, ...]
 INSIDE = 1e-12  # m
+COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
 NEIGHBOURS = 8  # that are asked to take a cell
 
 
@@ -27,9 +28,10 @@ class Growth:
         self.solid, self.limit = solid, limit
         self.points = [thinned(each, 0.05 * limit) for each in points]
         self._volumes = [float(ConvexHull(each).volume) for each in self.points]
-        self._middles = [each.mean(axis=0) for each in self.points]
-        low = np.array([each.min(axis=0) for each in self.points]) - 1e-2 * limit
-        high = np.array([each.max(axis=0) for each in self.points]) + 1e-2 * limit
+        self._middles = np.array([each.mean(axis=0) for each in self.points])
+        self._low = np.array([each.min(axis=0) for each in self.points])
+        self._high = np.array([each.max(axis=0) for each in self.points])
+        low, high = self._low - 1e-2 * limit, self._high + 1e-2 * limit
         self._touching: NDArray[np.bool_] = np.asarray(
             (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
         )
@@ -38,30 +40,35 @@ class Growth:
     def from_seed(self, seed: int, nearest: bool) -> Members:
         """The cells of the set grown from one: always the nearest neighbour, or the one that adds least in vain."""
         members, hull = [seed], ConvexHull(self.points[seed])
+        compared = np.zeros(len(self.points), np.int64)  # with how many of the members a cell is known to fit
         refused = np.zeros(len(self.points), bool)
         while True:
             refused[members] = True
             touching = np.logical_or.reduce(self._touching[members], axis=0)
             near = np.flatnonzero(touching & ~refused).tolist()
-            candidates = [j for j in near if self._fits_all(members, j, refused)]
+            candidates = [j for j in near if self._fits_all(members, j, compared, refused)]
             if not candidates:
                 return tuple(sorted(members))
             corners = hull.points[hull.vertices]
-            joined = [ConvexHull(np.vstack([corners, self.points[j]])) for j in candidates]
-            if nearest:
-                order = [float(np.linalg.norm(self._middles[j] - corners.mean(axis=0))) for j in candidates]
-            else:
-                order = [
-                    1.0 - (hull.volume + self._volumes[j]) / each.volume
-                    for j, each in zip(candidates, joined, strict=True)
-                ]
-            for index in np.argsort(np.round(order, 9), kind="stable"):
-                if looks_near(self.solid, joined[index], self.limit):
-                    hull = joined[index]
-                    members.append(candidates[index])
+            away = np.linalg.norm(self._middles[candidates] - corners.mean(axis=0), axis=1)
+            candidates = [candidates[i] for i in np.argsort(np.round(away, 9), kind="stable")]
+            joined: dict[int, ConvexHull] = {}
+            if not nearest:
+                joined = {j: self._joined(corners, j) for j in candidates[:COMPARED]}
+                vain = [1.0 - (hull.volume + self._volumes[j]) / joined[j].volume for j in joined]
+                best = [candidates[i] for i in np.argsort(np.round(vain, 9), kind="stable")]
+                candidates = best + candidates[COMPARED:]
+            for j in candidates:
+                larger = joined[j] if j in joined else self._joined(corners, j)
+                if looks_near(self.solid, larger, self.limit):
+                    hull = larger
+                    members.append(j)
                     members += self._swallowed(hull, members)
                     break
-                refused[candidates[index]] = True
+                refused[j] = True
+
+    def _joined(self, corners: Array, j: int) -> ConvexHull:
+        return ConvexHull(np.vstack([corners, self.points[j]]))
 
     def with_one_less(self, sets: Sequence[Members]) -> list[Members]:
         """The sets, each cell in one only, after as many as possible have given all of theirs to neighbours."""
@@ -94,8 +101,11 @@ class Growth:
                 return None
         return others
 
-    def _fits_all(self, members: list[int], j: int, refused: NDArray[np.bool_]) -> bool:
-        if all(self._pair(i, j) for i in members):
+    def _fits_all(
+        self, members: list[int], j: int, compared: NDArray[np.int64], refused: NDArray[np.bool_]
+    ) -> bool:
+        known, compared[j] = compared[j], len(members)
+        if all(self._pair(i, j) for i in members[known:]):
             return True
         refused[j] = True
         return False
@@ -110,11 +120,14 @@ class Growth:
 
     def _swallowed(self, hull: ConvexHull, members: list[int]) -> list[int]:
         """Cells wholly inside a hull that are not members yet."""
+        low, high = hull.min_bound - INSIDE, hull.max_bound + INSIDE
+        within = ((self._low >= low) & (self._high <= high)).all(axis=1)
+        within[members] = False
         planes = hull.equations
         return [
-            j
-            for j in range(len(self.points))
-            if j not in members and (self.points[j] @ planes[:, :3].T + planes[:, 3] <= INSIDE).all()
+            int(j)
+            for j in np.flatnonzero(within)
+            if (self.points[j] @ planes[:, :3].T + planes[:, 3] <= INSIDE).all()
         ]
 
 

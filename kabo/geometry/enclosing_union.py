@@ -22,8 +22,10 @@ from kabo.geometry.splitting import Atom, TooFine, atoms
 
 CELLS = 0.4  # of epsilon: how far the hull of a cell may stick out
 JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
+CROWDED = 150  # cells above which only the last of these is tried
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
 MOST = 1000  # cells
+ENOUGH = 2  # sets of one kind that hold a cell
 ROUNDS = 6  # of choosing sets by what their parts turned out to cost
 SPARE = 1.5  # parts made for each that is used, after which no better choice is sought
 HALVINGS = 8  # of a cell whose part cannot be proven, or has too many corners
@@ -88,14 +90,26 @@ def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners
 def _sets(solid: Solid, cells: list[Atom], epsilon: float) -> list[Members]:
     """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
-    for share, nearest in JOINED:
+    for share, nearest in JOINED if len(cells) <= CROWDED else JOINED[-1:]:
         growth = Growth(solid, share * epsilon, [cell.points for cell in cells])
-        found |= {growth.from_seed(i, nearest) for i in range(len(cells))}
+        found |= _grown(growth, len(cells), nearest)
         sets = sorted(found)
         for weight in WEIGHTS:
             costs = [1.0 + weight * len(members) for members in sets]
             found |= set(growth.with_one_less([sets[i] for i in fewest_sets(len(cells), sets, costs)]))
     return sorted(found)
+
+
+def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
+    """Sets grown from every cell that is not in so many of them already that one more would hardly be new."""
+    found: set[Members] = set()
+    held = np.zeros(cells, np.int64)
+    for i in range(cells):
+        if held[i] < ENOUGH:
+            members = growth.from_seed(i, nearest)
+            found.add(members)
+            held[list(members)] += 1
+    return found
 
 
 def deviation(solid: Solid, part: Array, epsilon: float) -> float:
@@ -106,6 +120,22 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
         if bound < epsilon and proven_near(solid, part, bound):
             return bound
     return epsilon
+
+
+def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Union:
+    """A union that was made around a solid not farther than `away` [m] from this one, proven again for this one.
+
+    Raises:
+        Undecided: a part cannot be proven to be within `epsilon` [m].
+    """
+    deviations = []
+    for part, farthest in zip(around.parts, around.deviations, strict=True):
+        likely = min(farthest + away, epsilon)
+        bound = next((b for b in (likely, epsilon) if proven_near(solid, part, b)), None)
+        if bound is None:
+            raise Undecided
+        deviations.append(bound)
+    return Union(around.parts, tuple(deviations))
 
 
 def _chosen(
@@ -210,4 +240,4 @@ def _covers(cells: list[Atom], live: list[int], parts: list[Array]) -> bool:
     return set(live) == set().union(*(_held(part, cells, live) for part in parts))
 
 
-__all__ = ["TooFine", "Undecided", "Union", "cells_of", "deviation", "enclosing_union"]
+__all__ = ["TooFine", "Undecided", "Union", "cells_of", "deviation", "enclosing_union", "proven_union"]

@@ -4,8 +4,10 @@ Solids are overlapping boxes, so that distance and membership are a line of arit
 """
 
 import os
+import sys
 import tempfile
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import trimesh
@@ -16,6 +18,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from kabo.geometry import bounding_decomposition
+from kabo.geometry.bounding_decomposition import Decomposition
 from kabo.meshes import Mesh
 
 Array = NDArray[np.float64]
@@ -24,10 +27,10 @@ Box = tuple[Array, Array, Array]  # middle, half sides, rotation
 
 
 @st.composite
-def boxes(draw: st.DrawFn) -> list[Box]:
-    """One to four turned boxes, each with a point of the one before in it."""
+def boxes(draw: st.DrawFn, most: int) -> list[Box]:
+    """Some turned boxes, each with a point of the one before in it."""
     found: list[Box] = []
-    for _ in range(draw(st.integers(1, 4))):
+    for _ in range(draw(st.integers(1, most))):
         half = np.array([draw(st.floats(0.01, 0.1)) for _ in range(3)])
         turn = Rotation.from_euler("xyz", [draw(st.sampled_from([0.0, 0.4, 1.1])) for _ in range(3)]).as_matrix()
         place = np.array([draw(st.floats(-0.9, 0.9)) for _ in range(3)])
@@ -69,16 +72,40 @@ def points_in(solid: list[Box], rng: np.random.Generator) -> Array:
 
 
 @settings(max_examples=EXAMPLES)
-@given(solid=boxes(), share=st.sampled_from([0.02, 0.04, 0.1]), seed=st.integers(0, 2**32 - 1))
+@given(
+    solid_and_share=st.tuples(boxes(most=2), st.just(0.02))
+    | st.tuples(boxes(most=4), st.sampled_from([0.05, 0.1])),
+    seed=st.integers(0, 2**32 - 1),
+)
 def test_the_parts_cover_the_solid_and_none_sticks_out_farther_than_said(
-    solid: list[Box], share: float, seed: int
+    solid_and_share: tuple[list[Box], float], seed: int
 ) -> None:
     """Both sides of [K Def. 3]."""
-    rng = np.random.default_rng(seed)
+    solid, share = solid_and_share
     mesh = mesh_of(solid)
     epsilon = share * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     with tempfile.TemporaryDirectory() as folder:
         made = bounding_decomposition(mesh, epsilon, cache=Path(folder))
+    holds(made, solid, epsilon, seed)
+
+
+@settings(max_examples=max(3, EXAMPLES // 3))
+@given(solid=boxes(most=3), share=st.sampled_from([0.05, 0.1]), seed=st.integers(0, 2**32 - 1))
+def test_so_it_is_for_meshes_of_so_many_triangles_that_a_coarser_one_is_decomposed(
+    solid: list[Box], share: float, seed: int
+) -> None:
+    mesh = mesh_of(solid)
+    fine = Mesh(*trimesh.remesh.subdivide(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)))
+    epsilon = share * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    module = sys.modules["kabo.geometry.bounding_decomposition"]
+    with tempfile.TemporaryDirectory() as folder, patch.object(module, "MANY", 100):
+        made = bounding_decomposition(fine, epsilon, cache=Path(folder))
+    holds(made, solid, epsilon, seed)
+
+
+def holds(made: Decomposition, solid: list[Box], epsilon: float, seed: int) -> None:
+    """Fails unless the parts cover the solid within their bounds, as far as some thousand points tell."""
+    rng = np.random.default_rng(seed)
     event(f"parts: {min(len(made.parts), 5)}")
     hulls = [ConvexHull(part).equations for part in made.parts]
     points = points_in(solid, rng)
