@@ -6,6 +6,7 @@
 import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 
@@ -49,6 +50,10 @@ class InputError(KaboError):
         self.diagnostics = tuple(sorted(diagnostics, key=lambda d: (d.file, d.line, d.column, d.message)))
         super().__init__("\n".join(map(str, self.diagnostics)))
 
+    def __reduce__(self) -> tuple[type["InputError"], tuple[tuple[Diagnostic, ...]]]:
+        """Another process gets the findings, not their text."""
+        return type(self), (self.diagnostics,)
+
 
 class MeshError(InputError):
     """A mesh that cannot be used: counts and the remedy (exit code 2)."""
@@ -64,6 +69,10 @@ class ServiceError(KaboError):
     ) -> None:
         self.code, self.request, self.retry_after_s = code, request, retry_after_s
         super().__init__(message)
+
+    def __reduce__(self) -> tuple[partial["ServiceError"], tuple[str, str]]:
+        """Another process gets the request's id and the time as well."""
+        return partial(type(self), request=self.request, retry_after_s=self.retry_after_s), (self.code, str(self))
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:

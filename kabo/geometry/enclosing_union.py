@@ -22,7 +22,7 @@ from kabo.geometry.splitting import Atom, TooFine, atoms
 
 CELLS = 0.4  # of epsilon: how far the hull of a cell may stick out
 JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
-CROWDED = 150  # cells above which only the last of these is tried
+CROWDED = 60  # cells above which only the last of these is tried
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
 MOST = 1000  # cells
 ENOUGH = 2  # sets of one kind that hold a cell

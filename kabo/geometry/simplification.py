@@ -14,7 +14,7 @@ from kabo.geometry.parts import Array
 from kabo.geometry.reduction import contains_proven, widened
 from kabo.geometry.solids import Solid
 
-MANY = 60  # corners above which several edges are contracted in a round
+MANY = 24  # corners above which several edges are contracted in a round
 AT_ONCE = 0.25  # of the corners
 SHARES = (0.99, 0.93, 0.85)  # of the limit: what corners may take of it, tried in turn until the end can be proven
 FACES = 256  # around an edge: more are left alone
