@@ -132,10 +132,13 @@ def _made(
             if coarse is None:
                 raise
             union = _union(solid, epsilon, parts, vertices_per_part)
-    except (TooFine, Undecided):
-        said = (
-            f"is too fine: its {len(faces)} triangles need more than a thousand convex parts within {epsilon:g} m"
+    except (TooFine, Undecided) as error:
+        why = (
+            "need more than a thousand convex parts"
+            if isinstance(error, TooFine)
+            else "have hollows around which no convex parts could be proven"
         )
+        said = f"is too fine: its {len(faces)} triangles {why} within {epsilon:g} m"
         remedy = "ask for a larger epsilon, or simplify the mesh where it has fine hollows"
         named = "mesh" if path is None else str(path)
         raise MeshError([Diagnostic(named, 1, 1, f"the mesh {said}", remedy)]) from None

@@ -92,6 +92,14 @@ def test_an_open_mesh_is_refused_and_one_that_is_too_fine_names_its_triangles(
         bounding_decomposition(angle, 1e-3, cache=tmp_path)
 
 
+def test_hollows_that_no_part_can_be_proven_to_avoid_are_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(enclosing_union, "enclosing_part", lambda *_: None)
+    with pytest.raises(MeshError, match=r"its 24 triangles have hollows .* within 0\.001 m"):
+        bounding_decomposition(bracket(), 1e-3, cache=tmp_path)
+
+
 def test_damaged_files_of_the_cache_are_made_again(tmp_path: Path) -> None:
     first = bounding_decomposition(bracket(), 1e-3, cache=tmp_path)
     files = sorted(tmp_path.iterdir())
