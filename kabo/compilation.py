@@ -1,9 +1,9 @@
 """How and where array kernels are compiled: `kernel`, the only door to numba.
 
 numba notices changes in a kernel's own file only: a caller keeps running its callee's old code. So the compiled
-code lies in a folder named after the hash of *all* kernel sources. fastmath stays off, because reordering could
-undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where a
-kernel asks for them. What a kernel calls is compiled as a part of it [kabo.linking].
+code lies in a folder named after the hash of *all* kernel sources and of how they are compiled. fastmath stays off,
+because reordering could undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where
+a kernel asks for them. What a kernel calls is compiled as a part of it [kabo.linking].
 """
 
 import hashlib
@@ -39,8 +39,8 @@ def cache_folder() -> Path:
 
 @cache
 def _sources_digest() -> str:
-    digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.glob("*/kernels/*.py")):
+    digest, here = hashlib.sha256(), Path(__file__).parent
+    for source in (here / "compilation.py", here / "linking.py", *sorted(here.glob("*/kernels/*.py"))):
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 
