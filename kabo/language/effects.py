@@ -21,6 +21,7 @@ _TAKES = {
     "Kw": "atoms and conjunctions",
     "Kv": "function terms",
     "Kx": "literals, f = v, or exactly_one(type x) …",
+    "Kor": "literals and f = v",
     "LCW": "literals, conjunctions, or forall(type x) (… and …)",
 }
 

@@ -242,7 +242,7 @@ class TermFact:
 
 Fact = Literal | Comparison | FactAll | FactForall | ExactlyOne | TermFact
 
-Database = OneOf["Kf", "Kw", "Kv", "Kx", "LCW"]
+Database = OneOf["Kf", "Kw", "Kv", "Kx", "Kor", "LCW"]
 
 
 @dataclass(frozen=True)

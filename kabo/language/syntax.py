@@ -29,7 +29,7 @@ _STARTS = ["formula", "effect", "procedure", "constraint", "value"]
 _WORDS = {
     "COMPARE": "a comparison", "RPAR": '")"', "LPAR": '"("', "NAME": "a name", "CHANGE": "add(…) or del(…)",
     "SIGN": '"+" or "-"', "OPERATOR": '"*" or "/"', "COMMA": '","', "NUMBER": "a number", "$END": "the end",
-    "DATABASE": "Kf, Kw, Kv, Kx or LCW", "WHEN": "when … then …", "TEMPORAL": "initially or always",
+    "DATABASE": "Kf, Kw, Kv, Kx, Kor or LCW", "WHEN": "when … then …", "TEMPORAL": "initially or always",
     "EQUAL": '"="', "DOT": '"."', "LSQB": '"["', "RSQB": '"]"', "DEGREES": '"deg"', "__ANON_0": '"=>"',
 }  # fmt: skip
 
@@ -156,7 +156,7 @@ def _remedy(before: str, word: str, after: str, start: str, callable_: bool) -> 
         return "write condition => add(…)" if start == "effect" else _NO_IMPLICATION
     if word in ("=>", "implies") and start == "formula":
         return _NO_IMPLICATION
-    if word in ("K", "Kw", "Kv", "Kx") and before.rstrip().endswith(("(", ",", "not", "when", "then")):
+    if word in ("K", "Kw", "Kv", "Kx", "Kor") and before.rstrip().endswith(("(", ",", "not", "when", "then")):
         return "a claim about the world stands here, without K"
     if word == "" and start == "effect" and (meant := _effect_remedy(before)):
         return meant

@@ -15,7 +15,7 @@ from kabo.language.findings import Findings
 NAME = re.compile(r"[a-z][a-z0-9_]*")
 RESERVED = frozenset(
     ("and", "or", "xor", "not", "forall", "exists", "exactly_one", "when", "then", "add", "del", "true", "false")
-    + ("initially", "always", "K", "Kf", "Kw", "Kv", "Kx", "LCW")
+    + ("initially", "always", "K", "Kf", "Kw", "Kv", "Kx", "Kor", "LCW")
 )
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _LARGEST_WHOLE = 10**18

@@ -5,7 +5,7 @@ import pytest
 from tests.language.conftest import Kitchen
 
 WRONG_EFFECTS = [
-    ("add(«Kg», closed)", 'unexpected "Kg", expected Kf, Kw, Kv, Kx or LCW', None),
+    ("add(«Kg», closed)", 'unexpected "Kg", expected Kf, Kw, Kv, Kx, Kor or LCW', None),
     (
         "add(Kf, «K»(closed))",
         'unexpected "K", expected "(" or "+" or "-" or "exactly_one" or "forall" or "not" or …',
