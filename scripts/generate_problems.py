@@ -3,12 +3,29 @@
 import importlib.util
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 DOMAINS = Path(__file__).resolve().parent.parent / "domains"
-SIZES = {
-    "bartender": {"four_bottles": 4},
-    "force_sensing": {f"n{n}": n for n in range(1, 11)},
-    "stacked": {f"n{n}": n for n in range(2, 21)},
+SIZES: dict[str, dict[str, dict[str, Any]]] = {
+    "asking_bartender": {"n3": {"n": 3}},
+    "bartender": {"four_bottles": {"n": 4}},
+    "bomb_in_the_toilet": {"n3": {"n": 3}, "n4_two_toilets": {"n": 4, "toilets": 2}},
+    "btcs": {"n4": {"n": 4}},
+    "canadian_traveller": {"n3": {"n": 3}},
+    "coloured_balls": {"n3_1": {"n": 3}, "n4_2": {"n": 4, "balls": 2}},
+    "doors": {"n3": {"n": 3}, "n5": {"n": 5}},
+    "elogistics": {"n3": {"n": 3}, "n3_wide": {"n": 3, "wide": 1}},
+    "force_sensing": {f"n{n}": {"n": n} for n in range(1, 11)},
+    "grid": {"n3": {"n": 3}},
+    "logistics": {"n3": {"n": 3}, "n3_wide": {"n": 3, "wide": 1}},
+    "medicate": {"n5": {"n": 5}},
+    "painted_doors": {"n3": {"n": 3}},
+    "poisonous_liquid": {"n2": {"n": 2}},
+    "rovers": {"n4": {"n": 4}},
+    "safes": {"n3": {"n": 3}, "n3_with_note": {"n": 3, "note": True}},
+    "stacked": {f"n{n}": {"n": n} for n in range(2, 21)},
+    "unix": {"n1": {"n": 1}, "n2": {"n": 2}},
+    "wumpus": {"n4": {"n": 4}, "n5": {"n": 5}},
 }
 
 
@@ -19,8 +36,8 @@ def problems() -> Iterator[tuple[Path, str]]:
         assert specification is not None and specification.loader is not None
         rule = importlib.util.module_from_spec(specification)
         specification.loader.exec_module(rule)
-        for name, n in sizes.items():
-            yield DOMAINS / domain / f"{name}.yaml", rule.problem(n)
+        for name, size in sizes.items():
+            yield DOMAINS / domain / f"{name}.yaml", rule.problem(**size)
 
 
 def main() -> None:

@@ -1,4 +1,7 @@
-"""BARTENDER with n bottles: the first two out of reach of `right`, the others where it can take them."""
+"""BARTENDER with n bottles: the first two out of reach of `right`, the others where it can take them.
+
+The dishwasher has room for four; more bottles make a problem without a scene, for the search alone.
+"""
 
 import kabo
 
@@ -10,13 +13,10 @@ HALF_THICKNESS = 0.02
 PROBLEM = """\
 problem: bartender_{number}_bottles
 domain: {home}domain.yaml
-scene: {home}scene.yaml
-objects:
+{scene}objects:
   robot: [left, right]
   bottle: [{names}]
-bodies:
-{bodies}
-initial:
+{bodies}initial:
   - add(Kf, hand_empty(left), hand_empty(right))
   - forall(bottle o) add(Kf, not grasped(o))
 goal:
@@ -31,14 +31,22 @@ def problem(n: int, home: str = "") -> str:
     """The text of a problem file with n bottles; `home` leads from its folder to this one.
 
     Raises:
-        kabo.InputError: more bottles than the dishwasher has room for.
+        kabo.InputError: no bottle.
     """
-    if not 1 <= n <= len(POSITIONS):
-        message = f"BARTENDER takes 1 to {len(POSITIONS)} bottles, not {n}"
-        raise kabo.InputError([kabo.Diagnostic(__file__, 1, 1, message, "the dishwasher has room for four")])
+    if n < 1:
+        raise kabo.InputError(
+            [kabo.Diagnostic(__file__, 1, 1, f"BARTENDER takes 1 bottle or more, not {n}", None)]
+        )
     bottles = [f"bottle_{k}" for k in range(1, n + 1)]
-    bodies = "\n".join(_body(name, *at) for name, at in zip(bottles, POSITIONS, strict=False))
-    return PROBLEM.format(number=NUMBERS[n - 1], home=home, names=", ".join(bottles), bodies=bodies)
+    standing = n <= len(POSITIONS)
+    bodies = "".join(f"{_body(name, *at)}\n" for name, at in zip(bottles, POSITIONS, strict=False))
+    return PROBLEM.format(
+        number=NUMBERS[n - 1] if standing else n,
+        home=home,
+        scene=f"scene: {home}scene.yaml\n" if standing else "",
+        names=", ".join(bottles),
+        bodies=f"bodies:\n{bodies}" if standing else "",
+    )
 
 
 def _body(name: str, x: float, y: float) -> str:

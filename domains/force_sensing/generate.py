@@ -1,4 +1,7 @@
-"""FORCE SENSING with n containers in two rows on one table, and room for n and little more on the other."""
+"""FORCE SENSING with n containers in two rows on one table, and room for n and little more on the other.
+
+The tables have room for ten; more containers make a problem without a scene, for the search alone.
+"""
 
 import kabo
 
@@ -11,12 +14,20 @@ TABLE_HEIGHT = 0.4
 PROBLEM = """\
 problem: force_sensing_n{n}
 domain: {home}domain.yaml
-scene: {home}scene.yaml
-
+{scene}
 objects:
   robot: [arm]
   container: [{names}]
 
+{bodies}initial:
+  - add(Kf, empty_gripper(arm))
+  - forall(container o) add(Kf, not removed(o), not grasped(arm, o))
+
+goal:
+  - K(empty_gripper(arm))
+  - forall(container o) K(removed(o))
+"""
+BODIES = """\
 bodies:
 {bodies}
 
@@ -26,13 +37,6 @@ regions:
     pose: {{frame: target_table, position: [0, 0, 0.52]}}
     support: target_table
 
-initial:
-  - add(Kf, empty_gripper(arm))
-  - forall(container o) add(Kf, not removed(o), not grasped(arm, o))
-
-goal:
-  - K(empty_gripper(arm))
-  - forall(container o) K(removed(o))
 """
 
 
@@ -40,15 +44,22 @@ def problem(n: int, home: str = "") -> str:
     """The text of a problem file with n cups; `home` leads from its folder to this one.
 
     Raises:
-        kabo.InputError: more cups than the tables have room for.
+        kabo.InputError: no cup.
     """
-    if not 1 <= n <= MOST:
-        message = f"FORCE SENSING takes 1 to {MOST} containers, not {n}"
-        raise kabo.InputError([kabo.Diagnostic(__file__, 1, 1, message, "the tables have room for ten")])
+    if n < 1:
+        message = f"FORCE SENSING takes 1 container or more, not {n}"
+        raise kabo.InputError([kabo.Diagnostic(__file__, 1, 1, message, None)])
     cups = [f"cup_{k}" for k in range(1, n + 1)]
-    bodies = "\n".join(_body(name, index) for index, name in enumerate(cups))
+    if n > MOST:
+        return PROBLEM.format(n=n, home=home, scene="", names=", ".join(cups), bodies="")
+    scene = f"scene: {home}scene.yaml\n"
+    return PROBLEM.format(n=n, home=home, scene=scene, names=", ".join(cups), bodies=_bodies(n, cups))
+
+
+def _bodies(n: int, cups: list[str]) -> str:
     depth, width = _room(n)
-    return PROBLEM.format(n=n, home=home, names=", ".join(cups), bodies=bodies, depth=depth, width=width)
+    lines = "\n".join(_body(name, index) for index, name in enumerate(cups))
+    return BODIES.format(n=n, bodies=lines, depth=depth, width=width)
 
 
 def _room(n: int) -> tuple[float, float]:

@@ -1,14 +1,17 @@
 """`kabo generate`: a problem of a given size, by the rule that lies beside its domain.
 
-The rule is `problem(n, home)` in `domains/<name>/generate.py`: it returns the text of a problem file, where `home`
-leads from the folder of that file to the domain's. kabo itself knows no scenario.
+The rule is `problem(n, home, …)` in `domains/<name>/generate.py`: it returns the text of a problem file, where `home`
+leads from the folder of that file to the domain's. What else it takes has a default and is given by `--set`. kabo
+itself knows no scenario.
 """
 
 import argparse
 import importlib.util
+import inspect
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import kabo
 from kabo.cli import exit_codes
@@ -24,6 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("domain", metavar="DOMAIN", help="a name under domains/, or a folder with generate.py")
     parser.add_argument("--n", type=natural, required=True, metavar="N", help="the size, as the domain counts it")
     parser.add_argument(
+        "--set",
+        nargs="+",
+        default=[],
+        metavar="KEY=VALUE",
+        help="what else the rule of the domain takes, as its README says",
+    )
+    parser.add_argument(
         "-o", dest="output", type=output_file, required=True, metavar="FILE", help="the problem file"
     )
 
@@ -33,7 +43,9 @@ def run(options: argparse.Namespace) -> int:
     from kabo.plan import write_atomically
 
     folder = domain_folder(options.domain)
-    text = _rule(folder)(options.n, home_from(options.output.parent, folder))
+    rule = _rule(folder)
+    settings = dict(_setting(rule, options.domain, text) for text in options.set)
+    text = rule(options.n, home_from(options.output.parent, folder), **settings)
     write_atomically(options.output, text.encode())
     print(options.output)
     return exit_codes.DONE
@@ -63,11 +75,27 @@ def home_from(start: Path, folder: Path) -> str:
     return "" if way == "." else f"{way}/"
 
 
-def _rule(folder: Path) -> Callable[[int, str], str]:
+def _setting(rule: Callable[..., str], domain: str, text: str) -> tuple[str, Any]:
+    """A name that the rule takes and its value, of the type of the default."""
+    taken = {p.name: p.default for p in list(inspect.signature(rule).parameters.values())[2:]}
+    name, equals, value = text.partition("=")
+    if name not in taken or not equals:
+        hint = did_you_mean(name, list(taken)) or f"it takes {', '.join(taken) or 'nothing but --n'}"
+        raise InputError([Diagnostic(text, 1, 1, f"{domain} has no such setting; write KEY=VALUE", hint)])
+    kind = type(taken[name])
+    read: Callable[[str], Any] = {"true": True, "false": False}.__getitem__ if kind is bool else kind
+    try:
+        return name, read(value)
+    except (KeyError, ValueError):
+        wanted = {bool: "true or false", int: "a whole number", float: "a number"}.get(kind, "a text")
+        raise InputError([Diagnostic(text, 1, 1, f"{name} takes {wanted}, not {value!r}", None)]) from None
+
+
+def _rule(folder: Path) -> Callable[..., str]:
     path = folder / "generate.py"
     specification = importlib.util.spec_from_file_location(f"kabo_generator_{folder.name}", path)
     assert specification is not None and specification.loader is not None
     module = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(module)
-    rule: Callable[[int, str], str] = module.problem
+    rule: Callable[..., str] = module.problem
     return rule

@@ -25,7 +25,7 @@ def test_a_folder_with_a_generator_is_a_domain(kabo, parcels):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["bartendr", "--n", "2"], ["bartender", "--n", "-2"], ["bartender", "--n", "99"]]
+    "arguments", [["bartendr", "--n", "2"], ["bartender", "--n", "-2"], ["bartender", "--n", "0"]]
 )
 def test_what_cannot_be_generated_is_exit_2_and_writes_nothing(kabo, parcels, arguments):
     said = kabo("generate", *arguments, "-o", "p.yaml")

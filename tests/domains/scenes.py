@@ -9,6 +9,7 @@ from kabo.scene import Scene
 
 DOMAINS = Path(__file__).resolve().parents[2] / "domains"
 PROBLEMS = sorted(path for path in DOMAINS.glob("*/*.yaml") if path.stem not in {"domain", "scene"})
+WITH_SCENE = [path for path in PROBLEMS if (path.parent / "scene.yaml").exists()]
 
 
 @cache

@@ -1,0 +1,39 @@
+"""SAFES: safes that open for one of n codes each, with or without a note of the code beside them."""
+
+import kabo
+
+PROBLEM = """\
+problem: safes_n{n}{suffix}
+domain: {home}domain.yaml
+objects:
+  safe: [{safes}]
+  code: [{codes}]
+initial:
+  - forall(safe s) add(Kf, not open(s))
+{initial}
+goal:
+  - forall(safe s) K(open(s))
+"""
+
+
+def problem(n: int, home: str = "", safes: int = 1, note: bool = False) -> str:
+    """The text of a problem with n codes; with `note`, the code of each safe may be read.
+
+    Raises:
+        kabo.InputError: fewer than two codes, or no safe.
+    """
+    if n < 2 or safes < 1:
+        message = f"SAFES takes 2 codes and 1 safe or more, not {n} and {safes}"
+        raise kabo.InputError([kabo.Diagnostic(__file__, 1, 1, message, None)])
+    codes = [f"code_{k}" for k in range(1, n + 1)]
+    names = [f"safe_{k}" for k in range(1, safes + 1)]
+    lines = [f"  - add(Kx, {', '.join(f'combination({safe}) = {code}' for code in codes)})" for safe in names]
+    lines += [f"  - add(Kf, note({safe}))" for safe in names if note]
+    return PROBLEM.format(
+        n=n,
+        suffix="_with_note" if note else "",
+        home=home,
+        safes=", ".join(names),
+        codes=", ".join(codes),
+        initial="\n".join(lines),
+    )
