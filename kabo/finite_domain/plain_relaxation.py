@@ -1,0 +1,123 @@
+"""Relaxed plans in plain Python: the twin of the kernel, for tasks too small to wait for compiled code.
+
+It takes facts from the same buckets in the same order, so both give the same plans, preferred owners and facts
+[kabo.finite_domain.kernels.relaxed_plan].
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+UNREACHED = 1 << 30
+
+
+@dataclass(frozen=True)
+class PlainTables:
+    """What is asked of operators, by index: lists, since Python reads them faster than arrays."""
+
+    preconditions: list[list[int]]
+    adds: list[list[int]]
+    uses: list[list[int]]  # of each fact the operators that need it
+    prices: list[int]  # by which supporters are compared
+    costs: list[int]  # which plans add up
+    owners: list[int]
+    free: list[int]  # operators that need nothing
+    limit: int
+    unit: int
+    buckets: int
+
+
+def relaxed_plan(
+    tables: PlainTables, true: Iterable[int], goal: Sequence[int]
+) -> tuple[int | None, list[int], list[int]]:
+    """The cost of a relaxed plan (None: none), its owners that can go now, and the facts that it makes."""
+    cost, supporter = _reach(tables, true, goal)
+    if any(cost[f] == UNREACHED for f in goal):
+        return None, [], []
+    return _extract(tables, cost, supporter, goal)
+
+
+def _reach(tables: PlainTables, true: Iterable[int], goal: Sequence[int]) -> tuple[list[int], list[int]]:
+    """The costs of facts by h_add, as far as the goal needs them, and the operator that made each first at its cost."""
+    count = len(tables.uses)
+    cost, told = [UNREACHED] * count, [UNREACHED] * count
+    supporter, place = [-1] * count, [-1] * count
+    waiting, totals = [len(p) for p in tables.preconditions], list(tables.prices)
+    limit, unit, last = tables.limit, tables.unit, tables.buckets - 1
+    queue: dict[int, list[int]] = {0: []}
+    for f in true:
+        if cost[f]:
+            cost[f] = place[f] = 0
+            queue[0].append(f)
+
+    def fire(o: int, price: int) -> None:
+        for f in tables.adds[o]:
+            if price < cost[f]:
+                cost[f], supporter[f] = price, o
+                b = min(price // unit, last)
+                if place[f] != b:
+                    place[f] = b
+                    queue.setdefault(b, []).append(f)
+
+    for o in tables.free:
+        fire(o, min(totals[o], limit))
+    b = settled = 0
+    while queue and settled < len(goal):
+        for f in queue.get(b, ()):  # grows while it is read
+            if place[f] != b:
+                continue
+            place[f] = -1
+            first = told[f] == UNREACHED
+            change = cost[f] if first else cost[f] - told[f]
+            told[f] = cost[f]
+            for o in tables.uses[f]:
+                if first:
+                    waiting[o] -= 1
+                totals[o] += change
+                if not waiting[o]:
+                    fire(o, min(totals[o], limit))
+        queue.pop(b, None)
+        b += 1
+        while settled < len(goal) and cost[goal[settled]] < b * unit:
+            settled += 1
+    return cost, supporter
+
+
+def _extract(
+    tables: PlainTables, cost: list[int], supporter: list[int], goal: Sequence[int]
+) -> tuple[int, list[int], list[int]]:
+    """The cost of the supporters behind the goal, their owners that can go now, and the facts they make."""
+    stack: list[int] = []
+    marked: set[int] = set()
+
+    def need(f: int) -> None:
+        if f not in marked:
+            marked.add(f)
+            stack.append(f)
+
+    for f in goal:
+        if cost[f] > 0:
+            need(f)
+    value = 0
+    used: set[int] = set()
+    paid: dict[int, int] = {}
+    ready: dict[int, None] = {}
+    made = []
+    while stack:
+        f = stack.pop()
+        made.append(f)
+        o = supporter[f]
+        if o in used:
+            continue
+        used.add(o)
+        open_preconditions = [p for p in tables.preconditions[o] if cost[p] > 0]
+        for p in open_preconditions:
+            need(p)
+        owner, price = tables.owners[o], tables.costs[o]
+        if owner < 0:
+            value += price
+            continue
+        value += max(0, price - paid.get(owner, 0))
+        paid[owner] = max(price, paid.get(owner, 0))
+        if not open_preconditions:
+            ready[owner] = None
+    return value, list(ready), made
