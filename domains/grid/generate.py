@@ -59,7 +59,7 @@ def _locks(n: int, cells: list[str], shapes: tuple[str, ...]) -> Iterator[str]:
         if not cell.startswith(middle):
             yield f"  - add(Kf, open({cell}))"
         else:
-            yield f"  - add(Kf, not open({cell}))"
+            yield f"  - add(Kf, has_lock({cell}), not open({cell}))"
             yield f"  - add(Kx, {', '.join(f'lock({cell}, {shape})' for shape in shapes)})"
 
 
