@@ -1,203 +1,109 @@
-"""Knowledge as dictionaries and sets, and what formulas and effects mean on them [DESIGN section 3; P].
+"""Knowledge as dictionaries and sets [DESIGN section 3; P].
 
-Written to be obvious, not fast, and on its own: the planner's bit sets must agree with it, not it with them.
-A predicate is a function with the values true and false, so atoms and function terms are treated alike.
+Written to be obvious, and on its own: the planner's bit sets must agree with it, not it with them.
 """
 
-import operator
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Iterable, Mapping, MutableMapping
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field
+from typing import Protocol
 
-from kabo.language.formulas import (
-    And,
-    Application,
-    Arithmetic,
-    Atom,
-    Claim,
-    Comparison,
-    Constant,
-    Exists,
-    Forall,
-    Formula,
-    Know,
-    KnowValue,
-    KnowWhether,
-    Literal,
-    Not,
-    Number,
-    Or,
-    Term,
-    Truth,
-    Variable,
-    Xor,
-)
-from kabo.language.problem import Problem
-from kabo.plan import ValueOf
+from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
 
-Value = bool | str | float | ValueOf
-Symbol = tuple[str, tuple[Value, ...]]  # a ground atom or function term
-Binding = Mapping[str, Value]  # parameters and quantified variables
-Frozen = tuple[frozenset[tuple[Symbol, Value]], frozenset[tuple[Symbol, Value]], frozenset[Symbol]]
-
-_COMPARE = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
-_COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+Excluded = Mapping[Symbol, frozenset[Value]]
+Past = tuple["Value | None", frozenset[Value], bool]  # value, excluded values, whether it will be known
+Frozen = tuple[object, ...]
 
 
-class NotVerifiableError(Exception):
-    """Something that this interpreter does not judge: the plan is then not verified, and the report says why."""
+class Facts(Protocol):
+    """What queries read: a state, or one that is being changed."""
+
+    @property
+    def known(self) -> Mapping[Symbol, Value]:
+        """Values of atoms and terms (Kf)."""
+
+    @property
+    def excluded(self) -> Excluded:
+        """Values that terms do not have."""
+
+    @property
+    def whether(self) -> AbstractSet[Symbol]:
+        """Atoms and terms that will be known at run time (Kw, Kv)."""
 
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What is known: values of atoms and terms (Kf), values that they do not have, what will be known (Kw, Kv)."""
+    """What is known.
+
+    Attributes:
+        known: values of atoms and terms (Kf).
+        excluded: values that terms do not have; nothing about known ones.
+        whether: what will be known at run time (Kw, Kv) and is not known now.
+        exclusive: Kx: exactly one member holds. Members are unknown, at least two.
+        some: Kor: at least one member holds. Members are unknown, at least two.
+        conjunctions: Kw entries that are conjunctions.
+        start: of what an action has touched: what was known of it before, and so at the start.
+        broken: the `always` goals, by number, that have not held somewhere on the way.
+    """
 
     known: Mapping[Symbol, Value]
-    excluded: frozenset[tuple[Symbol, Value]] = frozenset()
+    excluded: Excluded = field(default_factory=dict)
     whether: frozenset[Symbol] = frozenset()
+    exclusive: frozenset[Entry] = frozenset()
+    some: frozenset[Entry] = frozenset()
+    conjunctions: frozenset[tuple[GroundClaim, ...]] = frozenset()
+    start: Mapping[Symbol, Past] = field(default_factory=dict)
+    broken: frozenset[int] = frozenset()
 
     def frozen(self) -> Frozen:
         """The state as a value that sets can hold."""
-        return frozenset(self.known.items()), self.excluded, self.whether
+        return (
+            frozenset(self.known.items()),
+            frozenset(self.excluded.items()),
+            self.whether,
+            self.exclusive,
+            self.some,
+            self.conjunctions,
+            frozenset(self.start.items()),
+            self.broken,
+        )
 
-    def will_be_known(self, symbol: Symbol) -> bool:
-        """Kw of an atom, Kv of a term: known, or known at run time."""
-        return symbol in self.known or symbol in self.whether
-
-
-def instances(problem: Problem, variables: Iterable[Variable], binding: Binding) -> Iterator[Binding]:
-    """The bindings that add every instance of the variables, in the order of declaration."""
-    variables = tuple(variables)
-    for values in product(*(problem.of_type(variable.type) for variable in variables)):
-        yield {**binding, **{variable.name: value for variable, value in zip(variables, values, strict=True)}}
-
-
-def value_of(term: Term, state: Knowledge, binding: Binding) -> Value | None:
-    """The known value of a term; None if it is not known."""
-    if isinstance(term, Constant):
-        return term.name
-    if isinstance(term, Variable):
-        return binding[term.name]
-    if isinstance(term, Number):
-        return term.value
-    if isinstance(term, Application):
-        symbol = symbol_of(term.function, term.arguments, state, binding)
-        return None if symbol is None else state.known.get(symbol)
-    return _computed(term, state, binding)
+    def at_start(self) -> "Knowledge":
+        """What is now known of the initial state: what was not touched is as it was, the rest as last seen."""
+        known = {symbol: value for symbol, value in self.known.items() if symbol not in self.start}
+        excluded = {symbol: values for symbol, values in self.excluded.items() if symbol not in self.start}
+        whether = {symbol for symbol in self.whether if symbol not in self.start}
+        for symbol, (value, without, sensed) in self.start.items():
+            if value is not None:
+                known[symbol] = value
+            if without:
+                excluded[symbol] = without
+            if sensed:
+                whether.add(symbol)
+        return Knowledge(known, excluded, frozenset(whether))
 
 
-def _computed(term: Arithmetic, state: Knowledge, binding: Binding) -> Value | None:
-    left, right = value_of(term.left, state, binding), value_of(term.right, state, binding)
-    if not isinstance(left, float | int) or not isinstance(right, float | int):
-        return None
-    if term.operator == "/" and right == 0:
-        return None
-    return float(_COMPUTE[term.operator](left, right))
+def truth(claim: GroundClaim, state: Facts) -> bool | None:
+    """Whether a claim is known to hold (True), known not to hold (False), or neither (None)."""
+    symbol, value, positive = claim
+    known = state.known.get(symbol)
+    if known is not None:
+        return (known == value) is positive
+    if value in state.excluded.get(symbol, ()):
+        return not positive
+    return None
 
 
-def symbol_of(name: str, arguments: Iterable[Term], state: Knowledge, binding: Binding) -> Symbol | None:
-    """The ground atom or term; None if the value of an argument is not known before run time."""
-    values = tuple(value_of(argument, state, binding) for argument in arguments)
-    if any(value is None or isinstance(value, ValueOf) for value in values):
-        return None
-    return name, values  # type: ignore[return-value]
+def will_be_known(symbol: Symbol, state: Facts) -> bool:
+    """Kw of an atom, Kv of a term: known, or known at run time."""
+    return symbol in state.known or symbol in state.whether
 
 
-def text_of(symbol: Symbol) -> str:
-    """A ground atom or term as plans write it: `f(a, b)`, or `f` without arguments."""
-    name, arguments = symbol
-    return f"{name}({', '.join(map(_shown, arguments))})" if arguments else name
+def mentions_any(entry: Iterable[GroundClaim], symbols: AbstractSet[Symbol]) -> bool:
+    """Whether a member of an entry is about one of the symbols."""
+    return any(claim[0] in symbols for claim in entry)
 
 
-def _shown(value: Value) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def knows(claim: Claim, state: Knowledge, binding: Binding) -> bool:
-    """K(claim): the claim is known to hold."""
-    if isinstance(claim, Literal):
-        symbol = symbol_of(claim.atom.predicate, claim.atom.arguments, state, binding)
-        return symbol is not None and state.known.get(symbol) is claim.positive
-    left, right = value_of(claim.left, state, binding), value_of(claim.right, state, binding)
-    if claim.operator == "=":
-        return (left is not None and left == right) or _is_its_own_value(claim, state, binding)
-    if claim.operator == "!=":
-        if left is not None and right is not None:
-            return left != right and not isinstance(left, ValueOf) and not isinstance(right, ValueOf)
-        return _excludes(claim.left, right, state, binding) or _excludes(claim.right, left, state, binding)
-    if not isinstance(left, float | int) or not isinstance(right, float | int):
-        return False
-    return bool(_COMPARE[claim.operator](left, right))
-
-
-def _is_its_own_value(claim: Comparison, state: Knowledge, binding: Binding) -> bool:
-    """`f(x) = c` where c is the run-time value of f(x) itself."""
-    for term, other in ((claim.left, claim.right), (claim.right, claim.left)):
-        value = value_of(other, state, binding)
-        if isinstance(term, Application) and isinstance(value, ValueOf):
-            symbol = symbol_of(term.function, term.arguments, state, binding)
-            if symbol is not None and text_of(symbol) == value.term:
-                return True
-    return False
-
-
-def _excludes(term: Term, value: Value | None, state: Knowledge, binding: Binding) -> bool:
-    if not isinstance(term, Application) or value is None:
-        return False
-    symbol = symbol_of(term.function, term.arguments, state, binding)
-    return symbol is not None and (symbol, value) in state.excluded
-
-
-def holds(formula: Formula, problem: Problem, state: Knowledge, binding: Binding) -> bool:
-    """Whether a query holds in a knowledge state; conjunctions and disjunctions short-circuit in their order.
-
-    Raises:
-        NotVerifiableError: the formula calls a geometric test, or speaks of other states.
-    """
-
-    def holds_here(part: Formula, more: Binding = binding) -> bool:
-        return holds(part, problem, state, more)
-
-    match formula:
-        case Know(claim):
-            return knows(claim, state, binding)
-        case KnowWhether(atom):
-            return _will_be_known(atom, state, binding)
-        case KnowValue(term):
-            return _will_be_known(term, state, binding)
-        case Truth(value):
-            return value
-        case Not(body):
-            return not holds_here(body)
-        case And(parts):
-            return all(map(holds_here, parts))
-        case Or(parts):
-            return any(map(holds_here, parts))
-        case Xor(first, second):
-            return holds_here(first) != holds_here(second)
-        case Forall(variables, body):
-            return all(holds_here(body, more) for more in instances(problem, variables, binding))
-        case Exists(variables, body):
-            return any(holds_here(body, more) for more in instances(problem, variables, binding))
-    raise NotVerifiableError(
-        f"{_NAMES.get(type(formula).__name__, 'this formula')} is not judged by this verifier"
-    )
-
-
-_NAMES = {"Test": "a geometric test inside a formula", "Temporal": "initially(…) or always(…)"}
-
-
-def _will_be_known(thing: Atom | Application, state: Knowledge, binding: Binding) -> bool:
-    name = thing.predicate if isinstance(thing, Atom) else thing.function
-    symbol = symbol_of(name, thing.arguments, state, binding)
-    return symbol is not None and state.will_be_known(symbol)
-
-
-def possible_values(problem: Problem, symbol: Symbol, state: Knowledge) -> tuple[Value, ...] | None:
-    """The values that an atom or term may still have, in the order in which plans branch; None for numbers."""
-    if symbol in state.known:
-        return (state.known[symbol],)
-    if symbol[0] in problem.domain.predicates:
-        return (False, True)
-    values = problem.values_of(symbol[0])
-    return None if values is None else tuple(v for v in values if (symbol, v) not in state.excluded)
+def exclude(excluded: MutableMapping[Symbol, frozenset[Value]], symbol: Symbol, value: Value) -> None:
+    """Notes that the symbol does not have the value."""
+    excluded[symbol] = excluded.get(symbol, frozenset()) | {value}

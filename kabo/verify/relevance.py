@@ -1,11 +1,12 @@
 """Which facts the rest of a plan can ask for: all else may be forgotten, so that 2^n branches stay a few states.
 
-A node's continuation never sees more of the knowledge than the atoms and terms that its formulas mention. States
-that agree on these behave alike from there on, and are replayed once.
+A node's continuation never sees more of the knowledge than the atoms and terms that its formulas and effects
+mention, what update rules relate them to, and entries of the state that a chain of shared members ties to them.
+States that agree on these behave alike from there on, and are replayed once.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from kabo.language.formulas import (
@@ -13,6 +14,7 @@ from kabo.language.formulas import (
     Atom,
     Change,
     Constant,
+    ExactlyOne,
     Exists,
     FactForall,
     Forall,
@@ -23,46 +25,124 @@ from kabo.language.formulas import (
     Variable,
 )
 from kabo.language.problem import Problem
-from kabo.plan import Node, Plan
-from kabo.verify.knowledge import Binding, Frozen, Knowledge, Symbol, instances
+from kabo.plan import Node, Plan, ValueOf
+from kabo.verify.ground import Binding, GroundClaim, Symbol, instances, read_symbol
+from kabo.verify.knowledge import Knowledge
 
-Mentioned = set["Symbol | str"]  # a ground atom or term, or the name of one whose arguments depend on knowledge
+Mentions = Callable[[Node], Iterable["Symbol | str"]]
 
 
-def relevant(plan: Plan, problem: Problem, order: Sequence[str], mentioned_by: Any) -> dict[str, Mentioned] | None:
-    """What each node and its continuation mention; None if everything matters (update rules read what they like).
+class Relevance:
+    """For every node, what it and its continuation mention: a bit for each atom or term, and for each whole name.
 
-    Args:
-        plan: the plan.
-        problem: its problem.
-        order: the reached nodes, each before its successors.
-        mentioned_by: gives a node mentions itself.
+    Bits, since a set for each of 25,000 nodes would not fit into memory.
     """
-    if problem.domain.update_rules:
-        return None
-    result: dict[str, Mentioned] = {}
-    for name in reversed(order):
-        node: Node = plan.nodes[name]
-        result[name] = set(mentioned_by(node)).union(*(result.get(s, set()) for s in node.successors))
-    return result
+
+    def __init__(
+        self, plan: Plan, order: Sequence[str], mentioned_by: Mentions, ties: Iterable[frozenset[Symbol | str]]
+    ) -> None:
+        """Collects what matters.
+
+        Args:
+            plan: the plan.
+            order: the reached nodes, each before its successors.
+            mentioned_by: gives what a node mentions itself.
+            ties: groups of atoms and terms of which each can tell about the others (update rules).
+        """
+        self._bits: dict[Symbol | str, int] = {}
+        self._masks: dict[str, int] = {}
+        for name in reversed(order):
+            node = plan.nodes[name]
+            mask = self._mask(mentioned_by(node))
+            for successor in node.successors:
+                mask |= self._masks.get(successor, 0)
+            self._masks[name] = mask
+        groups = [self._mask(group) for group in ties]
+        self._names = [(thing, bit) for thing, bit in self._bits.items() if isinstance(thing, str)]
+        self._of_name = {
+            name: self._mask([t for t in self._bits if not isinstance(t, str) and t[0] == name])
+            for name, _ in self._names
+        }
+        self._tie([self._widened(group) for group in groups])
+
+    def _mask(self, group: Iterable[Symbol | str]) -> int:
+        mask = 0
+        for thing in group:
+            mask |= self._bits.setdefault(thing, 1 << len(self._bits))
+        return mask
+
+    def _widened(self, mask: int) -> int:
+        """With all atoms and terms of the names in it, so that groups that share one meet."""
+        for name, bit in self._names:
+            if bit & mask:
+                mask |= self._of_name[name]
+        return mask
+
+    def _tie(self, groups: Sequence[int]) -> None:
+        """Adds to every mask what rules relate it to."""
+        merged: list[int] = []
+        for group in groups:
+            apart = [other for other in merged if not other & group]
+            for other in merged:
+                if other & group:
+                    group |= other
+            merged = [*apart, group]
+        for name, mask in self._masks.items():
+            wide = self._widened(mask)
+            for group in merged:
+                if group & wide:
+                    wide |= group
+            self._masks[name] = wide
+
+    def kept(self, name: str) -> Callable[[Symbol], bool]:
+        """Whether an atom or term matters at a node and behind it."""
+        mask, bits = self._masks[name], self._bits
+        names = {thing for thing, bit in self._names if bit & mask}
+        if names:
+            return lambda symbol: bool(bits.get(symbol, 0) & mask) or symbol[0] in names
+        return lambda symbol: bool(bits.get(symbol, 0) & mask)
 
 
-def forget(state: Knowledge, keep: Mentioned | None) -> tuple[Frozen, Knowledge]:
-    """The state without what nobody asks for any more, and as a value that sets can hold."""
-    if keep is not None:
+def forget(state: Knowledge, keeps: Callable[[Symbol], bool]) -> Knowledge:
+    """The state without what nobody asks for any more."""
+    entries = [*state.exclusive, *state.some, *state.conjunctions]
+    tied = _tied(entries, keeps)
+    known = {symbol: value for symbol, value in state.known.items() if keeps(symbol)}
+    excluded = {s: values for s, values in state.excluded.items() if keeps(s) or s in tied}
+    return replace(
+        state,
+        known=known,
+        excluded=excluded,
+        whether=frozenset(symbol for symbol in state.whether if keeps(symbol) or symbol in tied),
+        exclusive=frozenset(e for e in state.exclusive if _about(e, tied)),
+        some=frozenset(e for e in state.some if _about(e, tied)),
+        conjunctions=frozenset(e for e in state.conjunctions if _about(e, tied)),
+    )
 
-        def kept(symbol: Symbol) -> bool:
-            return symbol in keep or symbol[0] in keep
 
-        known = {symbol: value for symbol, value in state.known.items() if kept(symbol)}
-        excluded = frozenset(entry for entry in state.excluded if kept(entry[0]))
-        state = Knowledge(known, excluded, frozenset(filter(kept, state.whether)))
-    return state.frozen(), state
+def _tied(entries: Sequence[Iterable[GroundClaim]], keeps: Callable[[Symbol], bool]) -> set[Symbol]:
+    """The atoms and terms of all entries that a chain of shared members ties to one that matters."""
+    groups = [{claim[0] for claim in entry} for entry in entries]
+    tied: set[Symbol] = set()
+    waiting = [group for group in groups if any(map(keeps, group))]
+    rest = [group for group in groups if not any(map(keeps, group))]
+    while waiting:
+        tied.update(*waiting)
+        waiting, rest = [g for g in rest if g & tied], [g for g in rest if not g & tied]
+    return tied
 
 
+def _about(entry: Iterable[GroundClaim], symbols: set[Symbol]) -> bool:
+    return any(claim[0] in symbols for claim in entry)
+
+
+# ------------------------------------------------------------------------------------------------------ mentions
 def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    """Every atom and term that stands anywhere in a formula, effect or term, ground under the binding."""
-    if isinstance(tree, Forall | Exists | ForEach | FactForall):
+    """Every atom and term that stands anywhere in a formula, effect or term, ground under the binding.
+
+    One whose arguments depend on knowledge is mentioned by its name, which stands for all of that name.
+    """
+    if isinstance(tree, Forall | Exists | ForEach | FactForall | ExactlyOne):
         bodies: Iterable[Any] = tree.effects if isinstance(tree, ForEach) else (tree.body,)
         for more in instances(problem, tree.variables, binding):
             for body in bodies:
@@ -73,6 +153,12 @@ def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol |
         for argument in tree.arguments:
             yield from mentions(argument, problem, binding)
         return
+    if isinstance(tree, Variable):
+        value = binding.get(tree.name)
+        symbol = read_symbol(value.term, problem) if isinstance(value, ValueOf) else None
+        if symbol is not None:
+            yield symbol
+        return
     parts = tree if isinstance(tree, tuple | list) else ()
     if is_dataclass(tree):
         parts = [getattr(tree, field.name) for field in fields(tree) if field.name != "place"]
@@ -81,24 +167,30 @@ def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol |
 
 
 def reads(effect: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    """What an effect asks for: conditions, right sides and arguments, but not the facts that it writes."""
+    """What an effect asks for: conditions, right sides and arguments, but not the facts of Kf that it writes."""
     if isinstance(effect, ForEach):
         for more in instances(problem, effect.variables, binding):
             for inner in effect.effects:
                 yield from reads(inner, problem, more)
-    elif isinstance(effect, Change):
+    elif isinstance(effect, Change) and effect.database == "Kf" and effect.operation == "add":
         for fact in effect.facts:
             yield from _read_by_fact(fact, problem, binding)
     elif hasattr(effect, "updates"):
         yield from mentions(effect.condition, problem, binding)
         for inner in effect.updates:
             yield from reads(inner, problem, binding)
+    elif isinstance(effect, Change) and effect.database in ("Kf", "Kv"):
+        for fact in effect.facts:
+            yield from _read_by_fact(fact, problem, binding)
     else:
         yield from mentions(effect, problem, binding)
 
 
 def _read_by_fact(fact: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    if isinstance(fact, Literal):
+    if isinstance(fact, FactForall):
+        for more in instances(problem, fact.variables, binding):
+            yield from _read_by_fact(fact.body, problem, more)
+    elif isinstance(fact, Literal):
         yield from mentions(fact.atom.arguments, problem, binding)
     elif isinstance(fact, TermFact):
         yield from mentions(fact.term.arguments, problem, binding)
@@ -113,12 +205,13 @@ def _ground(tree: Atom | Application, binding: Binding) -> Symbol | str:
     name = tree.predicate if isinstance(tree, Atom) else tree.function
     values = []
     for argument in tree.arguments:
+        value = binding.get(argument.name) if isinstance(argument, Variable) else None
         if isinstance(argument, Constant):
             values.append(argument.name)
         elif isinstance(argument, Number):
             values.append(argument.value)  # type: ignore[arg-type]
-        elif isinstance(argument, Variable) and argument.name in binding:
-            values.append(binding[argument.name])  # type: ignore[arg-type]
+        elif value is not None and not isinstance(value, ValueOf):
+            values.append(value)  # type: ignore[arg-type]
         else:
             return name
     return name, tuple(values)

@@ -1,0 +1,207 @@
+"""A knowledge state while it changes: learning facts, and what follows from entries and ranges (closure).
+
+Closure: in Kx a member known true makes all others false, one known false is dropped, and the last one left is
+true; in Kor a member known true settles the entry, one known false is dropped, and the last one left is true; a
+term of which all values but one are excluded has that value. Learning forgets nothing: it is not a change of the
+world.
+"""
+
+from collections.abc import Iterable
+from itertools import chain
+
+from kabo.language.problem import Problem
+from kabo.verify.ground import Entry, GroundClaim, Symbol, Value, claim_text, denied, range_of, text_of
+from kabo.verify.knowledge import Knowledge, exclude, mentions_any, truth
+
+
+class ContradictionError(Exception):
+    """What is claimed contradicts what is known."""
+
+
+class Draft:
+    """A mutable copy of a knowledge state; `changed` collects the atoms and terms that closure has to look at."""
+
+    def __init__(self, problem: Problem, state: Knowledge) -> None:
+        self.problem = problem
+        self.known: dict[Symbol, Value] = dict(state.known)
+        self.excluded: dict[Symbol, frozenset[Value]] = dict(state.excluded)
+        self.whether = set(state.whether)
+        self.exclusive = set(state.exclusive)
+        self.some = set(state.some)
+        self.conjunctions = set(state.conjunctions)
+        self.start = state.start
+        self.broken = state.broken
+        self.changed: set[Symbol] = set()
+
+    def finished(self) -> Knowledge:
+        """The state as it now is."""
+        return Knowledge(
+            self.known,
+            self.excluded,
+            frozenset(self.whether),
+            frozenset(self.exclusive),
+            frozenset(self.some),
+            frozenset(self.conjunctions),
+            self.start,
+            self.broken,
+        )
+
+    # ------------------------------------------------------------------------------------------------- learning
+    def learn(self, claim: GroundClaim) -> None:
+        """The claim is found to hold.
+
+        Raises:
+            ContradictionError: it is known not to hold.
+        """
+        symbol, value, positive = claim
+        already = truth(claim, self)
+        if already is False:
+            raise ContradictionError(f"{claim_text(claim)}, which is known not to hold")
+        if already:
+            return
+        self.changed.add(symbol)
+        if positive:
+            self.known[symbol] = value
+            self.excluded.pop(symbol, None)
+            self.whether.discard(symbol)
+        else:
+            exclude(self.excluded, symbol, value)
+
+    def will_know(self, symbol: Symbol) -> None:
+        """The value will be known at run time; nothing new if it is known now."""
+        if symbol not in self.known and symbol not in self.whether:
+            self.whether.add(symbol)
+            self.changed.add(symbol)
+
+    def add_entry(self, database: str, entry: Entry) -> None:
+        """An entry of Kx or Kor is added and settled."""
+        (self._settle_exclusive if database == "Kx" else self._settle_some)(entry)
+
+    def remove_entry(self, database: str, entry: Entry) -> None:
+        """The entry with these members is removed."""
+        (self.exclusive if database == "Kx" else self.some).discard(entry)
+
+    def deny_all(self, claims: Iterable[GroundClaim]) -> None:
+        """The conjunction is false: the one claim is, or at least one of several."""
+        complements = frozenset(denied(self.problem, claim) for claim in claims)
+        self.add_entry("Kor", complements)
+
+    # -------------------------------------------------------------------------------------------------- closure
+    def close(self) -> set[Symbol]:
+        """Draws every conclusion; returns the atoms and terms that have changed since the last time.
+
+        Raises:
+            ContradictionError: the state contradicts itself.
+        """
+        everything: set[Symbol] = set()
+        while self.changed:
+            now, self.changed = self.changed, set()
+            everything |= now
+            for symbol in now:
+                self._close_range(symbol)
+            for entry in [entry for entry in self.exclusive if mentions_any(entry, now)]:
+                self.exclusive.discard(entry)
+                self._settle_exclusive(entry)
+            for entry in [entry for entry in self.some if mentions_any(entry, now)]:
+                self.some.discard(entry)
+                self._settle_some(entry)
+            for whole in [whole for whole in self.conjunctions if mentions_any(whole, now)]:
+                truths = [truth(claim, self) for claim in whole]
+                if False in truths or None not in truths:
+                    self.conjunctions.discard(whole)
+        return everything
+
+    def _close_range(self, symbol: Symbol) -> None:
+        if symbol in self.known:
+            return
+        values = range_of(self.problem, symbol)
+        if values is None:
+            return
+        without = self.excluded.get(symbol, ())
+        left = [value for value in values if value not in without]
+        if not left:
+            raise ContradictionError(f"{text_of(symbol)} has no value left")
+        if len(left) == 1:
+            self.learn((symbol, left[0], True))
+
+    def _settle_exclusive(self, entry: Entry) -> None:
+        truths = {claim: truth(claim, self) for claim in entry}
+        holding = [claim for claim, known in truths.items() if known]
+        rest = frozenset(claim for claim, known in truths.items() if known is None)
+        if len(holding) > 1:
+            raise ContradictionError(f"{claim_text(holding[0])} and {claim_text(holding[1])} exclude each other")
+        if holding:
+            for claim in rest:
+                self.learn(denied(self.problem, claim))
+        elif len(rest) == 1:
+            self.learn(next(iter(rest)))
+        elif rest:
+            self.exclusive.add(rest)
+        else:
+            raise ContradictionError("of an exclusive set no member is left")
+
+    def _settle_some(self, entry: Entry) -> None:
+        truths = {claim: truth(claim, self) for claim in entry}
+        if True in truths.values():
+            return
+        rest = frozenset(claim for claim, known in truths.items() if known is None)
+        if len(rest) == 1:
+            self.learn(next(iter(rest)))
+        elif rest:
+            self.some.add(rest)
+        else:
+            raise ContradictionError("of several claims of which one holds, none is left")
+
+    # ------------------------------------------------------------------------------------------- world changes
+    def drop_entries(self, symbols: set[Symbol]) -> None:
+        """The world changes here: what relates these atoms and terms to others is not known any more."""
+        self.exclusive = {entry for entry in self.exclusive if not mentions_any(entry, symbols)}
+        self.some = {entry for entry in self.some if not mentions_any(entry, symbols)}
+        self.conjunctions = {whole for whole in self.conjunctions if not mentions_any(whole, symbols)}
+
+    def touch(self, symbols: Iterable[Symbol], remember: frozenset[str]) -> None:
+        """Keeps what is known of these before their first change, if `initially` asks for their names."""
+        new = {
+            symbol: (
+                self.known.get(symbol),
+                self.excluded.get(symbol, frozenset()),
+                symbol in self.whether,
+            )
+            for symbol in symbols
+            if symbol[0] in remember and symbol not in self.start
+        }
+        if new:
+            self.start = dict(chain(self.start.items(), new.items()))
+
+    def forget(self, symbol: Symbol) -> None:
+        """Nothing is known of the atom or term any more."""
+        self.changed.add(symbol)
+        self.known.pop(symbol, None)
+        self.excluded.pop(symbol, None)
+        self.whether.discard(symbol)
+
+    def may_become(self, symbol: Symbol, value: Value) -> None:
+        """The value may have come true: its complement is forgotten, and what is known at run time is outdated."""
+        self.changed.add(symbol)
+        self.whether.discard(symbol)
+        before = self.known.get(symbol)
+        values = range_of(self.problem, symbol)
+        if before is not None and before != value:
+            del self.known[symbol]
+            if values is not None and len(values) > 2:
+                self.excluded[symbol] = frozenset(values) - {before, value}
+        elif value in self.excluded.get(symbol, ()):
+            rest = self.excluded.pop(symbol) - {value}
+            if rest:
+                self.excluded[symbol] = rest
+
+    def may_cease(self, claim: GroundClaim) -> None:
+        """The claim may have stopped to hold: it is forgotten, its complement is not [add and del of Kf]."""
+        symbol, value, positive = claim
+        if not positive:
+            self.may_become(symbol, value)
+            return
+        self.changed.add(symbol)
+        self.whether.discard(symbol)
+        if self.known.get(symbol) == value:
+            del self.known[symbol]

@@ -1,0 +1,205 @@
+"""The knowledge semantics of one problem: its initial state, its actions, its branchings, its goal [DESIGN 3].
+
+What is ground once is kept: actions by name and arguments, update rules, goals.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+from kabo.language.formulas import Temporal
+from kabo.language.problem import Action, Problem
+from kabo.plan import ValueOf
+from kabo.verify.draft import ContradictionError, Draft
+from kabo.verify.ground import (
+    Binding,
+    GroundClaim,
+    Symbol,
+    Value,
+    conjunction_text,
+    range_of,
+    read_conjunction,
+    read_symbol,
+    text_of,
+    value_text,
+)
+from kabo.verify.knowledge import Facts, Knowledge, truth, will_be_known
+from kabo.verify.questions import Question, question
+from kabo.verify.relevance import mentions
+from kabo.verify.transition import change_world, note, settle
+from kabo.verify.update_rules import UpdateRules
+from kabo.verify.updates import Rule, Updates, fired, rules_of, sensing
+
+Arguments = Mapping[str, "str | float | ValueOf"]
+Thing = Symbol | tuple[GroundClaim, ...]  # what a plan branches on: an atom, a term, or a conjunction
+
+
+@dataclass(frozen=True)
+class GroundAction:
+    """An action with its arguments: preconditions and effects as functions of the state."""
+
+    action: Action
+    values: tuple[tuple[str, Symbol | None], ...]  # run-time variables: the text and symbol of their terms
+    preconditions: tuple[Question, ...]
+    effects: tuple[Rule, ...]
+
+
+class Interpreter:
+    """What a problem's formulas and effects mean for knowledge."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.rules = UpdateRules.of(problem)
+        self._actions: dict[tuple[str, tuple[tuple[str, object], ...]], GroundAction] = {}
+        self._always: list[Question] = []
+        self._remember: frozenset[str] = frozenset()
+        self.goal = tuple(question(part, problem, {}, self._temporal) for part in problem.goal)
+
+    def _temporal(self, formula: Temporal, binding: Binding) -> Question:
+        inner = question(formula.body, self.problem, binding)
+        if formula.kind == "always":
+            number = len(self._always)
+            self._always.append(inner)
+            return lambda state: isinstance(state, Knowledge) and number not in state.broken
+        names = {
+            thing if isinstance(thing, str) else thing[0]
+            for thing in mentions(formula.body, self.problem, binding)
+        }
+        self._remember |= names
+        return lambda state: isinstance(state, Knowledge) and inner(state.at_start())
+
+    # --------------------------------------------------------------------------------------------------- states
+    def initial(self) -> Knowledge:
+        """What the problem file says is known at the start: facts in their order, then entries, LCW and rules.
+
+        Raises:
+            ContradictionError: it contradicts itself.
+            NotVerifiableError: a part of it is not judged.
+        """
+        draft = Draft(self.problem, Knowledge({}))
+        rest = Updates()
+        for rule in rules_of(self.problem.initial, self.problem, {}):
+            updates = fired([rule], draft)
+            rest.entries += updates.entries
+            rest.no_entries += updates.no_entries
+            rest.complete += updates.complete
+            rest.no_complete += updates.no_complete
+            updates.entries, updates.no_entries, updates.complete, updates.no_complete = [], [], [], []
+            change_world(draft, draft.finished(), updates, frozenset())
+        for symbol in self._single_valued():
+            draft.changed.add(symbol)
+        note(draft, replace(rest, complete=[]))
+        draft.close()
+        note(draft, Updates(complete=rest.complete))
+        settle(draft, self.rules, everything=True)
+        return self._watched(draft.finished())
+
+    def _single_valued(self) -> Iterator[Symbol]:
+        """Terms that can have one value only: they have it."""
+        for name, function in self.problem.domain.functions.items():
+            values = self.problem.values_of(name)
+            if values is not None and len(values) == 1:
+                for arguments in product(*(self.problem.of_type(kind) for kind in function.arguments)):
+                    yield name, arguments
+
+    def _watched(self, state: Knowledge) -> Knowledge:
+        """The state, with the `always` goals noted that do not hold in it."""
+        now = {number for number, holds in enumerate(self._always) if not holds(state)}
+        return replace(state, broken=state.broken | now) if now - state.broken else state
+
+    # -------------------------------------------------------------------------------------------------- actions
+    def action(self, name: str, arguments: Arguments) -> GroundAction:
+        """The action with these arguments, which must fit its parameters.
+
+        Raises:
+            NotVerifiableError: a part of it is not judged.
+        """
+        key = name, tuple(sorted(arguments.items(), key=lambda pair: pair[0]))
+        if key not in self._actions:
+            schema = self.problem.domain.actions[name]
+            binding: Binding = dict(arguments)
+            self._actions[key] = GroundAction(
+                schema,
+                tuple(
+                    (value.term, read_symbol(value.term, self.problem))
+                    for value in arguments.values()
+                    if isinstance(value, ValueOf)
+                ),
+                tuple(question(part, self.problem, binding) for part in schema.preconditions),
+                (*rules_of(schema.effects, self.problem, binding), *sensing(schema.sense, self.problem, binding)),
+            )
+        return self._actions[key]
+
+    def act(self, state: Knowledge, action: GroundAction) -> tuple[Knowledge, Updates]:
+        """The knowledge after an action, what it senses still open, and the updates that fired.
+
+        Raises:
+            ContradictionError: the action would contradict what is known: it is not applicable.
+            NotVerifiableError: an effect is not judged here.
+        """
+        updates = fired(action.effects, state)
+        draft = Draft(self.problem, state)
+        change_world(draft, state, updates, self._remember)
+        settle(draft, self.rules)
+        return self._watched(draft.finished()), updates
+
+    # ----------------------------------------------------------------------------------------------- branching
+    def read(self, text: str) -> Thing | None:
+        """What `on` or `delivers` names; None if it is nothing of the domain."""
+        return read_symbol(text, self.problem) or read_conjunction(text, self.problem)
+
+    def can_branch(self, state: Facts, thing: Thing) -> bool:
+        """Whether the truth or value will be known at run time."""
+        if is_symbol(thing):
+            return will_be_known(thing, state)  # type: ignore[arg-type]
+        if isinstance(state, Knowledge) and thing in state.conjunctions:
+            return True
+        return self._determined(state, thing)  # type: ignore[arg-type]
+
+    def _determined(self, state: Facts, claims: tuple[GroundClaim, ...]) -> bool:
+        truths = [truth(claim, state) for claim in claims]
+        return False in truths or None not in truths or all(will_be_known(claim[0], state) for claim in claims)
+
+    def outcomes_of(self, thing: Thing, state: Knowledge) -> tuple[Value, ...] | None:
+        """Everything that the truth or value could be if nothing were known; None if it cannot be listed."""
+        if not is_symbol(thing):
+            return (False, True)
+        symbol: Symbol = thing  # type: ignore[assignment]
+        values = range_of(self.problem, symbol)
+        if values is None and symbol in state.known:
+            return (state.known[symbol],)
+        return values
+
+    def learned(self, state: Knowledge, thing: Thing, value: Value) -> Knowledge | None:
+        """The knowledge inside a branch; None if the outcome is impossible, for it contradicts what is known."""
+        draft = Draft(self.problem, state)
+        try:
+            if is_symbol(thing):
+                draft.learn((thing, value, True))  # type: ignore[arg-type]
+            else:
+                claims: tuple[GroundClaim, ...] = thing  # type: ignore[assignment]
+                draft.conjunctions.discard(claims)
+                if value is True:
+                    for claim in claims:
+                        draft.learn(claim)
+                else:
+                    draft.deny_all(claims)
+            settle(draft, self.rules)
+        except ContradictionError:
+            return None
+        return self._watched(draft.finished())
+
+
+def is_symbol(thing: Thing) -> bool:
+    """Whether a thing to branch on is an atom or term, not a conjunction."""
+    return isinstance(thing[0], str)
+
+
+def thing_text(thing: Thing) -> str:
+    """How plans spell it."""
+    return text_of(thing) if is_symbol(thing) else conjunction_text(thing)  # type: ignore[arg-type]
+
+
+def outcome_text(value: Value) -> str:
+    """How plans name the outcome of a branch."""
+    return value_text(value)

@@ -1,0 +1,244 @@
+"""What formulas ask of knowledge: each becomes a function of a state, its quantifiers unrolled once [K 3.3.1].
+
+Conjunctions and disjunctions short-circuit in their order.
+"""
+
+import operator
+from collections.abc import Callable, Iterable
+
+from kabo.language.formulas import (
+    And,
+    Application,
+    Arithmetic,
+    Atom,
+    Claim,
+    Comparison,
+    Constant,
+    Exists,
+    Forall,
+    Formula,
+    Know,
+    KnowValue,
+    KnowWhether,
+    Literal,
+    Not,
+    Number,
+    Or,
+    Temporal,
+    Term,
+    Test,
+    Truth,
+    Variable,
+    Xor,
+)
+from kabo.language.problem import Problem
+from kabo.plan import ValueOf
+from kabo.verify.ground import Binding, NotVerifiableError, Symbol, Value, instances, read_symbol
+from kabo.verify.knowledge import Facts, Knowledge, will_be_known
+
+Question = Callable[[Facts], bool]
+Reader = Callable[[Facts], "Value | None"]
+Namer = Callable[[Facts], "Symbol | None"]
+
+_COMPARE = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+_COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+
+
+# --------------------------------------------------------------------------------------------------------- terms
+def value_of(term: Term, problem: Problem, binding: Binding) -> Reader:
+    """The known value of a term; None where it is not known."""
+    if isinstance(term, Arithmetic):
+        return _computed(term, problem, binding)
+    namer = symbol_of(term, problem, binding)
+    if namer is None:
+        value = _fixed(term, binding)
+        return lambda state: value
+    if isinstance(namer, tuple):
+        return lambda state: state.known.get(namer)
+
+    def read(state: Facts) -> Value | None:
+        symbol = namer(state)
+        return None if symbol is None else state.known.get(symbol)
+
+    return read
+
+
+def _fixed(term: Term, binding: Binding) -> Value | None:
+    """The value of a constant, number or bound variable."""
+    if isinstance(term, Constant):
+        return term.name
+    if isinstance(term, Number):
+        return term.value
+    value = binding[term.name] if isinstance(term, Variable) else None
+    return None if isinstance(value, ValueOf) else value
+
+
+def _computed(term: Arithmetic, problem: Problem, binding: Binding) -> Reader:
+    left, right = value_of(term.left, problem, binding), value_of(term.right, problem, binding)
+
+    def compute(state: Facts) -> Value | None:
+        one, two = left(state), right(state)
+        if not isinstance(one, float | int) or not isinstance(two, float | int):
+            return None
+        if term.operator == "/" and two == 0:
+            return None
+        return float(_COMPUTE[term.operator](one, two))
+
+    return compute
+
+
+def symbol_of(term: Term | Atom, problem: Problem, binding: Binding) -> Symbol | Namer | None:
+    """What an atom or term names: fixed, depending on knowledge (inner terms), or None for constants and numbers.
+
+    A run-time variable names the term whose value it is.
+    """
+    if isinstance(term, Variable):
+        value = binding.get(term.name)
+        return read_symbol(value.term, problem) if isinstance(value, ValueOf) else None
+    if not isinstance(term, Application | Atom):
+        return None
+    name = term.function if isinstance(term, Application) else term.predicate
+    readers = [value_of(argument, problem, binding) for argument in term.arguments]
+    if all(_is_fixed(argument, binding) for argument in term.arguments):
+        nothing = Knowledge({})
+        return name, tuple(read(nothing) for read in readers)  # type: ignore[misc]
+
+    def find(state: Facts) -> Symbol | None:
+        values = tuple(read(state) for read in readers)
+        return None if None in values else (name, values)  # type: ignore[return-value]
+
+    return find
+
+
+def _is_fixed(term: Term, binding: Binding) -> bool:
+    if isinstance(term, Variable):
+        return not isinstance(binding.get(term.name), ValueOf)
+    return isinstance(term, Constant | Number)
+
+
+def named(namer: Symbol | Namer | None, state: Facts) -> Symbol | None:
+    """What `symbol_of` names in a state; None if the value of an argument is not known."""
+    return namer(state) if callable(namer) else namer
+
+
+# -------------------------------------------------------------------------------------------------------- claims
+def knows(claim: Claim, problem: Problem, binding: Binding) -> Question:
+    """K(claim): the claim is known to hold."""
+    if isinstance(claim, Literal):
+        return _knows_literal(symbol_of(claim.atom, problem, binding), claim.positive)
+    left, right = value_of(claim.left, problem, binding), value_of(claim.right, problem, binding)
+    if claim.operator in ("=", "!="):
+        return _knows_equality(claim, left, right, problem, binding)
+    compare = _COMPARE[claim.operator]
+
+    def ask(state: Facts) -> bool:
+        one, two = left(state), right(state)
+        if not isinstance(one, float | int) or not isinstance(two, float | int):
+            return False
+        return bool(compare(one, two))
+
+    return ask
+
+
+def _knows_literal(namer: Symbol | Namer | None, positive: bool) -> Question:
+    if isinstance(namer, tuple):
+        return lambda state: state.known.get(namer) is positive
+
+    def ask(state: Facts) -> bool:
+        symbol = named(namer, state)
+        return symbol is not None and state.known.get(symbol) is positive
+
+    return ask
+
+
+def _knows_equality(
+    claim: Comparison, left: Reader, right: Reader, problem: Problem, binding: Binding
+) -> Question:
+    namers = symbol_of(claim.left, problem, binding), symbol_of(claim.right, problem, binding)
+    equal = claim.operator == "="
+
+    def ask(state: Facts) -> bool:
+        one, two = left(state), right(state)
+        if one is not None and two is not None:
+            return (one == two) is equal
+        first, second = named(namers[0], state), named(namers[1], state)
+        if first is not None and first == second:
+            return equal  # a term has its own value, known or not
+        return not equal and (_excludes(first, two, state) or _excludes(second, one, state))
+
+    return ask
+
+
+def _excludes(symbol: Symbol | None, value: Value | None, state: Facts) -> bool:
+    return symbol is not None and value is not None and value in state.excluded.get(symbol, ())
+
+
+# ------------------------------------------------------------------------------------------------------ formulas
+def question(
+    formula: Formula, problem: Problem, binding: Binding, temporal: Callable[..., Question] | None = None
+) -> Question:
+    """Whether a query holds, as a function of the knowledge.
+
+    Args:
+        formula: the query.
+        problem: its problem.
+        binding: what parameters and variables stand for.
+        temporal: answers `initially(…)` and `always(…)` under a binding; they stand in goals only.
+
+    Raises:
+        NotVerifiableError: the formula calls a geometric test, or speaks of other states where it may not.
+    """
+
+    def inside(part: Formula, more: Binding = binding) -> Question:
+        return question(part, problem, more, temporal)
+
+    match formula:
+        case Know(claim):
+            return knows(claim, problem, binding)
+        case KnowWhether(thing) | KnowValue(thing):
+            return _will_be_known(symbol_of(thing, problem, binding))
+        case Truth(value):
+            return lambda state: value
+        case Not(body):
+            inner = inside(body)
+            return lambda state: not inner(state)
+        case And(parts):
+            return _all(map(inside, parts))
+        case Or(parts):
+            return _any(map(inside, parts))
+        case Xor(first, second):
+            one, two = inside(first), inside(second)
+            return lambda state: one(state) != two(state)
+        case Forall(variables, body):
+            return _all(inside(body, more) for more in instances(problem, variables, binding))
+        case Exists(variables, body):
+            return _any(inside(body, more) for more in instances(problem, variables, binding))
+        case Test() if problem.scene is None:
+            return lambda state: True  # without a scene every geometric test succeeds
+        case Temporal() if temporal is not None:
+            return temporal(formula, binding)
+    raise NotVerifiableError(f"{_NAMES.get(type(formula), 'this formula')} is not judged by this verifier")
+
+
+_NAMES: dict[type, str] = {Test: "a geometric test inside a formula", Temporal: "initially(…) or always(…)"}
+
+
+def _all(parts: Iterable[Question]) -> Question:
+    whole = tuple(parts)
+    return whole[0] if len(whole) == 1 else lambda state: all(part(state) for part in whole)
+
+
+def _any(parts: Iterable[Question]) -> Question:
+    whole = tuple(parts)
+    return whole[0] if len(whole) == 1 else lambda state: any(part(state) for part in whole)
+
+
+def _will_be_known(namer: Symbol | Namer | None) -> Question:
+    if isinstance(namer, tuple):
+        return lambda state: will_be_known(namer, state)
+
+    def ask(state: Facts) -> bool:
+        symbol = named(namer, state)
+        return symbol is not None and will_be_known(symbol, state)
+
+    return ask

@@ -1,0 +1,137 @@
+"""One node of a plan in one knowledge state: what is wrong there, and the states that follow."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from kabo.language.formulas import Formula
+from kabo.plan import Node
+from kabo.verify.draft import ContradictionError
+from kabo.verify.ground import NotVerifiableError, Symbol, Value
+from kabo.verify.interpreter import GroundAction, Interpreter, Thing, is_symbol, outcome_text
+from kabo.verify.knowledge import Knowledge, will_be_known
+from kabo.verify.relevance import mentions, reads
+from kabo.verify.updates import Updates
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way on from a node: the outcome (None where it does not branch), the next node, the knowledge there."""
+
+    value: Value | None
+    successor: str
+    state: Knowledge
+
+
+@dataclass
+class Step:
+    """What a node does to one state; `updates` are those of its action that fired, None if it has none."""
+
+    messages: list[str] = field(default_factory=list)
+    ways: list[Way] = field(default_factory=list)
+    updates: Updates | None = None
+
+
+def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
+    """Plays a node whose calls are in order (`check_call`)."""
+    result = Step()
+    try:
+        if node.kind == "goal":
+            for formula, holds in zip(interpreter.problem.goal, interpreter.goal, strict=True):
+                if not holds(state):
+                    result.messages.append("the goal does not hold at this leaf" + because(formula))
+            return result
+        after: Knowledge | None = state
+        if node.action is not None:
+            after = _act(interpreter, node, state, result)
+        if after is None:
+            return result
+        if node.on is not None:
+            result.ways.extend(_branch(interpreter, node, after, result))
+        elif node.next is not None:
+            result.ways.append(Way(None, node.next, after))
+    except NotVerifiableError as error:
+        result.messages.append(str(error))
+    return result
+
+
+def because(formula: Formula) -> str:
+    """Where a formula stands, for the end of a message."""
+    place = getattr(formula, "place", None)
+    return "" if place is None else f" ({place.file}:{place.line}:{place.column})"
+
+
+def _act(interpreter: Interpreter, node: Node, state: Knowledge, result: Step) -> Knowledge | None:
+    action = interpreter.action(str(node.action), node.arguments)
+    result.messages.extend(_unmet(action, state))
+    try:
+        after, result.updates = interpreter.act(state, action)
+    except ContradictionError as error:
+        result.messages.append(f'"{node.action}" is not applicable: it would mean {error}')
+        return None
+    delivered: set[Thing] = {*result.updates.run_time, *result.updates.whole, *(after.whether - state.whether)}
+    for text in (*([] if node.on is None else [node.on]), *node.delivers):
+        if interpreter.read(text) not in delivered:
+            result.messages.append(f'"{node.action}" does not sense {text}')
+    return after
+
+
+def _unmet(action: GroundAction, state: Knowledge) -> Iterator[str]:
+    for text, symbol in action.values:
+        if symbol is None or not will_be_known(symbol, state):
+            yield f"the value of {text} is not known at run time here"
+    schema = action.action
+    for number, (formula, holds) in enumerate(zip(schema.preconditions, action.preconditions, strict=True), 1):
+        if not holds(state):
+            yield f'precondition {number} of "{schema.name}" does not hold' + because(formula)
+
+
+def _branch(interpreter: Interpreter, node: Node, state: Knowledge, result: Step) -> Iterator[Way]:
+    thing = interpreter.read(str(node.on))
+    if thing is None or not interpreter.can_branch(state, thing):
+        result.messages.append(f"branches on {node.on}, which is not known at run time here")
+        return
+    values = interpreter.outcomes_of(thing, state)
+    if values is None:
+        result.messages.append(f"branches on {node.on}, whose values cannot be listed")
+        return
+    names = [outcome_text(value) for value in values]
+    result.messages.extend(
+        f'"{outcome}" is no value of {node.on}' for outcome in node.branches if outcome not in names
+    )
+    possible = 0
+    for value, outcome in zip(values, names, strict=True):
+        after = interpreter.learned(state, thing, value)
+        if after is None:
+            continue
+        possible += 1
+        if outcome in node.branches:
+            yield Way(value, node.branches[outcome], after)
+        else:
+            result.messages.append(f"no branch for {node.on} = {outcome}, which is possible")
+    if not possible:
+        result.messages.append(f"no outcome of {node.on} is possible: what is known here contradicts itself")
+
+
+def mentioned(node: Node, interpreter: Interpreter) -> Iterator[Symbol | str]:
+    """All atoms and terms that a node asks for."""
+    problem = interpreter.problem
+    if node.kind == "goal":
+        yield from mentions(problem.goal, problem, {})
+    for text in (*([] if node.on is None else [node.on]), *node.delivers):
+        yield from _symbols(interpreter.read(text))
+    if node.action is None:
+        return
+    action, binding = problem.domain.actions[node.action], dict(node.arguments)
+    yield from mentions((action.preconditions, action.sense), problem, binding)
+    look = mentions if interpreter.rules.rules else reads  # rules may find a contradiction in what is written
+    for effect in action.effects:
+        yield from look(effect, problem, binding)
+    for _, symbol in interpreter.action(node.action, node.arguments).values:
+        if symbol is not None:
+            yield symbol
+
+
+def _symbols(thing: Thing | None) -> Iterable[Symbol]:
+    if thing is None:
+        return ()
+    return (thing,) if is_symbol(thing) else tuple(claim[0] for claim in thing)  # type: ignore

@@ -1,0 +1,52 @@
+"""The domain's update rules, ground once, and which of them a change can set off."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from kabo.language.formulas import Effect, ForEach
+from kabo.language.problem import Problem
+from kabo.verify.ground import Binding, Symbol, instances
+from kabo.verify.relevance import mentions
+from kabo.verify.updates import Rule, rules_of
+
+
+@dataclass
+class UpdateRules:
+    """Every instance of every rule; `by_symbol` says which ones mention an atom or term, or a whole name."""
+
+    rules: list[Rule] = field(default_factory=list)
+    mentioned: list[frozenset[Symbol | str]] = field(default_factory=list)
+    by_symbol: dict[Symbol | str, list[int]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, problem: Problem) -> "UpdateRules":
+        """The rules of a problem."""
+        result = cls()
+        for effect, binding in ground(problem.domain.update_rules, problem, {}):
+            for rule in rules_of([effect], problem, binding):
+                result._add(rule, frozenset(mentions(effect, problem, binding)))
+        return result
+
+    def _add(self, rule: Rule, mentioned: frozenset[Symbol | str]) -> None:
+        for thing in mentioned:
+            self.by_symbol.setdefault(thing, []).append(len(self.rules))
+        self.rules.append(rule)
+        self.mentioned.append(mentioned)
+
+    def set_off_by(self, symbols: Iterable[Symbol]) -> list[Rule]:
+        """The rules that can do something new now that these have changed, in the order of the file."""
+        numbers: set[int] = set()
+        for symbol in symbols:
+            numbers.update(self.by_symbol.get(symbol, ()))
+            numbers.update(self.by_symbol.get(symbol[0], ()))
+        return [self.rules[number] for number in sorted(numbers)]
+
+
+def ground(effects: Iterable[Effect], problem: Problem, binding: Binding) -> Iterator[tuple[Effect, Binding]]:
+    """The effects without their outer quantifiers, each with the binding of an instance."""
+    for effect in effects:
+        if isinstance(effect, ForEach):
+            for more in instances(problem, effect.variables, binding):
+                yield from ground(effect.effects, problem, more)
+        else:
+            yield effect, binding
