@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
 
     identifier = uuid.uuid4().hex
     try:
-        problem = problem_for(options.problem)
+        problem = problem_for(options.problem, options.domain)
     except InputError as error:  # a server would say the same
         if not options.json:
             tell(str(error))

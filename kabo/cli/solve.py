@@ -23,7 +23,9 @@ def run(options: argparse.Namespace) -> int:
     chosen = SolveOptions(**chosen_options(options))
     try:
         with clean_standard_output(), shown_progress() as report:
-            answer = solve_file(options.problem, chosen, workers=max(1, options.workers), progress=report)
+            answer = solve_file(
+                options.problem, chosen, domain=options.domain, workers=max(1, options.workers), progress=report
+            )
     except KeyboardInterrupt:
         return _interrupted(options)
     if answer.error is not None and not options.json:

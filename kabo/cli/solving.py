@@ -14,7 +14,7 @@ SEARCHES = ("breadth-first", "depth-first", "iterative-deepening")
 
 def add_search_arguments(parser: argparse.ArgumentParser) -> None:
     """The options that say how to search; each that is not given is left to the problem and the scene."""
-    parser.add_argument("problem", type=Path, metavar="PROBLEM", help="the problem file")
+    add_problem_argument(parser)
     parser.add_argument("--search", choices=SEARCHES, help="order of the search (default: the best all-round one)")
     parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
     parser.add_argument(
@@ -39,6 +39,34 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
         help="the plan file (default: plan.json)",
     )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+
+
+def add_problem_argument(parser: argparse.ArgumentParser) -> None:
+    """The problem, in one file or two."""
+    parser.add_argument(
+        "problem",
+        type=Path,
+        nargs="+",
+        action=_OneOrTwo,
+        metavar="PROBLEM",
+        help="the problem file (YAML, PDDL, PKS); for PDDL and PKS its domain file may stand beside it: DOMAIN PROBLEM",
+    )
+
+
+class _OneOrTwo(argparse.Action):
+    """Takes one file or two: `problem`, and `domain` or None."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        if len(values) > 2:
+            parser.error(f"one problem file, or a domain and a problem file, not {len(values)} files")
+        namespace.problem = values[-1]
+        namespace.domain = values[0] if len(values) == 2 else None
 
 
 def chosen_options(options: argparse.Namespace) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from kabo.cli import exit_codes
+from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
 NAME = "verify"
@@ -12,7 +13,7 @@ HELP = "replay a plan over every branch and check every motion against the origi
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo verify`."""
-    parser.add_argument("problem", type=Path, metavar="PROBLEM", help="the problem file")
+    add_problem_argument(parser)
     parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
     parser.add_argument("--knowledge-only", action="store_true", help="check no motions, only what is known when")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
@@ -23,7 +24,9 @@ def run(options: argparse.Namespace) -> int:
     from kabo.service import verify_file
 
     with clean_standard_output():
-        report = verify_file(options.problem, options.plan, knowledge_only=options.knowledge_only)
+        report = verify_file(
+            options.problem, options.plan, domain=options.domain, knowledge_only=options.knowledge_only
+        )
     if options.json:
         print_json(report.to_dict())
     else:

@@ -70,13 +70,13 @@ class SourceFile:
         return self.text[begin:end]
 
 
-def read_source(path: Path, name: str) -> SourceFile:
-    """The file `path` as text, called `name` in messages; a byte order mark is dropped.
+def read_source(path: Path, name: str, most: int = MAX_BYTES) -> SourceFile:
+    """The file `path` of at most `most` bytes as text, called `name` in messages; a byte order mark is dropped.
 
     Raises:
         UnreadableError: it is missing, a folder, no ordinary file, too large, or not UTF-8.
     """
-    data = _read_bytes(path)
+    data = _read_bytes(path, most)
     digest = "sha256:" + hashlib.sha256(data).hexdigest()
     try:
         text = data.decode("utf-8-sig")
@@ -87,7 +87,7 @@ def read_source(path: Path, name: str) -> SourceFile:
     return SourceFile(path, name, text, digest)
 
 
-def _read_bytes(path: Path) -> bytes:
+def _read_bytes(path: Path, most: int) -> bytes:
     try:
         mode = os.stat(path).st_mode
         if stat.S_ISDIR(mode):
@@ -95,14 +95,14 @@ def _read_bytes(path: Path) -> bytes:
         if not stat.S_ISREG(mode):
             raise UnreadableError("this is not an ordinary file")
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            data = file.read(most + 1)
     except FileNotFoundError:
         raise UnreadableError("there is no such file") from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise UnreadableError(f"the file cannot be read: {reason}") from None
-    if len(data) > MAX_BYTES:
-        raise UnreadableError(f"the file is larger than {MAX_BYTES // 1_000_000} MB")
+    if len(data) > most:
+        raise UnreadableError(f"the file is larger than {most // 1_000_000} MB")
     return data
 
 

@@ -34,6 +34,7 @@ def solve_file(
     path: Path,
     options: SolveOptions,
     *,
+    domain: Path | None = None,
     workers: int = 1,
     within: Path | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -44,6 +45,7 @@ def solve_file(
     Args:
         path: the problem file.
         options: what the caller asks for; None where problem and scene decide.
+        domain: the problem's domain file, where formats have one that the problem does not name.
         workers: processes that the planner may use; does not change the answer.
         within: if given, no file outside of this folder is opened.
         progress: called now and then.
@@ -53,7 +55,7 @@ def solve_file(
     from kabo.planner.solve import solve
 
     try:
-        problem = read_problem(path, within)
+        problem = read_problem(path, within, domain)
         chosen = msgspec.structs.asdict(options)
         result = solve(problem, **chosen, workers=workers, progress=progress, cancelled=cancelled)
     except InputError as error:
@@ -61,45 +63,48 @@ def solve_file(
     return Answer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
 
 
-def read_problem(path: Path, within: Path | None = None) -> "Problem":
+def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> "Problem":
     """The problem in a file, with every file that it names inside the folder `within` (if given).
 
     Raises:
         InputError: all that is wrong in the files; or the files outside of `within`, none of them opened.
     """
-    from kabo.language import load_problem
+    from kabo.imports import load_problem
     from kabo.service.inline import refuse_outside
 
     if within is None:
-        return load_problem(path)
-    problem = load_problem(path, within=within)
+        return load_problem(path, domain)
+    problem = load_problem(path, domain, within=within)
     refuse_outside(problem, within)
     return problem
 
 
-def verify_file(problem: Path, plan: Path, *, knowledge_only: bool = False) -> "Report":
+def verify_file(
+    problem: Path, plan: Path, *, domain: Path | None = None, knowledge_only: bool = False
+) -> "Report":
     """Verifies the plan in a file for the problem in a file.
 
     Raises:
         InputError: all that is wrong in the problem's files, or in the form of the plan.
         OSError: the plan file cannot be read.
     """
-    from kabo.language import load_problem
+    from kabo.imports import load_problem
     from kabo.plan import load_plan
     from kabo.verify import verify_plan
 
-    return verify_plan(load_problem(problem), load_plan(plan), knowledge_only=knowledge_only)
+    return verify_plan(load_problem(problem, domain), load_plan(plan), knowledge_only=knowledge_only)
 
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     """All findings in files of any kind; scenes of error-free problems are loaded with their meshes and URDFs."""
-    from kabo.language import check_files as findings_in
+    from kabo.imports import check_files as findings_in
+    from kabo.imports import is_imported
 
     named = list(paths)
     found = list(findings_in(named))
     faulty = {finding.file for finding in found if finding.severity == "error"}
     for path in named:
-        if str(path) not in faulty:
+        if str(path) not in faulty and not is_imported(path):
             found += _geometry_findings(path)
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
 

@@ -13,45 +13,50 @@ from typing import Any
 from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
 from kabo.errors import Diagnostic, InputError
-from kabo.language import load_problem
+from kabo.imports import load_problem
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable
 
-_PROBLEM = re.compile(r"^problem\s*:", re.MULTILINE)
+_PROBLEM = re.compile(r"^problem\s*:|\(\s*define\s*\(\s*problem\b|<problem\b", re.MULTILINE | re.IGNORECASE)
 
 
 class Forbidden(Exception):
     """A path that leads out of the folder that a request may read."""
 
 
-def problem_for(path: Path) -> Callable[[Status], dict[str, Any]]:
+def problem_for(path: Path, domain: Path | None = None) -> Callable[[Status], dict[str, Any]]:
     """The `problem` of a request for a server with a status: a path if it lies below its root, else all files.
 
     Raises:
         InputError: see `pack_problem`.
     """
-    packed = pack_problem(path)
+    packed = pack_problem(path, domain)
+    named = {"path": path} if domain is None else {"path": path, "domain": domain}
 
     def chosen(status: Status) -> dict[str, Any]:
-        if status.root is not None and path.resolve().is_relative_to(status.root):
-            return {"path": path.resolve().relative_to(status.root).as_posix()}
+        root = status.root
+        if root is not None and all(each.resolve().is_relative_to(root) for each in named.values()):
+            return {key: each.resolve().relative_to(root).as_posix() for key, each in named.items()}
         return packed
 
     return chosen
 
 
-def pack_problem(path: Path) -> dict[str, Any]:
+def pack_problem(path: Path, domain: Path | None = None) -> dict[str, Any]:
     """The `problem` of a request with every file that solving it reads, by paths from their common folder.
 
     Raises:
         InputError: the problem is not valid; or a file cannot be sent, because it is named by an absolute path.
     """
-    problem = load_problem(path)
+    problem = load_problem(path, domain)
     files = sorted({Path(os.path.abspath(file)) for file in files_of(problem)})
     base = Path(os.path.commonpath([file.parent for file in files]))
     packed = {file.relative_to(base).as_posix(): _packed(file) for file in files}
-    return {"path": Path(os.path.abspath(path)).relative_to(base).as_posix(), "files": packed}
+    named = {"path": path} if domain is None else {"path": path, "domain": domain}
+    return {key: Path(os.path.abspath(each)).relative_to(base).as_posix() for key, each in named.items()} | {
+        "files": packed
+    }
 
 
 def files_of(problem: Problem) -> Iterator[Path]:

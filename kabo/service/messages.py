@@ -50,10 +50,14 @@ class InlineFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class ProblemFiles(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True, frozen=True):
-    """A problem: all its files inline, or a path below the server's root. With `files`, `path` is one of them."""
+    """A problem: all its files inline, or a path below the server's root. With `files`, `path` is one of them.
+
+    `domain` is the path of its domain file, where formats have one that the problem does not name (PDDL, PKS).
+    """
 
     path: str | None = None
     files: dict[str, str | InlineFile] | None = None
+    domain: str | None = None
 
 
 class SolveRequest(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

@@ -96,10 +96,12 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
             else:
                 code = "bad_request" if message.problem.path is None else "forbidden"
                 raise Refused(code, "this server reads no paths: send all files in `$.problem.files`")
+            domain = None if message.problem.domain is None else Path(inline.below(folder, message.problem.domain))
             with _working_in(folder):
                 answer = solve_file(
                     Path(path),
                     message.options,
+                    domain=domain,
                     within=Path(),
                     progress=ticker.progress,
                     cancelled=ticker.cancelled,

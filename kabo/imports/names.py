@@ -1,0 +1,36 @@
+"""Names of other languages in kabo's spelling, one to one; who took which name is kept for messages.
+
+kabo's names are `[a-z][a-z0-9_]*`. Every other character becomes `_`; what would then be a word of the language
+gets the suffix `_1`, and what is taken already `_2`, `_3`, … in the order of the file.
+"""
+
+from collections.abc import Iterable
+
+from kabo.language.values import NAME, RESERVED, proper_name
+
+_LONGEST = 200
+
+
+class Names:
+    """One namespace: kabo's name for every name that was asked for."""
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self._taken = {*RESERVED, *taken}
+        self.originals: dict[str, str] = {}  # kabo's name -> the name in the file
+
+    def take(self, original: str) -> str:
+        """A name that nobody else has."""
+        name = self.free(original)
+        self._taken.add(name)
+        self.originals[name] = original
+        return name
+
+    def free(self, original: str, also_taken: Iterable[str] = ()) -> str:
+        """A name that is free here and not among `also_taken`; not taken yet."""
+        taken = set(also_taken)
+        fits = NAME.fullmatch(original) is not None and len(original) <= _LONGEST
+        stem = original if fits and original not in RESERVED else proper_name(original)
+        name, number = stem, 2
+        while name in self._taken or name in taken:
+            name, number = f"{stem}_{number}", number + 1
+        return name
