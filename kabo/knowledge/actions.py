@@ -2,11 +2,25 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from kabo.knowledge.facts import AtomBits, Group, TermBits
+from kabo.knowledge.closure import Closure
+from kabo.knowledge.entries import Entry, Trace
+from kabo.knowledge.facts import AtomBits, ConjunctionBits, Group, TermBits
 from kabo.knowledge.progression import Effects
-from kabo.knowledge.queries import GeometricOracle, Query, optimistic
+from kabo.knowledge.queries import GeometricOracle, Query, optimistic, union
+from kabo.knowledge.regression import before_closure, before_effects, why_contradiction
 from kabo.language.formulas import GroundCall
+
+
+@dataclass(frozen=True)
+class RunTimeArgument:
+    """An argument whose value is known at run time only: that of a term."""
+
+    term: str
+
+    def __str__(self) -> str:
+        return self.term
 
 
 @dataclass(frozen=True)
@@ -14,27 +28,53 @@ class GroundAction:
     """An action with its arguments; `sense` are the facts that its run-time component delivers, as text."""
 
     name: str
-    arguments: Mapping[str, str] = field(hash=False)
+    arguments: Mapping[str, "str | RunTimeArgument"] = field(hash=False)
     call: GroundCall | None
     sense: tuple[str, ...]
     precondition: Query
     effects: Effects
+    closure: Closure = field(hash=False, repr=False, compare=False)
     index: int  # its place in the task: order of the file, then of the arguments
+    cost: float = 1.0
 
     def __str__(self) -> str:
-        return f"{self.name}({', '.join(self.arguments.values())})"
+        return f"{self.name}({', '.join(map(str, self.arguments.values()))})"
+
+    @cached_property
+    def reads(self) -> int:
+        """All bits on which it depends."""
+        return self.precondition.reads | self.effects.reads
 
     def applicable(self, state: int, test: GeometricOracle = optimistic) -> bool:
         """Whether the preconditions hold; geometry is another question."""
         return self.precondition.holds(state, test)
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
-        """The state after the action, sensed facts still open; None if its updates contradict each other."""
-        return self.effects.after(state, test)
+        """The state after the action, sensed facts still open; None if it would contradict itself."""
+        after = self.effects.after(state, test)
+        if after is None or self.closure.is_empty:
+            return after
+        return self.closure.complete(after, state ^ after)
 
     def needs(self, state: int, needed: int, test: GeometricOracle = optimistic) -> int:
         """Bits of `state` that let the action be applied and fix the bits `needed` of the state after."""
-        return self.precondition.support(state, test) | self.effects.needs(state, needed, test)
+        if not self.closure.is_empty:
+            updated = self.effects.after(state, test)
+            assert updated is not None, "explained is only what was done"
+            trace: Trace = []
+            after = self.closure.complete(updated, state ^ updated, trace)
+            assert after is not None, "explained is only what was done"
+            needed = before_closure(self.closure, trace, after, needed)
+        return self.precondition.support(state, test) | before_effects(self.effects, state, needed, test)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One outcome of a branching: its name, the bits it makes, and those that would contradict it."""
+
+    outcome: str
+    make: int
+    against: int
 
 
 @dataclass(frozen=True)
@@ -44,22 +84,67 @@ class Branching:
     entry: int
     mask: int
     fact: str
-    choices: tuple[tuple[str, int, int], ...]  # outcome, bit that it makes, bit that would exclude it
+    choices: tuple[Choice, ...]
+    closure: Closure = field(hash=False, repr=False, compare=False)
+    keeps: bool = True  # whether the entry stays: what is known is known whether
 
     def outcomes(self, state: int) -> Iterator[tuple[str, int]]:
         """Each possible outcome with the state in which it is known."""
-        rest = state & ~self.mask
-        for outcome, made, excluded in self.choices:
-            if not state & excluded:
-                yield outcome, rest | made
+        for choice in self.choices:
+            after = self.after(state, choice)
+            if after is not None:
+                yield choice.outcome, after
+
+    def after(self, state: int, choice: Choice, trace: Trace | None = None) -> int | None:
+        """The state in which the outcome is known; None if that contradicts what is known."""
+        if state & choice.against:
+            return None
+        made = state & (-1 if self.keeps else ~self.entry) | choice.make
+        return made if self.closure.is_empty else self.closure.complete(made, state ^ made, trace)
+
+    def needs(self, state: int, outcome: str, needed: int) -> int:
+        """Bits of `state` that fix the bits `needed` of the state where the outcome is known."""
+        choice = next(choice for choice in self.choices if choice.outcome == outcome)
+        if not self.closure.is_empty:
+            trace: Trace = []
+            after = self.after(state, choice, trace)
+            assert after is not None, "explained is only what can happen"
+            needed = before_closure(self.closure, trace, after, needed)
+        return needed & ~choice.make & ~self.mask  # what the outcome says of its own group is no need
+
+    def excluded(self, state: int) -> int:
+        """Bits of `state` that make every outcome impossible that is."""
+        reasons = 0
+        for choice in self.choices:
+            against = state & choice.against
+            if against:
+                reasons |= against & -against
+                continue
+            trace: Trace = []
+            if self.after(state, choice, trace) is None:
+                reasons |= why_contradiction(trace) & ~(choice.make & ~state)
+        return reasons
 
 
-def branching_of(group: Group) -> Branching | None:
-    """How an atom or a term with a finite range is branched on; None for numbers."""
-    if isinstance(group, AtomBits):
-        choices: tuple[tuple[str, int, int], ...] = (("false", group.false, 0), ("true", group.true, 0))
-        return Branching(group.entry, group.mask, group.text, choices)
-    if isinstance(group, TermBits):
-        choices = tuple((value, bit, group.unequal.get(value, 0)) for value, bit in group.equal.items())
-        return Branching(group.entry, group.mask, group.text, choices)
-    return None
+def branching_of(group: Group, closure: Closure, entry_of: Mapping[str, Entry]) -> Branching | None:
+    """How an atom, a term with a finite range or a conjunction is branched on; None for numbers."""
+    choices: tuple[Choice, ...]
+    match group:
+        case AtomBits():
+            choices = (
+                Choice("false", group.claim(False).makes, group.true),
+                Choice("true", group.claim(True).makes, group.false),
+            )
+        case TermBits():
+            choices = tuple(
+                Choice(value, group.learned(value), group.known & ~bit | group.unequal.get(value, 0))
+                for value, bit in group.equal.items()
+            )
+        case ConjunctionBits():
+            both = union(part.makes for part in group.parts)
+            against = union(part.fails for part in group.parts)
+            choices = (Choice("false", entry_of[group.text].active, 0), Choice("true", both, against))
+            return Branching(group.whether, group.mask, group.text, choices, closure, keeps=False)
+        case _:
+            return None
+    return Branching(group.whether, group.mask, group.text, choices, closure)

@@ -3,10 +3,11 @@
 `Compiler` is the dictionary between the two: it hands out bits on first mention and knows what is static.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import product
 
-from kabo.knowledge.facts import AtomBits, NumberBits, TermBits, Vocabulary, finite
+from kabo.knowledge.entries import Entry
+from kabo.knowledge.facts import AtomBits, Claim, NumberBits, TermBits, Vocabulary, finite
 from kabo.knowledge.queries import (
     FALSE,
     TRUE,
@@ -18,11 +19,11 @@ from kabo.knowledge.queries import (
     Query,
     conjunction,
     disjunction,
-    known_one,
     negation,
     truth,
     union,
 )
+from kabo.knowledge.runtime import RunTimeValue
 from kabo.knowledge.symbols import Symbols
 from kabo.language.formulas import (
     And,
@@ -43,6 +44,7 @@ from kabo.language.formulas import (
     Number,
     Or,
     ProcedureCall,
+    Temporal,
     Term,
     Test,
     Truth,
@@ -64,6 +66,9 @@ class Compiler:
         self.fluents = Vocabulary()
         self.statics = Vocabulary()
         self.static = 0
+        self.entries: dict[tuple[bool, frozenset[int]], Entry] = {}
+        self.starting = False  # while initial knowledge is compiled: its entries may be permanent
+        self.temporal: Callable[[Temporal, Binding], Query] | None = None  # what a temporal goal asks
 
     # ------------------------------------------------------------------------------------------------ formulas
     def query(self, formula: Formula, binding: Binding) -> Query:
@@ -99,6 +104,8 @@ class Compiler:
                 return conjunction(self.query(body, inner) for inner in self.instances(formula.variables, binding))
             case Exists(body=body):
                 return disjunction(self.query(body, inner) for inner in self.instances(formula.variables, binding))
+            case Temporal() if self.temporal is not None:
+                return self.temporal(formula, binding)
         raise TypeError(f"not supported and not refused: {formula!r}")
 
     def instances(self, variables: tuple[Variable, ...], binding: Binding) -> Iterator[Binding]:
@@ -110,12 +117,14 @@ class Compiler:
     # --------------------------------------------------------------------------------------------------- groups
     def is_static(self, symbol: str) -> bool:
         """Whether knowledge about this predicate or function never changes."""
-        return symbol not in self.symbols.changing
+        return symbol not in self.symbols.changing and " " not in symbol
 
-    def is_number(self, term: Term) -> bool:
+    def is_number(self, term: Term | RunTimeValue) -> bool:
         """Whether the term's value is a number."""
+        if isinstance(term, RunTimeValue):
+            term = term.term
         if isinstance(term, Application):
-            return self.problem.values_of(term.function) is None
+            return self.problem.values_of(term.function.rsplit(" ", 1)[-1]) is None
         return isinstance(term, Number | Arithmetic)
 
     def atom(self, name: str, arguments: tuple[str, ...]) -> AtomBits:
@@ -124,8 +133,9 @@ class Compiler:
 
     def term(self, name: str, arguments: tuple[str, ...]) -> TermBits:
         """The bits of a ground term with a finite range."""
-        values = self.problem.values_of(name) or ()
-        return self._home(name).term(name, arguments, values, name in self.symbols.excludable)
+        plain_name = name.rsplit(" ", 1)[-1]  # copies for temporal goals are called "initially f"
+        values = self.problem.values_of(plain_name) or ()
+        return self._home(name).term(name, arguments, values, plain_name in self.symbols.excludable)
 
     def number_term(self, name: str, arguments: tuple[str, ...]) -> NumberBits:
         """The bits of a ground term whose value is a number."""
@@ -163,6 +173,8 @@ class Compiler:
                 return [(TRUE, name)]
             case Variable(name=name):
                 return [(TRUE, binding[name])]
+            case RunTimeValue():
+                return self.cases(term.term, binding)
             case Application(function=function):
                 return [
                     (conjunction([condition, self._settled(function, AllOf(bit, bit))]), value)
@@ -180,14 +192,15 @@ class Compiler:
         return self._each(literal.atom.arguments, binding, ask)
 
     def _whether(self, atom: Atom, names: tuple[str, ...]) -> Query:
-        return self._settled(atom.predicate, AnyOf(self.atom(atom.predicate, names).mask))
+        bit = self.atom(atom.predicate, names).whether
+        return self._settled(atom.predicate, AllOf(bit, bit))
 
     def _value_known(self, term: Application, names: tuple[str, ...]) -> Query:
         bits = self.number_term(term.function, names) if self.is_number(term) else self.term(term.function, names)
-        return self._settled(term.function, known_one(bits.known | bits.entry))
+        return self._settled(term.function, AllOf(bits.whether, bits.whether))
 
     def _comparison(self, claim: Comparison, binding: Binding) -> Query:
-        if claim.left == claim.right and claim.operator in ("=", "!="):
+        if plain(claim.left) == plain(claim.right) and claim.operator in ("=", "!="):
             return truth(claim.operator == "=")
         if self.is_number(claim.left) or self.is_number(claim.right):
             left, right = self.number(claim.left, binding), self.number(claim.right, binding)
@@ -220,6 +233,7 @@ class Compiler:
 
     def _is_not(self, term: Term, name: str, binding: Binding) -> Query:
         """K(term != name)."""
+        term = plain(term)
         if not isinstance(term, Application):
             return truth(self.cases(term, binding)[0][1] != name)
 
@@ -227,24 +241,59 @@ class Compiler:
             bits = self.term(term.function, names)
             if name not in bits.equal:
                 return TRUE
-            return self._settled(term.function, AnyOf(bits.known & ~bits.equal[name] | bits.unequal.get(name, 0)))
+            excluded = bits.unequal.get(name)
+            others = AnyOf(bits.known & ~bits.equal[name])
+            return self._settled(term.function, others if excluded is None else AllOf(excluded, excluded))
 
         return self._each(term.arguments, binding, ask)
+
+    # ------------------------------------------------------------------------------------- claims and entries
+    def claim(self, claim: Literal | Comparison, binding: Binding) -> Claim | bool:
+        """The bits of a ground literal or `f = v`; its truth if a value is meant that the term cannot have."""
+        if isinstance(claim, Literal):
+            names = tuple(self.cases(argument, binding)[0][1] for argument in claim.atom.arguments)
+            return self.atom(claim.atom.predicate, names).claim(claim.positive)
+        term, value = plain(claim.left), claim.right
+        assert isinstance(term, Application)
+        if plain(value) == term:
+            return claim.operator == "="
+        name = self.cases(value, binding)[0][1]
+        bits = self.term(term.function, tuple(self.cases(a, binding)[0][1] for a in term.arguments))
+        if name not in bits.equal:
+            return claim.operator == "!="
+        return bits.claim(name, claim.operator == "=")
+
+    def entry(self, exactly: bool, members: Iterable[Claim], *, given: bool = False) -> Entry:
+        """The entry of Kx or Kor with these members; the same one whenever it is asked for.
+
+        One that is `given` at the start is permanent if no action can change what it is about.
+        """
+        members = tuple(dict.fromkeys(members))
+        key = exactly, frozenset(member.holds for member in members)
+        found = self.entries.get(key)
+        if found is None:
+            written = self.symbols.written
+            if given and not any(self.fluents.key_of(member.group)[0] in written for member in members):
+                found = Entry(exactly, members)
+            else:
+                found = Entry(exactly, members, self.fluents.bit(), tuple(self.fluents.bit() for _ in members))
+            self.entries[key] = found
+        return found
 
     # -------------------------------------------------------------------------------------------------- numbers
     def number(self, term: Term, binding: Binding) -> NumberTerm:
         """How to read the value of a number term from a state."""
-        match term:
+        match plain(term):
             case Number(value=value):
                 return NumberTerm(0, lambda _state: value)
-            case Arithmetic():
+            case Arithmetic() as sum_:
                 return _arithmetic(
-                    term.operator, self.number(term.left, binding), self.number(term.right, binding)
+                    sum_.operator, self.number(sum_.left, binding), self.number(sum_.right, binding)
                 )
-            case Application(function=function):
+            case Application(function=function) as applied:
                 choices = [
                     (condition, self.number_term(function, names))
-                    for condition, names in self.argument_cases(term.arguments, binding)
+                    for condition, names in self.argument_cases(applied.arguments, binding)
                 ]
                 return self._fluent_number(function, choices)
         raise TypeError(f"not a number: {term!r}")
@@ -260,6 +309,11 @@ class Compiler:
 
         reads = union(condition.reads | (bits.field if static is None else 0) for condition, bits in choices)
         return NumberTerm(reads, value)
+
+
+def plain(term: Term) -> Term:
+    """The term itself, also if its value is taken at run time."""
+    return term.term if isinstance(term, RunTimeValue) else term
 
 
 def _arithmetic(operator: str, left: NumberTerm, right: NumberTerm) -> NumberTerm:

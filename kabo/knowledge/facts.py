@@ -1,8 +1,11 @@
 """Bits of a knowledge state: which bit says K(p), K(not p), Kw(p), K(f = v), K(f != v), Kv(f), and known numbers.
 
-States are Python integers, so a bit is the mask `1 << k`. A *group* has all bits of one ground atom or term. They
-are kept without redundancy: what is known has no Kw or Kv entry, and a known value needs no `f != v`. Hence equal
-knowledge is an equal integer.
+States are Python integers, so a bit is the mask `1 << k`. A *group* has all bits of one ground atom or term. States
+are kept closed: what is known is also known whether, and a known value excludes all others. Hence equal knowledge is
+an equal integer, more knowledge is more bits, and every primitive query asks for one bit.
+
+The bit two places below `whether` (and, for atoms, the one below it) says that the group is known, so that all
+groups whose truth or value is still open are found by two shifts (`open_entries`).
 """
 
 import math
@@ -16,53 +19,95 @@ NUMBER_BITS = 64
 
 
 @dataclass(frozen=True)
+class Claim:
+    """A literal about one group: `p`, `not p`, `f = v` or `f != v`."""
+
+    holds: int  # the bit that says that it is known
+    fails: int  # the bit that says that its complement is known
+    makes: int  # all bits that follow from it within the group
+    group: "Group"
+
+    def __hash__(self) -> int:
+        return hash(self.holds)
+
+    @property
+    def denied(self) -> "Claim":
+        """The complement."""
+        group = self.group
+        if isinstance(group, AtomBits):
+            return group.claim(self.holds == group.false)
+        assert isinstance(group, TermBits)
+        value = next(v for v in group.equal if self.holds in (group.equal[v], group.unequal[v]))
+        return group.claim(value, self.holds != group.equal[value])
+
+
+@dataclass(frozen=True)
 class AtomBits:
-    """K(p), K(not p) and the Kw entry of one ground atom."""
+    """K(p), K(not p) and Kw(p) of one ground atom."""
 
     text: str
     true: int
     false: int
-    entry: int
+    whether: int
 
     @property
     def mask(self) -> int:
         """All bits of the atom."""
-        return self.true | self.false | self.entry
+        return self.true | self.false | self.whether
 
     @property
     def known(self) -> int:
         """The bits that make the atom known."""
         return self.true | self.false
 
+    def claim(self, positive: bool) -> Claim:
+        """The literal."""
+        if positive:
+            return Claim(self.true, self.false, self.true | self.whether, self)
+        return Claim(self.false, self.true, self.false | self.whether, self)
+
 
 @dataclass(frozen=True)
 class TermBits:
-    """K(f = v) and K(f != v) for every value, and the Kv entry, of one ground term with a finite range."""
+    """K(f = v) and K(f != v) for every value, Kv(f), and that f is known, of one ground term with a finite range."""
 
     text: str
     equal: dict[str, int]
-    unequal: dict[str, int]
-    entry: int
+    unequal: dict[str, int]  # empty if no `f != v` can be known while f is not
+    settled: int
+    whether: int
     known: int  # all bits of `equal`
     excluded: int  # all bits of `unequal`
 
     @property
     def mask(self) -> int:
         """All bits of the term."""
-        return self.known | self.excluded | self.entry
+        return self.known | self.excluded | self.settled | self.whether
 
     def __hash__(self) -> int:
         return hash(self.text)
 
+    def learned(self, value: str) -> int:
+        """All bits of a known value."""
+        others = self.excluded & ~self.unequal.get(value, 0)
+        return self.equal[value] | others | self.settled | self.whether
+
+    def claim(self, value: str, positive: bool) -> Claim:
+        """The claim `f = value` or `f != value`; the term must have exclusions."""
+        equal, unequal = self.equal[value], self.unequal[value]
+        if positive:
+            return Claim(equal, unequal, self.learned(value), self)
+        return Claim(unequal, equal, unequal, self)
+
 
 @dataclass(frozen=True)
 class NumberBits:
-    """A known number: a flag, its IEEE 754 pattern above it, and the Kv entry."""
+    """A known number: a flag, its IEEE 754 pattern, and the bit of Kv."""
 
     text: str
     known: int
     shift: int
-    entry: int
+    whether: int
 
     @property
     def field(self) -> int:
@@ -72,12 +117,12 @@ class NumberBits:
     @property
     def mask(self) -> int:
         """All bits of the term."""
-        return self.field | self.entry
+        return self.field | self.whether
 
     def encode(self, value: float) -> int:
         """The bits of a known value (never NaN; -0.0 is 0.0, so that equal numbers are equal bits)."""
         pattern = struct.unpack("<Q", struct.pack("<d", value + 0.0))[0]
-        return self.known | int(pattern) << self.shift
+        return self.known | self.whether | int(pattern) << self.shift
 
     def decode(self, state: int) -> float | None:
         """The value that is known in the state, or None."""
@@ -87,25 +132,42 @@ class NumberBits:
         return float(struct.unpack("<d", struct.pack("<Q", pattern))[0])
 
 
-Group = AtomBits | TermBits | NumberBits
+@dataclass(frozen=True)
+class ConjunctionBits:
+    """The Kw entry of a conjunction: its truth will be known at run time. Known conjunctions are known literals."""
+
+    text: str
+    whether: int
+    parts: tuple[Claim, ...]
+
+    known = 0
+
+    @property
+    def mask(self) -> int:
+        """The only bit."""
+        return self.whether
+
+
+Group = AtomBits | TermBits | NumberBits | ConjunctionBits
 
 
 class Vocabulary:
-    """Hands out bits to ground atoms and terms when they are first mentioned.
+    """Hands out bits to ground atoms, terms and entries when they are first mentioned.
 
     The order of mention is the order of the files, so that equal input gives equal bits.
     """
 
     def __init__(self) -> None:
         self._groups: dict[Key, Group] = {}
-        self._texts: set[str] = set()
+        self._keys: dict[str, Key] = {}
         self._next = 0
+        self.whether = 0  # all Kw and Kv bits
 
     def atom(self, name: str, arguments: tuple[str, ...]) -> AtomBits:
         """The bits of a ground atom."""
         group = self._groups.get((name, arguments))
         if group is None:
-            group = AtomBits(fact_text(name, arguments), self._bit(), self._bit(), self._bit())
+            group = AtomBits(fact_text(name, arguments), self.bit(), self.bit(), self._entry())
             self._remember(name, arguments, group)
         assert isinstance(group, AtomBits)
         return group
@@ -114,10 +176,11 @@ class Vocabulary:
         """The bits of a ground term with a finite range; `exclusions` says whether `f != v` can be a fact."""
         group = self._groups.get((name, arguments))
         if group is None:
-            equal = {value: self._bit() for value in values}
-            unequal = {value: self._bit() for value in values} if exclusions else {}
+            equal = {value: self.bit() for value in values}
+            unequal = {value: self.bit() for value in values} if exclusions else {}
             text, known, excluded = fact_text(name, arguments), sum(equal.values()), sum(unequal.values())
-            group = TermBits(text, equal, unequal, self._bit(), known, excluded)
+            settled, _gap = self.bit(), self.bit()
+            group = TermBits(text, equal, unequal, settled, self._entry(), known, excluded)
             self._remember(name, arguments, group)
         assert isinstance(group, TermBits)
         return group
@@ -126,11 +189,21 @@ class Vocabulary:
         """The bits of a ground term whose value is a number."""
         group = self._groups.get((name, arguments))
         if group is None:
-            known = self._bit()
             shift, self._next = self._next, self._next + NUMBER_BITS
-            group = NumberBits(fact_text(name, arguments), known, shift, self._bit())
+            known, _gap = self.bit(), self.bit()
+            group = NumberBits(fact_text(name, arguments), known, shift, self._entry())
             self._remember(name, arguments, group)
         assert isinstance(group, NumberBits)
+        return group
+
+    def conjunction(self, text: str, parts: tuple[Claim, ...]) -> ConjunctionBits:
+        """The Kw entry of a conjunction."""
+        group = self._groups.get((text, ()))
+        if group is None:
+            _gap, _gap = self.bit(), self.bit()
+            group = ConjunctionBits(text, self._entry(), parts)
+            self._remember(text, (), group)
+        assert isinstance(group, ConjunctionBits)
         return group
 
     @property
@@ -141,16 +214,37 @@ class Vocabulary:
     def __iter__(self) -> Iterator[Group]:
         return iter(self._groups.values())
 
+    def named(self, prefix: str) -> Iterator[tuple[str, tuple[str, ...], Group]]:
+        """Name, arguments and bits of the groups whose symbol begins so."""
+        for (name, arguments), group in self._groups.items():
+            if name.startswith(prefix):
+                yield name, arguments, group
+
+    def key_of(self, group: Group) -> Key:
+        """The symbol and arguments of a group."""
+        return self._keys[group.text]
+
     def __contains__(self, group: Group) -> bool:
-        return group.text in self._texts
+        return group.text in self._keys
+
+    def bit(self) -> int:
+        """A bit that nobody else has."""
+        self._next += 1
+        return 1 << (self._next - 1)
+
+    def _entry(self) -> int:
+        bit = self.bit()
+        self.whether |= bit
+        return bit
 
     def _remember(self, name: str, arguments: tuple[str, ...], group: Group) -> None:
         self._groups[name, arguments] = group
-        self._texts.add(group.text)
+        self._keys[group.text] = name, arguments
 
-    def _bit(self) -> int:
-        self._next += 1
-        return 1 << (self._next - 1)
+
+def open_entries(state: int, whether: int) -> int:
+    """The Kw and Kv bits (among `whether`) of groups that are not known yet."""
+    return state & whether & ~(state << 1 | state << 2)
 
 
 def fact_text(name: str, arguments: tuple[str, ...]) -> str:

@@ -2,20 +2,27 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from math import prod
 
+from kabo.errors import Diagnostic, InputError
 from kabo.knowledge.actions import Branching, GroundAction, branching_of
-from kabo.knowledge.compiler import Binding, Compiler, ground_call
-from kabo.knowledge.effects import compile_effects, compile_sensing
-from kabo.knowledge.progression import Update, effects_of
-from kabo.knowledge.queries import FALSE, TRUE, Query, conjunction, union
+from kabo.knowledge.closure import Closure, Monitor, Propagator, Rule
+from kabo.knowledge.compiler import Binding, Compiler
+from kabo.knowledge.effects import compile_effects
+from kabo.knowledge.entries import Entry, LastValue
+from kabo.knowledge.facts import ConjunctionBits, TermBits, open_entries
+from kabo.knowledge.progression import Lexicon, Update, effects_of
+from kabo.knowledge.queries import FALSE, conjunction, union
 from kabo.knowledge.reachability import relaxed_reach
 from kabo.knowledge.refusals import refuse_unsupported
 from kabo.knowledge.relevance import Relevance
-from kabo.knowledge.symbols import symbols_of
+from kabo.knowledge.schemas import Draft, drafts
+from kabo.knowledge.symbols import Symbols, pieces_of, symbols_of
 from kabo.knowledge.task import GoalPart, Task
+from kabo.knowledge.temporal import TemporalGoals
 from kabo.knowledge.text import formula_text
-from kabo.language.formulas import And, Forall, Formula, Variable
-from kabo.language.problem import Action, Problem
+from kabo.language.formulas import And, Change, Forall, Formula, WorldEffect
+from kabo.language.problem import Problem
 
 
 def ground(problem: Problem) -> Task:
@@ -25,53 +32,148 @@ def ground(problem: Problem) -> Task:
     cannot reach is left out.
 
     Raises:
-        InputError: the problem uses what this planner does not support yet; names every such place.
+        InputError: the problem uses what this planner does not support (names every such place), its initial
+            knowledge contradicts itself, or its update rules do not settle.
     """
     refuse_unsupported(problem)
-    compiler = Compiler(problem, symbols_of(problem))
-    initial = _initial_state(compiler)
-    actions = _numbered(a for schema in problem.domain.actions.values() for a in _instances(compiler, schema))
+    compiler = Compiler(problem, _symbols(problem))
+    state, permanent = _initial_state(compiler)
+    found = list(drafts(compiler, problem))
+    rules = list(_rules(compiler))
+    temporal = TemporalGoals(compiler)
     goal = tuple(_goal_parts(compiler, problem.goal, {}))
-    reach = relaxed_reach(initial, actions, _branchings(compiler))
+    state, copies = temporal.bind(state)
+    closure = _closure(compiler, [*permanent, *copies], rules, temporal.monitors)
+    initial = closure.complete(state | union(monitor.held for monitor in temporal.monitors), -1)
+    if initial is None:
+        raise _contradiction(problem)
+    lexicon = Lexicon.of(compiler.fluents, compiler.entries.values())
+    actions = _numbered(_action(draft, lexicon, closure) for draft in found)
+    splits = _branchings(compiler, closure)
+    reach = relaxed_reach(
+        initial, actions, _open(splits, compiler.fluents.whether, initial, actions, rules), closure
+    )
     actions = _numbered(reach.actions)
-    branchings = {entry: split for entry, split in _branchings(compiler).items() if entry & reach.ones}
+    branchings = _open(splits, compiler.fluents.whether, initial, actions, rules)
     query = conjunction(part.query for part in goal)
     return Task(
         initial=initial,
         actions=actions,
         goal=goal,
         goal_query=query,
-        entries={group.entry: group.text for group in compiler.fluents},
-        entry_mask=union(group.entry for group in compiler.fluents),
+        entries={group.whether: group.text for group in compiler.fluents},
+        whether=compiler.fluents.whether,
         branchings=branchings,
         pending=union(branchings),
-        relevance=Relevance(actions, query, branchings, [group.mask for group in compiler.fluents]),
+        relevance=Relevance(actions, query, branchings, closure, [group.mask for group in compiler.fluents]),
+        closure=closure,
         width=compiler.fluents.width,
     )
+
+
+def _symbols(problem: Problem) -> Symbols:
+    """What changes; conditions of world effects do not count if they are known from the beginning, all of them."""
+    symbols = symbols_of(problem)
+    candidates = symbols.causes - symbols.changing
+    if candidates:
+        compiler = Compiler(problem, symbols)
+        _initial_state(compiler)
+        unknown = {name for name in candidates if not _is_complete(compiler, name)}
+        symbols = replace(symbols, changing=symbols.changing | unknown)
+    return symbols
+
+
+def _is_complete(compiler: Compiler, name: str) -> bool:
+    """Whether every instance of a static symbol is known."""
+    problem, domain = compiler.problem, compiler.problem.domain
+    kinds = domain.predicates[name] if name in domain.predicates else domain.functions[name].arguments
+    known = sum(
+        1
+        for _, _, group in compiler.statics.named(name)
+        if compiler.statics.key_of(group)[0] == name and group.known & compiler.static
+    )
+    return known == prod(len(problem.of_type(kind)) for kind in kinds)
 
 
 def _numbered(actions: Iterable[GroundAction]) -> tuple[GroundAction, ...]:
     return tuple(replace(action, index=index) for index, action in enumerate(actions))
 
 
-def _initial_state(compiler: Compiler) -> int:
-    """Empty knowledge after the updates of `initial`, one after the other; keeps static knowledge apart."""
+def _action(draft: Draft, lexicon: Lexicon, closure: Closure) -> GroundAction:
+    effects = effects_of(draft.updates, lexicon)
+    return GroundAction(
+        draft.name, draft.arguments, draft.call, draft.sense, draft.precondition, effects, closure, 0, draft.cost
+    )
+
+
+def _initial_state(compiler: Compiler) -> tuple[int, list[Entry]]:
+    """Empty knowledge after the updates of `initial`, one after the other, not closed yet; and permanent entries.
+
+    Entries about what actions never change are permanent. Static knowledge is kept apart, in the compiler.
+    """
     state = 0
+    deletes = any(
+        isinstance(piece, Change) and piece.operation == "del" and piece.database in ("Kx", "Kor")
+        for piece in pieces_of(compiler.problem.initial)
+    )
+    compiler.starting = not deletes
     for effect in compiler.problem.initial:
-        static: list[Update] = []
-        fluent: list[Update] = []
         for update in compile_effects(compiler, [effect], {}):
-            (fluent if update.group in compiler.fluents else static).append(update)
-        compiler.static = _applied(compiler.static, static)
-        state = _applied(state, fluent)
-    return state
+            assert isinstance(update, Update), "the language allows no world effect here"
+            if update.static:
+                compiler.static = _applied(compiler.static, update)
+            else:
+                state = _applied(state, update)
+    compiler.starting = False
+    return state, [entry for entry in compiler.entries.values() if not entry.active]
 
 
-def _applied(state: int, updates: list[Update]) -> int:
-    for update in updates:
-        after = effects_of([update]).after(state)
-        state = state if after is None else after
-    return state
+def _applied(state: int, update: Update) -> int:
+    after = effects_of([update], Lexicon()).after(state)
+    return state if after is None else after
+
+
+def _contradiction(problem: Problem) -> InputError:
+    place = next((effect.place for effect in problem.initial if effect.place is not None), None)
+    message = "the initial knowledge contradicts itself: nothing can be as it says"
+    if place is None:
+        return InputError([Diagnostic(str(problem.path), 1, 1, message)])
+    return InputError([Diagnostic(place.file, place.line, place.column, message, length=place.length)])
+
+
+def _closure(
+    compiler: Compiler, permanent: Iterable[Entry], rules: Iterable[Rule], monitors: Iterable[Monitor]
+) -> Closure:
+    propagators: list[Propagator] = [*permanent, *(e for e in compiler.entries.values() if e.active)]
+    propagators += [LastValue(g) for g in compiler.fluents if isinstance(g, TermBits) and g.unequal]
+    exclusive = {m: None for ms in Lexicon.of(compiler.fluents).contradictions.values() for m in ms}
+    return Closure(propagators, list(rules), list(monitors), exclusive)
+
+
+def _rules(compiler: Compiler) -> Iterator[Rule]:
+    """The update rules, ground; those that can never fire left out."""
+    for effect in compiler.problem.domain.update_rules:
+        place = effect.place if isinstance(effect, Change | WorldEffect) else getattr(effect, "place", None)
+        for update in compile_effects(compiler, [effect], {}):
+            assert isinstance(update, Update), "the language allows no world effect in rules"
+            if update.condition != FALSE and update.writes:
+                yield Rule(update.condition, update.clear, update.make, place)
+
+
+def _open(
+    splits: dict[int, Branching],
+    whether: int,
+    initial: int,
+    actions: Iterable[GroundAction],
+    rules: Iterable[Rule],
+) -> dict[int, Branching]:
+    """The branchings that are open at the start, or that an action can open."""
+    entered = open_entries(initial, whether)
+    for action in actions:
+        entered |= union(open_entries(update.make, whether) for update in action.effects.updates)
+    for rule in rules:
+        entered |= open_entries(rule.make, whether)
+    return {entry: split for entry, split in splits.items() if entry & entered}
 
 
 def _goal_parts(compiler: Compiler, goal: tuple[Formula, ...], binding: Binding) -> Iterator[GoalPart]:
@@ -87,60 +189,11 @@ def _goal_parts(compiler: Compiler, goal: tuple[Formula, ...], binding: Binding)
                 yield GoalPart(formula_text(formula, binding), compiler.query(formula, binding))
 
 
-def _branchings(compiler: Compiler) -> dict[int, Branching]:
-    found = (branching_of(group) for group in compiler.fluents)
+def _branchings(compiler: Compiler, closure: Closure) -> dict[int, Branching]:
+    entry_of = {
+        group.text: compiler.entry(False, [part.denied for part in group.parts])
+        for group in compiler.fluents
+        if isinstance(group, ConjunctionBits)
+    }
+    found = (branching_of(group, closure, entry_of) for group in compiler.fluents)
     return {branching.entry: branching for branching in found if branching is not None}
-
-
-def _instances(compiler: Compiler, schema: Action) -> Iterator[GroundAction]:
-    """All instances of an action whose static preconditions hold, arguments in the order of declaration."""
-    ready = _preconditions_by_parameter(schema)
-    names = [parameter.name for parameter in schema.parameters]
-    objects = [compiler.problem.of_type(parameter.type) for parameter in schema.parameters]
-
-    def bind(position: int, binding: dict[str, str], known: Query) -> Iterator[GroundAction]:
-        known = conjunction([known, *(compiler.query(formula, binding) for formula in ready[position])])
-        if known == FALSE:
-            return
-        if position == len(names):
-            yield _ground_action(compiler, schema, binding, known)
-            return
-        for name in objects[position]:
-            yield from bind(position + 1, {**binding, names[position]: name}, known)
-
-    return bind(0, {}, TRUE)
-
-
-def _preconditions_by_parameter(schema: Action) -> list[list[Formula]]:
-    """Preconditions sorted by how many parameters must be bound before they can be compiled."""
-    places = {parameter.name: number for number, parameter in enumerate(schema.parameters, start=1)}
-    ready: list[list[Formula]] = [[] for _ in range(len(places) + 1)]
-    for formula in schema.preconditions:
-        ready[max((places.get(name, 0) for name in _variables(formula)), default=0)].append(formula)
-    return ready
-
-
-def _variables(tree: object) -> Iterator[str]:
-    """The names of all variables anywhere in a formula tree."""
-    if isinstance(tree, Variable):
-        yield tree.name
-    elif isinstance(tree, tuple):
-        for part in tree:
-            yield from _variables(part)
-    elif hasattr(tree, "__dataclass_fields__"):
-        for name in tree.__dataclass_fields__:
-            if name != "place":
-                yield from _variables(getattr(tree, name))
-
-
-def _ground_action(compiler: Compiler, schema: Action, binding: Binding, precondition: Query) -> GroundAction:
-    sensing = [compile_sensing(compiler, sensed, binding) for sensed in schema.sense]
-    updates = [*compile_effects(compiler, schema.effects, binding), *sensing]
-    call = None if schema.geometry is None else ground_call(schema.geometry, binding)
-    sense = tuple(dict.fromkeys(update.group.text for update in updates if _makes_entry(update)))
-    return GroundAction(schema.name, dict(binding), call, sense, precondition, effects_of(updates), 0)
-
-
-def _makes_entry(update: Update) -> bool:
-    """Whether the update says that something will be known at run time."""
-    return bool(update.make & update.group.entry)

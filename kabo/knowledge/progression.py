@@ -1,37 +1,54 @@
-"""What an action does to a knowledge state, and what of the state before it needs for a given outcome.
+"""What an action does to a knowledge state: all conditions are read in the state before, then all updates happen.
 
-All conditions are read in the state before, then all updates happen; add wins over delete. Progression and
-regression stand side by side because they must agree bit by bit.
+Add wins over delete. What the world changed drops the entries that speak of it; then comes the closure.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Group, NumberBits, TermBits
-from kabo.knowledge.queries import FALSE, TRUE, GeometricOracle, NumberTerm, Query, optimistic, union
+from kabo.knowledge.queries import (
+    FALSE,
+    TRUE,
+    AllOf,
+    GeometricOracle,
+    NumberTerm,
+    Query,
+    bits_of,
+    optimistic,
+    union,
+)
 
 
 @dataclass(frozen=True)
 class Assignment:
-    """`f = expression`, read in the state before; an unknown value of the expression makes f unknown."""
+    """`f = expression`, read in the state before; if that is unknown, so is f, or it will be known at run time."""
 
     bits: NumberBits
     value: NumberTerm
+    at_run_time: bool = False
 
 
 @dataclass(frozen=True)
 class Update:
-    """One compiled update: under the condition, first `clear` then `make` bits of the group."""
+    """One compiled update: under the condition, first `clear` then `make`.
 
-    group: Group
+    `touch` are the bits of the group that it changes in the world, 0 if it only infers or senses; `entry` is the
+    group that it says will be known at run time.
+    """
+
     condition: Query
     clear: int
     make: int = 0
+    touch: int = 0
     assignment: Assignment | None = None
+    entry: Group | None = None
+    static: bool = False  # its bits are those of static knowledge, not of states
 
     @property
     def writes(self) -> int:
-        """All bits that it may change."""
+        """All bits that it may change, beside entries that it drops."""
         return self.clear | self.make
 
     @property
@@ -41,11 +58,11 @@ class Update:
 
 
 @dataclass(frozen=True)
-class Settlement:
-    """Normal form: once a bit of `known` is set, the entries `implied` (Kw, Kv, f != v) are redundant."""
+class Switch:
+    """Conditional updates that wait for bits of which at most one is set: looked up, not tried one by one."""
 
-    known: int
-    implied: int
+    mask: int
+    table: Mapping[int, tuple[int, int, int]]  # the bit that is set -> clear, make, touch
 
 
 @dataclass(frozen=True)
@@ -57,26 +74,34 @@ class Effects:
     """
 
     updates: tuple[Update, ...]
-    settlements: tuple[Settlement, ...] = ()
-    exclusive: tuple[int, ...] = ()
-    clear: int = 0  # of all unconditional updates
-    make: int = 0
-    conditional: tuple[Update, ...] = ()
-    assigned: tuple[Update, ...] = ()
-    contested: int = field(default=0)  # bits for which contradictions can happen
+    entries: tuple[Entry, ...]  # those that its updates may drop
+    exclusive: tuple[int, ...]
+    clear: int  # of all unconditional updates
+    make: int
+    touch: int
+    switches: tuple[Switch, ...]
+    conditional: tuple[Update, ...]
+    assigned: tuple[Update, ...]
+    writes: int = field(init=False)  # all bits that any update may change
+    reads: int = field(init=False)  # all bits that decide what is changed
+    contested: int = field(init=False)  # bits for which contradictions can happen
 
-    @property
-    def writes(self) -> int:
-        """All bits that any update may change, normal form included."""
-        return union(update.writes for update in self.updates) | union(rule.implied for rule in self.settlements)
+    def __post_init__(self) -> None:
+        dropped = union(entry.mask for entry in self.entries)
+        object.__setattr__(self, "writes", union(update.writes for update in self.updates) | dropped)
+        object.__setattr__(self, "reads", union(update.reads for update in self.updates))
+        object.__setattr__(self, "contested", union(self.exclusive) | _assigned_twice(self.assigned))
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
-        """The state after the action, or None if its updates contradict each other."""
-        clear, make = self.clear, self.make
+        """The state after the updates, not closed yet; None if they contradict each other."""
+        clear, make, touch = self.clear, self.make, self.touch
+        for switch in self.switches:
+            found = switch.table.get(state & switch.mask)
+            if found is not None:
+                clear, make, touch = clear | found[0], make | found[1], touch | found[2]
         for update in self.conditional:
             if update.condition.holds(state, test):
-                clear |= update.clear
-                make |= update.make
+                clear, make, touch = clear | update.clear, make | update.make, touch | update.touch
         if self.assigned:
             numbers = self._numbers(state, test)
             if numbers is None:
@@ -86,98 +111,119 @@ class Effects:
             made = make & mask
             if made & (made - 1):
                 return None
-        state = state & ~clear | make
-        for rule in self.settlements:
-            if state & rule.known:
-                state &= ~rule.implied
-        return state
+        for entry in self.entries:
+            if entry.dropped_by(state, touch):
+                clear |= entry.mask
+        return state & ~clear | make
 
     def _numbers(self, state: int, test: GeometricOracle) -> tuple[int, int] | None:
         """Bits to clear and to make for assigned numbers; None if one number gets two values."""
-        values: dict[NumberBits, float | None] = {}
+        values: dict[NumberBits, tuple[float | None, bool]] = {}
         for update in self.assigned:
             if update.assignment is not None and update.condition.holds(state, test):
-                value = update.assignment.value.value(state)
-                if values.setdefault(update.assignment.bits, value) != value:
+                new = update.assignment.value.value(state), update.assignment.at_run_time
+                if values.setdefault(update.assignment.bits, new) != new:
                     return None
-        clear = union(bits.mask for bits in values)
-        return clear, union(bits.encode(value) for bits, value in values.items() if value is not None)
-
-    def needs(self, state: int, needed: int, test: GeometricOracle = optimistic) -> int:
-        """Bits of the state before that fix the bits `needed` of the state after, and that there is one at all."""
-        for rule in self.settlements:
-            if needed & rule.implied:
-                needed |= rule.known | rule.implied
-        relevant, before, kept = needed | self.contested, 0, needed
-        for update in self.updates:
-            if not update.writes & relevant:
-                continue
-            before |= update.condition.support(state, test)
-            if update.condition.holds(state, test):
-                kept &= ~update.writes
-                if update.assignment is not None:
-                    before |= update.assignment.value.reads
-        return before | kept
+        made = 0
+        for bits, (value, later) in values.items():
+            made |= bits.encode(value) if value is not None else bits.whether if later else 0
+        return union(bits.mask for bits in values), made
 
 
-def effects_of(updates: Iterable[Update]) -> Effects:
+@dataclass(frozen=True)
+class Lexicon:
+    """What effects must know about bits: which exclude each other, and which entries can be dropped."""
+
+    entries: tuple[Entry, ...] = ()
+    values: Mapping[int, int] = field(
+        default_factory=dict
+    )  # bit of a known value -> bits of all values of its term
+    contradictions: Mapping[int, tuple[int, ...]] = field(
+        default_factory=dict
+    )  # bit -> bits that cannot both be made
+
+    @staticmethod
+    def of(groups: Iterable[Group], entries: Iterable[Entry] = ()) -> "Lexicon":
+        """The lexicon of a vocabulary."""
+        values: dict[int, int] = {}
+        contradictions: dict[int, tuple[int, ...]] = {}
+        for group in groups:
+            match group:
+                case AtomBits():
+                    contradictions |= dict.fromkeys((group.true, group.false), (group.known,))
+                case TermBits():
+                    values |= dict.fromkeys(group.equal.values(), group.known)
+                    contradictions |= dict.fromkeys(group.equal.values(), (group.known,))
+                    for value, bit in group.unequal.items():
+                        contradictions[bit] = (group.equal[value] | bit,)
+        return Lexicon(tuple(entry for entry in entries if entry.active), values, contradictions)
+
+
+def effects_of(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
     """Sorts updates by what they need: unconditional ones become one mask, contradictions are looked for once."""
     possible = tuple(update for update in updates if update.condition != FALSE)
     plain = [update for update in possible if update.assignment is None]
     unconditional = [update for update in plain if update.condition == TRUE]
-    assigned = tuple(update for update in possible if update.assignment is not None)
-    exclusive = _exclusive(plain)
+    touched = union(update.touch for update in possible)
+    switches, conditional = _switches([update for update in plain if update.condition != TRUE], lexicon)
     return Effects(
         updates=possible,
-        settlements=_settlements(possible),
-        exclusive=exclusive,
+        entries=tuple(e for e in lexicon.entries if any(member.group.mask & touched for member in e.members)),
+        exclusive=_exclusive(plain, lexicon),
         clear=union(update.clear for update in unconditional),
         make=union(update.make for update in unconditional),
-        conditional=_merged(update for update in plain if update.condition != TRUE),
-        assigned=assigned,
-        contested=union(exclusive) | _assigned_twice(assigned),
+        touch=union(update.touch for update in unconditional),
+        switches=switches,
+        conditional=conditional,
+        assigned=tuple(update for update in possible if update.assignment is not None),
     )
 
 
-def _merged(updates: Iterable[Update]) -> tuple[Update, ...]:
-    """Updates with equal conditions as one (the group of the first stands for all)."""
+def _switches(updates: list[Update], lexicon: Lexicon) -> tuple[tuple[Switch, ...], tuple[Update, ...]]:
+    """Updates that wait for one value of the same term as one look-up; equal conditions are one update."""
     merged: dict[Query, Update] = {}
     for update in updates:
         other = merged.get(update.condition)
-        clear, make = (other.clear, other.make) if other else (0, 0)
-        merged[update.condition] = Update(update.group, update.condition, clear | update.clear, make | update.make)
-    return tuple(merged.values())
+        merged[update.condition] = update if other is None else _both(other, update)
+    by_term: dict[int, list[Update]] = {}
+    for update in merged.values():
+        by_term.setdefault(_waits_for(update.condition, lexicon), []).append(update)
+    rest = by_term.pop(0, []) + [group[0] for group in by_term.values() if len(group) == 1]
+    switches = [
+        Switch(mask, {u.condition.reads: (u.clear, u.make, u.touch) for u in group})
+        for mask, group in by_term.items()
+        if len(group) > 1
+    ]
+    return tuple(switches), tuple(rest)
 
 
-def _settlements(updates: tuple[Update, ...]) -> tuple[Settlement, ...]:
+def _both(one: Update, other: Update) -> Update:
+    clear, make, touch = one.clear | other.clear, one.make | other.make, one.touch | other.touch
+    return Update(one.condition, clear, make, touch)
+
+
+def _waits_for(condition: Query, lexicon: Lexicon) -> int:
+    """All value bits of the term if the condition is that one of them is set; 0 if it is anything else."""
+    if isinstance(condition, AllOf) and condition.mask == condition.value:
+        return lexicon.values.get(condition.mask, 0)
+    return 0
+
+
+def _exclusive(updates: list[Update], lexicon: Lexicon) -> tuple[int, ...]:
     made = union(update.make for update in updates)
-    rules = []
-    for group in dict.fromkeys(update.group for update in updates):
-        implied = group.mask & ~(group.field if isinstance(group, NumberBits) else group.known)
-        if made & implied:
-            rules.append(Settlement(group.known, implied))
-    return tuple(rules)
+    masks = {mask & made: None for bit in bits_of(made) for mask in lexicon.contradictions.get(bit, ())}
+    return tuple(mask for mask in masks if mask & (mask - 1) and _different(mask, updates))
 
 
-def _exclusive(updates: list[Update]) -> tuple[int, ...]:
-    made = union(update.make for update in updates)
-    masks = [mask & made for group in dict.fromkeys(u.group for u in updates) for mask in _contradictions(group)]
-    return tuple(mask for mask in masks if mask & (mask - 1))
-
-
-def _contradictions(group: Group) -> list[int]:
-    """Sets of bits of a group of which at most one can be known at a time."""
-    match group:
-        case AtomBits():
-            return [group.known]
-        case TermBits():
-            return [group.known, *(group.equal[value] | bit for value, bit in group.unequal.items())]
-    return []
+def _different(mask: int, updates: list[Update]) -> bool:
+    """Whether two updates make different bits of the mask (one update is never at odds with itself)."""
+    return len({update.make & mask for update in updates if update.make & mask}) > 1
 
 
 def _assigned_twice(assigned: tuple[Update, ...]) -> int:
     seen = twice = 0
     for update in assigned:
-        twice |= update.writes & seen
-        seen |= update.writes
+        bits = update.assignment.bits.mask if update.assignment else 0
+        twice |= bits & seen
+        seen |= bits
     return twice

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from kabo.knowledge.actions import Branching, GroundAction
-from kabo.knowledge.queries import bits_of
+from kabo.knowledge.closure import Closure
+from kabo.knowledge.queries import bits_of, union
 from kabo.knowledge.task import Task
 
 
@@ -18,24 +19,30 @@ class Reach:
     layers: int
 
 
-def relaxed_reach(initial: int, actions: Sequence[GroundAction], branchings: Mapping[int, Branching]) -> Reach:
+def relaxed_reach(
+    initial: int, actions: Sequence[GroundAction], branchings: Mapping[int, Branching], closure: Closure
+) -> Reach:
     """The fixpoint of applying all actions without ever losing a bit value that was possible.
 
     Every state that a plan can reach is contained: a bit outside `ones` is 0 in all of them.
     """
-    ones, zeros = _split(initial, ~initial, branchings)
+    learning = _Learning(branchings, closure)
+    ones, zeros = learning.after(initial, ~initial)
     reached: set[int] = set()
     layers = 0
     while True:
         now = ones, zeros, len(reached)
         new_ones, new_zeros = ones, zeros
         for action in actions:
+            if action.index in reached and not action.reads & learning.fresh:
+                continue
             if action.precondition.possible(ones, zeros):
                 reached.add(action.index)
                 made, cleared = _relaxed_effects(action, ones, zeros)
                 new_ones |= made
                 new_zeros |= cleared
-        ones, zeros = _split(new_ones, new_zeros, branchings)
+        ones, zeros = learning.after(new_ones, new_zeros)
+        learning.fresh = ones ^ now[0] | zeros ^ now[1]
         if (ones, zeros, len(reached)) == now:
             return Reach(ones, zeros, tuple(action for action in actions if action.index in reached), layers)
         layers += 1
@@ -43,26 +50,43 @@ def relaxed_reach(initial: int, actions: Sequence[GroundAction], branchings: Map
 
 def unreachable_goals(task: Task) -> list[str]:
     """The goal conjuncts out of reach even if nothing were ever lost, as text in the order of the file."""
-    reach = relaxed_reach(task.initial, task.actions, task.branchings)
+    reach = relaxed_reach(task.initial, task.actions, task.branchings, task.closure)
     return [part.text for part in task.goal if not part.query.possible(reach.ones, reach.zeros)]
 
 
 def _relaxed_effects(action: GroundAction, ones: int, zeros: int) -> tuple[int, int]:
-    made = cleared = 0
+    made, cleared = 0, union(entry.mask for entry in action.effects.entries)
     for update in action.effects.updates:
         if update.condition.possible(ones, zeros):
-            made |= update.make | (update.assignment.bits.field if update.assignment else 0)
+            made |= update.make | (update.assignment.bits.mask if update.assignment else 0)
             cleared |= update.clear
-    for rule in action.effects.settlements:
-        cleared |= rule.implied
     return made, cleared
 
 
-def _split(ones: int, zeros: int, branchings: Mapping[int, Branching]) -> tuple[int, int]:
-    """What branching on every possible entry adds."""
-    for entry in bits_of(ones):
-        branching = branchings.get(entry)
-        if branching is not None:
-            ones |= branching.mask
-            zeros |= branching.mask
-    return ones, zeros
+class _Learning:
+    """What branching and inference may add to bits that are possible."""
+
+    def __init__(self, branchings: Mapping[int, Branching], closure: Closure) -> None:
+        self._branchings, self._closure = dict(branchings), closure
+        self._waiting = dict(enumerate(closure.propagators))
+        self.fresh = -1
+
+    def after(self, ones: int, zeros: int) -> tuple[int, int]:
+        """The bits that can be 1, and those that can be 0, once everything that could be inferred is."""
+        while True:
+            before = ones, zeros
+            for entry in bits_of(ones & union(self._branchings)):
+                branching = self._branchings.pop(entry)
+                made = union(choice.make for choice in branching.choices)
+                ones, zeros = ones | made, zeros | branching.mask
+            for number, propagator in list(self._waiting.items()):
+                if propagator.watches & ones:
+                    del self._waiting[number]
+                    ones, zeros = ones | propagator.makes, zeros | getattr(propagator, "mask", 0)
+            for rule in self._closure.rules:
+                if rule.condition.possible(ones, zeros):
+                    ones, zeros = ones | rule.make, zeros | rule.clear
+            for monitor in self._closure.monitors:
+                zeros |= monitor.held
+            if (ones, zeros) == before:
+                return before

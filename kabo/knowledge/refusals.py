@@ -1,10 +1,9 @@
-"""What this planner does not support yet, refused by name and place: nothing is dropped silently."""
+"""What this planner does not support, refused by name and place: nothing is dropped silently."""
 
 from collections.abc import Iterable, Iterator
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language.formulas import (
-    And,
     Application,
     Arithmetic,
     Change,
@@ -12,22 +11,17 @@ from kabo.language.formulas import (
     Conditional,
     Effect,
     ExactlyOne,
-    Exists,
     Fact,
     FactAll,
     FactForall,
-    Forall,
     ForEach,
-    Formula,
     Literal,
-    Not,
-    Or,
     Place,
-    Temporal,
     Term,
     TermFact,
+    Test,
+    Variable,
     WorldEffect,
-    Xor,
 )
 from kabo.language.problem import Problem
 
@@ -35,7 +29,7 @@ _Refusal = tuple[str, Place | None]
 
 
 def refuse_unsupported(problem: Problem) -> None:
-    """Raises an InputError with a Diagnostic for everything in the problem that is not supported yet."""
+    """Raises an InputError with a Diagnostic for everything in the problem that is not supported."""
     where = str(problem.domain.path or problem.path)
     found = [_diagnostic(what, place, where) for what, place in _refusals(problem)]
     if found:
@@ -43,7 +37,7 @@ def refuse_unsupported(problem: Problem) -> None:
 
 
 def _diagnostic(what: str, place: Place | None, file: str) -> Diagnostic:
-    message = f"{what} not supported yet"
+    message = f"{what} not supported"
     if place is None:
         return Diagnostic(file, 1, 1, message)
     return Diagnostic(place.file, place.line, place.column, message, length=place.length)
@@ -51,73 +45,79 @@ def _diagnostic(what: str, place: Place | None, file: str) -> Diagnostic:
 
 def _refusals(problem: Problem) -> Iterator[_Refusal]:
     for rule in problem.domain.update_rules:
-        yield "update rules are", getattr(rule, "place", None)
+        yield from _in_effects([rule])
+        yield from _in_rule(rule, problem)
     for action in problem.domain.actions.values():
-        for parameter in action.parameters:
-            if parameter.value_of is not None:
-                yield (
-                    f'the run-time variable "{parameter.name}" (value_of) of action "{action.name}" is',
-                    parameter.place,
-                )
-        yield from _in_formulas(action.preconditions)
-        yield from _in_effects(action.effects)
+        run_time = frozenset(p.name for p in action.parameters if p.value_of is not None)
+        yield from _in_effects(action.effects, run_time)
         for sensed in action.sense:
-            yield from _in_arguments(sensed.arguments, sensed.place)
+            yield from _in_arguments(sensed.arguments, sensed.place, run_time)
     yield from _in_effects(problem.initial)
-    yield from _in_formulas(problem.goal)
 
 
-def _in_formulas(formulas: Iterable[Formula]) -> Iterator[_Refusal]:
-    for formula in formulas:
-        match formula:
-            case Temporal(kind=kind):
-                yield f"{kind}(…) in a goal is", formula.place
-            case Not(body=body) | Forall(body=body) | Exists(body=body):
-                yield from _in_formulas([body])
-            case And(parts=parts) | Or(parts=parts):
-                yield from _in_formulas(parts)
-            case Xor(first=first, second=second):
-                yield from _in_formulas([first, second])
+def _in_rule(rule: Effect, problem: Problem) -> Iterator[_Refusal]:
+    """Rules infer: they compute no numbers and ask no geometry."""
+    match rule:
+        case Change(facts=facts):
+            for fact in facts:
+                if _is_about_a_number(fact, problem):
+                    yield "assigning a number in an update rule is", fact.place
+        case Conditional(condition=condition, updates=inner):
+            for test in _tests(condition):
+                yield "a geometric test in an update rule is", test.place
+            for update in inner:
+                yield from _in_rule(update, problem)
+        case ForEach(effects=inner):
+            for update in inner:
+                yield from _in_rule(update, problem)
 
 
-def _in_effects(effects: Iterable[Effect]) -> Iterator[_Refusal]:
+def _is_about_a_number(fact: Fact, problem: Problem) -> bool:
+    if not isinstance(fact, Comparison) or not isinstance(fact.left, Application):
+        return False
+    return problem.values_of(fact.left.function) is None
+
+
+def _tests(tree: object) -> Iterator[Test]:
+    if isinstance(tree, Test):
+        yield tree
+    elif isinstance(tree, tuple):
+        for part in tree:
+            yield from _tests(part)
+    elif hasattr(tree, "__dataclass_fields__"):
+        for name in tree.__dataclass_fields__:
+            yield from _tests(getattr(tree, name))
+
+
+def _in_effects(effects: Iterable[Effect], run_time: frozenset[str] = frozenset()) -> Iterator[_Refusal]:
     for effect in effects:
         match effect:
-            case WorldEffect():
-                yield "a world effect (when … then …) is", effect.place
-            case Conditional():
-                yield from _in_formulas([effect.condition])
-                yield from _in_effects(effect.updates)
-            case ForEach(effects=inner):
-                yield from _in_effects(inner)
-            case Change(database="Kx" | "LCW"):
-                yield f"the database {effect.database} is", effect.place
+            case Conditional(updates=inner) | ForEach(effects=inner):
+                yield from _in_effects(inner, run_time)
             case Change():
                 for fact in effect.facts:
-                    yield from _in_fact(effect, fact)
+                    yield from _in_fact(fact, run_time)
+            case WorldEffect():
+                for claim in (*effect.conditions, *effect.outcomes):
+                    yield from _in_fact(claim, run_time)
 
 
-def _in_fact(change: Change, fact: Fact) -> Iterator[_Refusal]:
+def _in_fact(fact: Fact, run_time: frozenset[str]) -> Iterator[_Refusal]:
     match fact:
         case Literal(atom=atom):
-            yield from _in_arguments(atom.arguments, fact.place)
+            yield from _in_arguments(atom.arguments, fact.place, run_time)
         case TermFact(term=term):
-            yield from _in_arguments(term.arguments, fact.place)
+            yield from _in_arguments(term.arguments, fact.place, run_time)
         case Comparison():
-            yield from _in_comparison(fact)
-        case ExactlyOne():
-            yield f"exactly_one in {change.database} is", fact.place
-        case FactAll() | FactForall() if (change.operation, change.database) != ("add", "Kf"):
-            kind = "conjunction" if isinstance(fact, FactAll) else "forall"
-            yield f"a {kind} as one fact of {change.operation}({change.database}, …) is", fact.place
+            yield from _in_comparison(fact, run_time)
         case FactAll(parts=parts):
             for part in parts:
-                yield from _in_fact(change, part)
-        case FactForall(body=body):
-            yield from _in_fact(change, body)
+                yield from _in_fact(part, run_time)
+        case FactForall(body=body) | ExactlyOne(body=body):
+            yield from _in_fact(body, run_time)
 
 
-def _in_comparison(fact: Comparison) -> Iterator[_Refusal]:
+def _in_comparison(fact: Comparison, run_time: frozenset[str]) -> Iterator[_Refusal]:
     sides = fact.left, fact.right
     named = next((side for side in sides if isinstance(side, Application)), None)
     if named is None:
@@ -129,9 +129,14 @@ def _in_comparison(fact: Comparison) -> Iterator[_Refusal]:
     ):
         yield '"!=" between two terms as a fact is', fact.place
     else:
-        yield from _in_arguments(named.arguments, fact.place)
+        yield from _in_arguments(named.arguments, fact.place, run_time)
 
 
-def _in_arguments(arguments: Iterable[Term], place: Place | None) -> Iterator[_Refusal]:
-    if any(isinstance(argument, Application | Arithmetic) for argument in arguments):
-        yield "a function term as an argument of a fact is", place
+def _in_arguments(
+    arguments: Iterable[Term], place: Place | None, run_time: frozenset[str] = frozenset()
+) -> Iterator[_Refusal]:
+    for argument in arguments:
+        if isinstance(argument, Application | Arithmetic):
+            yield "a function term as an argument of a fact is", place
+        elif isinstance(argument, Variable) and argument.name in run_time:
+            yield f'the run-time variable "{argument.name}" as an argument of a fact is', place

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from kabo.knowledge.actions import Branching, GroundAction
+from kabo.knowledge.closure import Closure
+from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import AllOf, Query, bits_of, split, union
 
 
@@ -70,15 +72,16 @@ class Relevance:
         actions: Iterable[GroundAction],
         goal: Query,
         branchings: Mapping[int, Branching],
+        closure: Closure,
         groups: Iterable[int],
     ) -> None:
         actions = tuple(actions)
-        makers = _Makers(actions, branchings)
+        makers = _Makers(actions, branchings, closure)
         deaths = {action.index: makers.death(action) for action in actions}
         self._droppable: list[_Droppable] = []
         for group in groups:
-            readers = tuple(deaths[action.index] for action in actions if _reads(action) & group)
-            if not goal.reads & group and all(death.is_possible for death in readers):
+            readers = tuple(deaths[action.index] for action in actions if action.reads & group)
+            if not (goal.reads | closure.reads) & group and all(death.is_possible for death in readers):
                 deciding = union(death.reads for death in readers)
                 self._droppable.append(_Droppable(group, readers, deciding, {}))
         self._entries = union(branchings)
@@ -87,7 +90,7 @@ class Relevance:
 
     def reduced(self, state: int) -> int:
         """The state without what no longer matters; while an entry stands open, everything does."""
-        if state & self._entries:
+        if not self._droppable or open_entries(state, self._entries):
             return state
         deciding = state & self._deciding
         kept = self._kept.get(deciding)
@@ -99,12 +102,16 @@ class Relevance:
 class _Makers:
     """Which actions can make a literal hold."""
 
-    def __init__(self, actions: tuple[GroundAction, ...], branchings: Mapping[int, Branching]) -> None:
+    def __init__(
+        self, actions: tuple[GroundAction, ...], branchings: Mapping[int, Branching], closure: Closure
+    ) -> None:
         self._writers: dict[AllOf, list[GroundAction]] = {}
-        self._by_sensing = union(branching.mask for branching in branchings.values())
+        self._by_sensing = (
+            union(branching.mask for branching in branchings.values()) | closure.makes | closure.clears
+        )
         for action in actions:
             made = union(update.make for update in action.effects.updates)
-            made |= union(update.assignment.bits.field for update in action.effects.assigned if update.assignment)
+            made |= union(update.assignment.bits.mask for update in action.effects.assigned if update.assignment)
             cleared = action.effects.writes
             for bit in bits_of(made):
                 self._writers.setdefault(AllOf(bit, bit), []).append(action)
@@ -136,7 +143,3 @@ class _Makers:
 def _literals(action: GroundAction) -> list[AllOf]:
     mask, value, _ = split(action.precondition)
     return [AllOf(bit, value & bit) for bit in bits_of(mask)]
-
-
-def _reads(action: GroundAction) -> int:
-    return action.precondition.reads | union(update.reads for update in action.effects.updates)

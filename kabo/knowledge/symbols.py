@@ -1,4 +1,4 @@
-"""What can ever change: the symbols that actions and initial Kw or Kv entries touch; all others are static.
+"""What can ever change: the symbols that actions and initial entries touch; all others are static.
 
 Static knowledge is settled while grounding and takes no room in the states.
 """
@@ -19,52 +19,95 @@ from kabo.language.formulas import (
     FactForall,
     ForEach,
     Literal,
+    Temporal,
     TermFact,
+    WorldEffect,
 )
 from kabo.language.problem import Problem
 
 
 @dataclass(frozen=True)
 class Symbols:
-    """Names of predicates and functions: what may change, and which functions may have `f != v` as a fact."""
+    """Names of predicates and functions.
+
+    `changing`: knowledge about them may change; `excludable`: functions of which `f != v` may be known while f is
+    not; `written`: what actions may change in the world (what else changes is only learned); `causes`: what
+    world effects depend on, which may be learned by postdiction.
+    """
 
     changing: frozenset[str]
     excludable: frozenset[str]
+    written: frozenset[str]
+    causes: frozenset[str] = frozenset()
 
 
 def symbols_of(problem: Problem) -> Symbols:
     """Reads all effects of a problem; what actions sense counts as changed."""
-    changing: set[str] = set()
-    excludable: set[str] = set()
-    for action in problem.domain.actions.values():
-        changing.update(
-            sensed.predicate if isinstance(sensed, Atom) else sensed.function for sensed in action.sense
-        )
-        for change in changes_of(action.effects):
-            changing.update(symbol for fact in change.facts for symbol in _symbols(fact))
-    for change in changes_of(problem.initial):
-        if change.database != "Kf":
-            changing.update(symbol for fact in change.facts for symbol in _symbols(fact))
-    for effects in (problem.initial, *(action.effects for action in problem.domain.actions.values())):
-        for change in changes_of(effects):
-            excludable.update(name for fact in change.facts for name in _excluded(fact))
-    return Symbols(frozenset(changing), frozenset(excludable))
+    actions = problem.domain.actions.values()
+    sensed = {_name(sensed) for action in actions for sensed in action.sense}
+    acting = [piece for action in actions for piece in pieces_of(action.effects)]
+    ruling = list(pieces_of(problem.domain.update_rules))
+    starting = list(pieces_of(problem.initial))
+    touched = sensed | {name for piece in (*acting, *ruling) for name in _touched(piece)}
+    touched |= {name for piece in starting if _is_open(piece) for name in _touched(piece)}
+    excludable = {name for piece in (*starting, *acting, *ruling) for name in _excluded(piece)}
+    if any(_has_temporal(part) for part in problem.goal):
+        excludable |= set(problem.domain.functions)
+    written = {name for piece in acting for name in _written(piece)}
+    worlds = [piece for piece in acting if isinstance(piece, WorldEffect)]
+    causes = {name for world in worlds for claim in world.conditions for name in _symbols(claim)}
+    return Symbols(frozenset(touched), frozenset(excludable), frozenset(written), frozenset(causes))
 
 
-def changes_of(effects: Iterable[Effect]) -> Iterator[Change]:
-    """Every database update inside the effects, however deep."""
+def pieces_of(effects: Iterable[Effect]) -> Iterator[Change | WorldEffect]:
+    """Every database update and world effect inside the effects, however deep."""
     for effect in effects:
         match effect:
-            case Change():
+            case Change() | WorldEffect():
                 yield effect
             case Conditional(updates=inner) | ForEach(effects=inner):
-                yield from changes_of(inner)
+                yield from pieces_of(inner)
+
+
+def _is_open(piece: Change | WorldEffect) -> bool:
+    """Whether an initial effect leaves something to be learned."""
+    return isinstance(piece, WorldEffect) or piece.database != "Kf" or piece.operation == "del"
+
+
+def _touched(piece: Change | WorldEffect) -> Iterator[str]:
+    for fact in piece.outcomes if isinstance(piece, WorldEffect) else piece.facts:
+        yield from _symbols(fact)
+
+
+def _written(piece: Change | WorldEffect) -> Iterator[str]:
+    if isinstance(piece, WorldEffect):
+        for claim in piece.outcomes:
+            yield from _symbols(claim)
+    elif piece.database == "Kf":
+        yield from _touched(piece)
+
+
+def _excluded(piece: Change | WorldEffect) -> Iterator[str]:
+    """Functions of which a single value can be excluded by the piece."""
+    if isinstance(piece, WorldEffect):
+        for claim in piece.conditions:
+            yield from _symbols(claim)
+    if isinstance(piece, WorldEffect) or piece.database in ("Kx", "Kor", "LCW", "Kw"):
+        yield from _touched(piece)
+        return
+    for fact in piece.facts:
+        while isinstance(fact, FactForall):
+            fact = fact.body
+        parts = fact.parts if isinstance(fact, FactAll) else (fact,)
+        for part in parts:
+            if isinstance(part, Comparison) and part.operator == "!=":
+                yield from _symbols(part)
 
 
 def _symbols(fact: Fact) -> Iterator[str]:
     match fact:
-        case Literal(atom=Atom(predicate=name)):
-            yield name
+        case Literal(atom=atom):
+            yield atom.predicate
         case Comparison():
             yield from (side.function for side in (fact.left, fact.right) if isinstance(side, Application))
         case TermFact(term=term):
@@ -76,12 +119,14 @@ def _symbols(fact: Fact) -> Iterator[str]:
             yield from _symbols(body)
 
 
-def _excluded(fact: Fact) -> Iterator[str]:
-    match fact:
-        case Comparison(operator="!="):
-            yield from _symbols(fact)
-        case FactAll(parts=parts):
-            for part in parts:
-                yield from _excluded(part)
-        case FactForall(body=body):
-            yield from _excluded(body)
+def _name(sensed: Atom | Application) -> str:
+    return sensed.predicate if isinstance(sensed, Atom) else sensed.function
+
+
+def _has_temporal(tree: object) -> bool:
+    if isinstance(tree, Temporal):
+        return tree.kind == "initially"
+    parts = (
+        tree if isinstance(tree, tuple) else [getattr(tree, name) for name in getattr(tree, "__match_args__", ())]
+    )
+    return any(_has_temporal(part) for part in parts if not isinstance(part, str | bool | float | None))

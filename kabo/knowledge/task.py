@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from kabo.knowledge.actions import Branching, GroundAction
+from kabo.knowledge.closure import Closure
+from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import GeometricOracle, Query, optimistic
 from kabo.knowledge.relevance import Relevance
 
@@ -20,19 +22,20 @@ class GoalPart:
 class Task:
     """A grounded problem.
 
-    `entries` maps every Kw and Kv bit to its fact, `entry_mask` are all of them; `branchings` maps those that can
-    be branched on to how they split, `pending` are all of these.
+    `entries` maps every Kw and Kv bit to its fact, `whether` are all of them; `branchings` maps those that can be
+    branched on to how they split, `pending` are all of these.
     """
 
     initial: int
     actions: tuple[GroundAction, ...]
     goal: tuple[GoalPart, ...]
     entries: Mapping[int, str]
-    entry_mask: int
+    whether: int
     branchings: Mapping[int, Branching]
     pending: int
     goal_query: Query
     relevance: Relevance
+    closure: Closure
     width: int  # how many bits a state has
 
     def is_goal(self, state: int, test: GeometricOracle = optimistic) -> bool:
@@ -41,7 +44,7 @@ class Task:
 
     def open_branching(self, state: int) -> Branching | None:
         """The first entry of the state to branch on, or None if nothing that was sensed is open."""
-        pending = state & self.pending
+        pending = open_entries(state, self.pending)
         return self.branchings[pending & -pending] if pending else None
 
     def leaves(self, state: int, test: GeometricOracle = optimistic) -> Iterator[int]:

@@ -107,7 +107,7 @@ class _Contingent:
             return (yield self.branch(node, step, rest))
         after = self.space.after(node, step)
         outcome = yield self.solve(after, rest)
-        if isinstance(outcome, Failure):
+        if isinstance(outcome, Failure) or (step.action.call is None and self.serves(node, after, outcome)):
             return outcome
         needed = self.explanation.before_action(node, step, after, outcome.needed)
         delivered = self.space.delivered(node, step, after)
@@ -123,16 +123,16 @@ class _Contingent:
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
             if isinstance(solved, Failure):
                 return solved
-            need = self.explanation.before_branching(branching, child, solved.needed)
-            if not children and not need & branching.mask:
-                return Solved(need, solved.node, solved.length)  # it serves whatever is sensed: no branch at all
-            needed |= need
+            if not children and self.serves(node, child, solved):
+                return solved  # whatever is sensed: no branch at all
+            needed |= self.explanation.before_branching(node, branching, outcome, child, solved.needed)
             children[outcome] = solved
         if not children:
             return Failure(frozenset())
         branches = tuple((outcome, children[outcome].node) for outcome, _ in outcomes)
         length = min(child.length for child in children.values())
-        return Solved(needed | branching.mask, self.builder.branch(branching.fact, branches), length)
+        needed |= branching.entry | branching.excluded(node[0])
+        return Solved(needed, self.builder.branch(branching.fact, branches), length)
 
     def weak_plan(self, node: Node) -> list[Step] | Failure:
         """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
@@ -141,9 +141,14 @@ class _Contingent:
         self.counter.weak_searches += 1
         if found.path is None:
             return self.failures.add_nodes(self.space.key(node), found.visited, graph.blocked)
-        steps = steps_of(self.space, node, found.path)
-        delayed = delay_sensing(steps, self.space.task.entry_mask)
+        steps = steps_of(found.path)
+        delayed = delay_sensing(self.space, node, steps)
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
+
+    def serves(self, node: Node, after: Node, solved: Solved) -> bool:
+        """Whether what continues from `after` continues from `node` as well: the step between is needless."""
+        different = self.explanation.extended(node[0]) ^ self.explanation.extended(after[0])
+        return not different & solved.needed
 
     def may_follow(self, node: Node, steps: list[Step]) -> bool:
         """Whether no step of a reordered weak plan is known to fail."""

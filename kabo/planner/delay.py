@@ -1,37 +1,70 @@
 """Sensing is put off to where it is needed, so that fewer steps are repeated in several branches.
 
 Late steps (branchings, and actions that only sense) let other steps pass if nothing that one writes is read or
-written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must
-wait for a late one takes it along. Independence is judged by all that a step *could* touch, so it holds for every
-outcome.
+written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must wait
+for a late one takes it along. What a branching writes is what it changed on this way, inferences included; the new
+order is then followed once, to be sure. The other outcomes are solved for themselves.
 """
 
-from collections.abc import Iterable
+from dataclasses import dataclass
 
-from kabo.knowledge.queries import union
-from kabo.planner.space import Act, Decide, Step
+from kabo.planner.space import Act, Decide, Node, Space, Step
 
 
-def delay_sensing(steps: Iterable[Step], entries: int) -> list[Step]:
+@dataclass(frozen=True)
+class _Piece:
+    """A step, and what it reads and writes."""
+
+    step: Step
+    reads: int
+    writes: int
+
+
+def delay_sensing(space: Space, node: Node, steps: list[Step]) -> list[Step]:
     """The steps in an order that senses as late as possible and reaches the same node.
 
     Args:
+        space: the graph of the search.
+        node: where the steps begin.
         steps: a weak plan.
-        entries: all Kw and Kv bits; an action that writes nothing else only senses.
     """
-    result: list[Step] = []
-    late: list[Step] = []
-    for step in steps:
-        if is_late(step, entries):
-            late.append(step)
+    pieces, end = _pieces(space, node, steps)
+    result: list[_Piece] = []
+    late: list[_Piece] = []
+    for piece in pieces:
+        if is_late(piece.step, space.task.whether):
+            late.append(piece)
             continue
-        block = [step]
-        waiting: list[Step] = []
+        block = [piece]
+        waiting: list[_Piece] = []
         for sensing in reversed(late):
-            (waiting if all(independent(sensing, other) for other in block) else block).insert(0, sensing)
+            (waiting if all(_independent(sensing, other) for other in block) else block).insert(0, sensing)
         late = waiting
         result += block
-    return result + late
+    delayed = [piece.step for piece in result + late]
+    return delayed if delayed != steps and _reaches(space, node, delayed, end) else steps
+
+
+def _pieces(space: Space, node: Node, steps: list[Step]) -> tuple[list[_Piece], Node]:
+    pieces = []
+    for step in steps:
+        after = space.after(node, step)
+        changed = node[0] ^ after[0]
+        if isinstance(step, Decide):
+            pieces.append(_Piece(step, step.branching.mask, changed | step.branching.mask))
+        else:
+            pieces.append(_Piece(step, step.action.reads, changed | step.action.effects.writes))
+        node = after
+    return pieces, node
+
+
+def _reaches(space: Space, node: Node, steps: list[Step], end: Node) -> bool:
+    for step in steps:
+        after = space.possible(node, step)
+        if after is None:
+            return False
+        node = after
+    return node == end
 
 
 def is_late(step: Step, entries: int) -> bool:
@@ -39,21 +72,12 @@ def is_late(step: Step, entries: int) -> bool:
     return isinstance(step, Decide) or bool(step.action.sense) and not step.action.effects.writes & ~entries
 
 
-def independent(first: Step, second: Step) -> bool:
-    """Whether two neighbouring steps may change places, whatever is sensed."""
-    if _calls(first) and (_calls(second) or _tests(second)) or _tests(first) and _calls(second):
+def _independent(first: _Piece, second: _Piece) -> bool:
+    """Whether two neighbouring steps may change places."""
+    one, other = first.step, second.step
+    if _calls(one) and (_calls(other) or _tests(other)) or _tests(one) and _calls(other):
         return False
-    return not (_writes(first) & (_reads(second) | _writes(second)) or _reads(first) & _writes(second))
-
-
-def _writes(step: Step) -> int:
-    return step.branching.mask if isinstance(step, Decide) else step.action.effects.writes
-
-
-def _reads(step: Step) -> int:
-    if isinstance(step, Decide):
-        return step.branching.mask
-    return step.action.precondition.reads | union(update.reads for update in step.action.effects.updates)
+    return not (first.writes & (second.reads | second.writes) or first.reads & second.writes)
 
 
 def _calls(step: Step) -> bool:

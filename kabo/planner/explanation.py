@@ -37,6 +37,7 @@ class Explanation:
         self._space = space
         self._width = space.task.width
         self._plain = (1 << self._width) - 1
+        self._inferred = space.task.closure.makes | space.task.closure.clears
         parts = [part.query for part in space.task.goal]
         self._tested = [query for query in parts if query.has_tests]
         compound = [query for query in parts if not query.has_tests and not isinstance(query, AllOf)]
@@ -60,13 +61,14 @@ class Explanation:
     def before_action(self, node: Node, step: Act, after: Node, needed: int) -> int:
         """What `node` needs so that the step can be taken and leaves what is `needed` after it."""
         action = step.action
-        needed = self._unfolded(after[0], needed, action.effects.writes)
+        needed = self._unfolded(after[0], needed, action.effects.writes | self._inferred)
         plain = action.needs(node[0], needed & self._plain, self._space.oracle(node[1]))
         return plain | needed & ~self._plain
 
-    def before_branching(self, branching: Branching, after: Node, needed: int) -> int:
+    def before_branching(self, node: Node, branching: Branching, outcome: str, after: Node, needed: int) -> int:
         """What the node before a branching needs beside the entry itself, for one outcome."""
-        return self._unfolded(after[0], needed, branching.mask)
+        needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
+        return branching.needs(node[0], outcome, needed & self._plain) | needed & ~self._plain
 
     def _unfolded(self, state: int, needed: int, written: int) -> int:
         """Derived bits whose conjunct a step may touch, replaced by what makes the conjunct hold now."""

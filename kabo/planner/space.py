@@ -4,6 +4,7 @@ from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 
 from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
+from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import bits_of, split
 from kabo.language.formulas import GroundCall
 from kabo.planner.skeleton import Geometry, Trace
@@ -40,7 +41,7 @@ class Space:
         self.geometry = geometry
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
         self._reduced = task.relevance.reduced
-        self._actions = [(*split(action.precondition), action, action.effects.after) for action in task.actions]
+        self._actions = [(*split(action.precondition), action, action.after) for action in task.actions]
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""
@@ -80,11 +81,40 @@ class Space:
         assert after is not None, f"{step.action} contradicts itself"
         return after, trace if self._is_free(step.action) else step.trace
 
-    def leaves(self, node: Node) -> "list[Node]":
-        """The nodes behind all open branchings; one that fulfils the goal need not be branched any further."""
-        if not node[0] & self.task.pending:
-            return [node]
-        return [(state, node[1]) for state in self.task.leaves(node[0], self.oracle(node[1]))]
+    def possible(self, node: Node, step: Step) -> Node | None:
+        """The node after a step, or None if it cannot be taken there."""
+        state, trace = node
+        if isinstance(step, Decide):
+            if self.task.open_branching(state) != step.branching:
+                return None
+            after = dict(step.branching.outcomes(state)).get(step.outcome)
+            return None if after is None else (after, trace)
+        if not step.action.applicable(state, self.oracle(trace)):
+            return None
+        after = step.action.after(state, self.oracle(trace))
+        if after is None or self._is_free(step.action):
+            return None if after is None else (after, trace)
+        allowed = (option for option in self._options(step.action, trace) if option[0] == step.attempt)
+        return next(((after, made) for _, made in allowed), None)
+
+    def leaves(self, node: Node) -> "list[tuple[tuple[Decide, ...], Node]]":
+        """The nodes behind all open branchings, with the decisions that lead there.
+
+        One that fulfils the goal need not be branched any further.
+        """
+        if not open_entries(node[0], self.task.pending):
+            return [((), node)]
+        found: list[tuple[tuple[Decide, ...], Node]] = []
+        waiting: list[tuple[tuple[Decide, ...], Node]] = [((), node)]
+        while waiting:
+            decided, here = waiting.pop()
+            branching = self.task.open_branching(here[0])
+            if branching is None or self.is_goal(here):
+                found.append((decided, here))
+                continue
+            outcomes = self.outcomes(here, branching)
+            waiting += [((*decided, Decide(branching, name)), child) for name, child in reversed(outcomes)]
+        return found
 
     def geometry_key(self, node: Node) -> Hashable:
         """What of geometry tells nodes apart."""
@@ -92,7 +122,7 @@ class Space:
 
     def delivered(self, node: Node, step: Act, after: Node) -> tuple[str, ...]:
         """The facts that the step senses and that were not known, not even for run time, before it."""
-        new = after[0] & ~node[0] & self.task.entry_mask
+        new = after[0] & ~node[0] & self.task.whether
         facts = {self.task.entries[bit] for bit in bits_of(new)}
         return tuple(fact for fact in step.action.sense if fact in facts)
 

@@ -13,7 +13,8 @@ DEADLINE_EVERY = 64  # expansions between two looks at the deadline
 PROGRESS_EVERY = 4096  # expansions between two reports
 
 OnProgress = Callable[[Statistics], None]
-Move = tuple[GroundAction, int, Trace] | None  # action, attempt, trace after; None branches on what stands open
+Try = tuple[GroundAction, int, Trace] | None  # action, attempt, trace after; None branches on what stands open
+Move = tuple[Try, tuple[Decide, ...]]  # what is tried, and what is hoped for of what it senses
 
 
 class BudgetSpent(Exception):
@@ -69,21 +70,21 @@ class WeakGraph:
         """Every node that one action may lead to, all it senses decided one way or another."""
         self._counter.expand()
         key = self.key(node)
-        for move, after in self._moves(node):
-            failure = self._failures.of_choice(key, None if move is None else (move[0].index, move[1]))
+        for tried, after in self._moves(node):
+            failure = self._failures.of_choice(key, None if tried is None else (tried[0].index, tried[1]))
             if failure is not None:
                 self.blocked |= failure.blocked
                 continue
-            for leaf in self._space.leaves(after):
+            for decided, leaf in self._space.leaves(after):
                 self._counter.generated += 1
                 leaf_key = self.key(leaf)
                 failure = self._failures.of_node(leaf_key)
                 if failure is None:
-                    yield leaf_key, move, leaf
+                    yield leaf_key, (tried, decided), leaf
                 else:
                     self.blocked |= failure.blocked
 
-    def _moves(self, node: Node) -> Iterator[tuple[Move, Node]]:
+    def _moves(self, node: Node) -> Iterator[tuple[Try, Node]]:
         if self._space.task.open_branching(node[0]) is not None:
             yield None, node
             return
@@ -91,22 +92,13 @@ class WeakGraph:
             yield (action, attempt, after[1]), after
 
 
-def steps_of(space: Space, start: Node, path: list[tuple[Move, Node]]) -> list[Step]:
+def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
     """The path of a weak search as single steps: each action, then each decision that it hopes for."""
     steps: list[Step] = []
-    node = start
-    for move, end in path:
-        if move is not None:
-            steps.append(Act(*move))
-            node = space.after(node, steps[-1])
-        while node != end:
-            branching = space.task.open_branching(node[0])
-            assert branching is not None, "a weak step ends behind its branchings"
-            hoped = end[0] & branching.mask
-            outcomes = space.outcomes(node, branching)
-            outcome = next(name for name, child in outcomes if child[0] & branching.mask == hoped)
-            steps.append(Decide(branching, outcome))
-            node = space.after(node, steps[-1])
+    for (tried, decided), _ in path:
+        if tried is not None:
+            steps.append(Act(*tried))
+        steps += decided
     return steps
 
 

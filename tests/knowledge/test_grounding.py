@@ -113,14 +113,14 @@ def test_layers_count_how_long_the_relaxation_goes_on():
         action("three", pre=[know(lit("r"))], effects=[add(lit("p", "x"))]),
     ]
     task = ground(problem(actions=chain))
-    assert relaxed_reach(task.initial, task.actions, task.branchings).layers == 3
+    assert relaxed_reach(task.initial, task.actions, task.branchings, task.closure).layers == 3
 
 
 @given(problem=st.one_of(branching_problems(), problems()), data=st.data())
 def test_the_relaxation_contains_every_state_that_actions_reach(problem, data):
     """Otherwise "unreachable" would be wrong; random walks never leave it."""
     task = ground(problem)
-    reach = relaxed_reach(task.initial, task.actions, task.branchings)
+    reach = relaxed_reach(task.initial, task.actions, task.branchings, task.closure)
     state = task.initial
     for _ in range(6):
         assert not state & ~reach.ones and not ~state & ~reach.zeros

@@ -3,7 +3,7 @@
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.planner.delay import delay_sensing
-from kabo.planner.space import Act, Decide
+from kabo.planner.space import Act, Decide, Space
 from tests.small_problems import action, add, atom, know, lit, no, problem
 
 CALL = f.ProcedureCall("do")
@@ -16,7 +16,8 @@ def order(*schemas, decide=True):
     acts = {act.name: Act(act, 0, None) for act in task.actions}
     (branching,) = [one for one in task.branchings.values() if one.fact == "q"]
     steps = [acts[first.name], Decide(branching, "true"), *(acts[other.name] for other in others)]
-    delayed = delay_sensing(steps, task.entry_mask)
+    space = Space(task, None)
+    delayed = delay_sensing(space, space.start, steps)
     return ["decide" if isinstance(step, Decide) else step.action.name for step in delayed]
 
 

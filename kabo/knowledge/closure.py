@@ -1,0 +1,162 @@
+"""The closure of knowledge after every change: entries, last values and update rules, to a fixpoint [DESIGN 3; P].
+
+Inference is by unit propagation: polynomial, sound, and no case is split. With a trace, every step notes what it
+wrote and why, so that what follows can be explained (see `regression.py`).
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from kabo.errors import Diagnostic, InputError
+from kabo.knowledge.entries import Entry, Trace, contradiction, note
+from kabo.knowledge.queries import Query, bits_of, union
+from kabo.language.formulas import Place
+
+MAX_ROUNDS = 1000  # of update rules: rules that still change something then do not settle
+
+
+class Propagator(Protocol):
+    """Something from which knowledge may follow."""
+
+    @property
+    def watches(self) -> int:
+        """The bits whose change may let something follow."""
+        ...
+
+    @property
+    def makes(self) -> int:
+        """The bits that it may set."""
+        ...
+
+    def propagate(self, state: int, trace: Trace | None) -> int | None:
+        """The state with what follows; None if it contradicts itself."""
+        ...
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A ground update rule: when the condition holds, first `clear` then `make`."""
+
+    condition: Query
+    clear: int
+    make: int
+    place: Place | None = None
+
+    @property
+    def watches(self) -> int:
+        """What it reads, and what it writes: forgotten conclusions are drawn again."""
+        return self.condition.reads | self.clear | self.make
+
+
+@dataclass(frozen=True)
+class Monitor:
+    """`always(φ)`: the bit goes as soon as φ does not hold in a state."""
+
+    condition: Query
+    held: int
+
+
+class Closure:
+    """Everything that may follow from knowledge in one problem."""
+
+    def __init__(
+        self,
+        propagators: Sequence[Propagator] = (),
+        rules: Sequence[Rule] = (),
+        monitors: Sequence[Monitor] = (),
+        exclusive: Iterable[int] = (),
+    ) -> None:
+        self.propagators, self.rules, self.monitors = tuple(propagators), tuple(rules), tuple(monitors)
+        self._exclusive = tuple(exclusive)  # bits of which rules must not make two
+        self._watching: dict[int, list[int]] = {}
+        for number, propagator in enumerate(self.propagators):
+            for bit in bits_of(propagator.watches):
+                self._watching.setdefault(bit, []).append(number)
+        self._watched = union(self._watching)
+        self._rule_watch = union(rule.watches for rule in self.rules)
+        self._rules_of: dict[int, list[int]] = {}
+        for number, rule in enumerate(self.rules):
+            for bit in bits_of(rule.watches) if rule.watches else [0]:
+                self._rules_of.setdefault(bit, []).append(number)
+        self.is_empty = not (self.propagators or self.rules or self.monitors)
+        entries = [p for p in self.propagators if isinstance(p, Entry)]
+        self.reads = self._watched | self._rule_watch | union(entry.mask for entry in entries)
+        # Bits that inference may take away, or set although they were 0: their old values need all of `reads`.
+        self.clears = union(rule.clear for rule in self.rules)
+        self.makes = union(p.makes for p in self.propagators) | union(rule.make for rule in self.rules)
+
+    def complete(self, state: int, changed: int, trace: Trace | None = None) -> int | None:
+        """The closure of a state of which only the bits `changed` differ from a closed one.
+
+        Returns:
+            the closed state, or None if it contradicts itself; then the last event of the trace says why.
+
+        Raises:
+            InputError: the update rules do not settle.
+        """
+        if self.is_empty:
+            return state
+        for _ in range(MAX_ROUNDS):
+            after = self._propagated(state, changed, trace) if changed & self._watched else state
+            if after is None:
+                return None
+            changed |= state ^ after
+            state = after
+            if not changed & self._rule_watch and self.rules:
+                break
+            after = self._fired(state, changed, trace)
+            if after is None:
+                return None
+            if after == state:
+                break
+            changed, state = state ^ after, after
+        else:
+            raise _unsettled(self.rules)
+        return self._monitored(state, trace)
+
+    def _propagated(self, state: int, changed: int, trace: Trace | None) -> int | None:
+        waiting = {number: None for bit in bits_of(changed & self._watched) for number in self._watching[bit]}
+        while waiting:
+            number = next(iter(waiting))
+            del waiting[number]
+            after = self.propagators[number].propagate(state, trace)
+            if after is None:
+                return None
+            for bit in bits_of((state ^ after) & self._watched):
+                waiting.update(dict.fromkeys(self._watching[bit]))
+            state = after
+        return state
+
+    def _fired(self, state: int, changed: int, trace: Trace | None) -> int | None:
+        """The state after one round of rules: all conditions are read first."""
+        clear = make = reason = 0
+        numbers = sorted({n for bit in bits_of(changed & self._rule_watch) for n in self._rules_of[bit]})
+        for number in (*self._rules_of.get(0, ()), *numbers):
+            rule = self.rules[number]
+            if state & ~rule.clear | rule.make != state and rule.condition.holds(state):
+                clear, make = clear | rule.clear, make | rule.make
+                if trace is not None:
+                    reason |= rule.condition.support(state)
+        for mask in self._exclusive:
+            if make & mask and make & mask & ((make & mask) - 1):
+                return contradiction(reason, trace)
+        after = state & ~clear | make
+        note(trace, state ^ after, reason)
+        return after
+
+    def _monitored(self, state: int, trace: Trace | None) -> int:
+        for monitor in self.monitors:
+            if state & monitor.held:
+                if trace is not None:
+                    trace.append((monitor.held, monitor.held | monitor.condition.support(state)))
+                if not monitor.condition.holds(state):
+                    state &= ~monitor.held
+        return state
+
+
+def _unsettled(rules: Sequence[Rule]) -> InputError:
+    place = next((rule.place for rule in rules if rule.place is not None), None)
+    message = f"the update rules still change something after {MAX_ROUNDS} rounds"
+    where = (place.file, place.line, place.column) if place else ("", 1, 1)
+    return InputError([Diagnostic(*where, message)])

@@ -1,0 +1,178 @@
+"""Entries of Kx and Kor: exactly one, or at least one, of some claims holds; what follows from them by unit propagation.
+
+An entry about what actions never change is *permanent* and takes no bits: every state has it. Any other has a bit
+that says that the state has it, and one for each member that has been dropped from it because it is known false.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from kabo.knowledge.facts import Claim, TermBits
+
+Event = tuple[int, int]  # bits written, and bits of the state before that are the reason
+Trace = list[Event]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry: `active` is 0 and `outs` are empty if it is permanent."""
+
+    exactly: bool
+    members: tuple[Claim, ...]
+    active: int = 0
+    outs: tuple[int, ...] = ()
+    holds: int = field(init=False)
+    fails: int = field(init=False)
+    mask: int = field(init=False)  # its own bits
+
+    def __post_init__(self) -> None:
+        for name, bits in (
+            ("holds", [member.holds for member in self.members]),
+            ("fails", [member.fails for member in self.members]),
+            ("mask", [self.active, *self.outs]),
+        ):
+            object.__setattr__(self, name, _union(bits))
+
+    def __hash__(self) -> int:
+        return hash((self.exactly, self.holds))
+
+    @property
+    def watches(self) -> int:
+        """The bits whose change may let something follow."""
+        return self.holds | self.fails | self.active
+
+    @property
+    def makes(self) -> int:
+        """The bits that it may set."""
+        learned = _union(member.makes | (member.denied.makes if self.exactly else 0) for member in self.members)
+        return learned | _union(self.outs)
+
+    def dropped_by(self, state: int, touched: int) -> bool:
+        """Whether changing the groups with bits `touched` drops the entry: one of them is still a member."""
+        return bool(state & self.active) and any(
+            member.group.mask & touched and not state & out
+            for member, out in zip(self.members, self.outs, strict=True)
+        )
+
+    def propagate(self, state: int, trace: Trace | None) -> int | None:
+        """The state with what follows from the entry; None if it contradicts the state."""
+        if not self.active:
+            return self._permanent(state, trace)
+        return self._revocable(state, trace) if state & self.active else state
+
+    def _permanent(self, state: int, trace: Trace | None) -> int | None:
+        held = state & self.holds
+        if held:
+            return self._others_fail(state, held, trace) if self.exactly else state
+        left = self.fails & ~state
+        if left & (left - 1):
+            return state
+        if not left:
+            return contradiction(self.fails, trace)
+        last = next(member for member in self.members if member.fails == left)
+        return learn(state, last, self.fails & ~left, trace)
+
+    def _others_fail(self, state: int, held: int, trace: Trace | None) -> int | None:
+        if held & (held - 1):
+            return contradiction(held, trace)
+        after: int | None = state
+        for member in self.members:
+            if member.holds != held and after is not None and not after & member.fails:
+                after = learn(after, member.denied, held, trace)
+        return after
+
+    def _revocable(self, state: int, trace: Trace | None) -> int | None:
+        inside = []
+        for member, out in zip(self.members, self.outs, strict=True):
+            if state & out:
+                continue
+            if state & member.fails:
+                note(trace, out, self.active | member.fails | out)
+                state |= out
+            else:
+                inside.append((member, out))
+        if not inside:
+            return contradiction(self.mask, trace)
+        held = [(member, out) for member, out in inside if state & member.holds]
+        if held:
+            return self._satisfied(state, inside, held, trace)
+        if len(inside) > 1:
+            return state
+        after = learn(state, inside[0][0], self.mask, trace)
+        return None if after is None else self._gone(after, self.mask, trace)
+
+    def _satisfied(
+        self, state: int, inside: list[tuple[Claim, int]], held: list[tuple[Claim, int]], trace: Trace | None
+    ) -> int | None:
+        true, out = held[0]
+        reason = self.active | out | true.holds
+        after: int | None = state
+        if self.exactly:
+            if len(held) > 1:
+                return contradiction(reason | held[1][1] | held[1][0].holds, trace)
+            for member, _ in inside:
+                if member is not true and after is not None:
+                    after = learn(after, member.denied, reason, trace)
+        return None if after is None else self._gone(after, reason, trace)
+
+    def _gone(self, state: int, reason: int, trace: Trace | None) -> int:
+        note(trace, self.mask, reason)
+        return state & ~self.mask
+
+
+@dataclass(frozen=True)
+class LastValue:
+    """A term has one of its values: if all but one are excluded, it is that."""
+
+    term: TermBits
+
+    @property
+    def watches(self) -> int:
+        """The bits whose change may let something follow."""
+        return self.term.excluded | self.term.known
+
+    @property
+    def makes(self) -> int:
+        """The bits that it may set."""
+        return self.term.mask
+
+    def propagate(self, state: int, trace: Trace | None) -> int | None:
+        """The state with the last value known; None if none is left."""
+        term = self.term
+        if state & term.known:
+            return state
+        left = term.excluded & ~state
+        if not left:
+            return contradiction(term.excluded, trace)
+        if left & (left - 1):
+            return state
+        value = next(value for value, bit in term.unequal.items() if bit == left)
+        return learn(state, term.claim(value, True), term.excluded & ~left, trace)
+
+
+def learn(state: int, claim: Claim, reason: int, trace: Trace | None) -> int | None:
+    """The state in which the claim is known as well; None if its complement is."""
+    if state & claim.fails:
+        return contradiction(reason | claim.fails, trace)
+    note(trace, claim.makes & ~state, reason)
+    return state | claim.makes
+
+
+def note(trace: Trace | None, written: int, reason: int) -> None:
+    """Notes a step of the closure for its explanation."""
+    if trace is not None and written:
+        trace.append((written, reason))
+
+
+def contradiction(reason: int, trace: Trace | None) -> int | None:
+    """No state; notes why: the last event of the trace then writes nothing."""
+    if trace is not None:
+        trace.append((0, reason))
+    return None
+
+
+def _union(bits: Iterable[int]) -> int:
+    result = 0
+    for bit in bits:
+        result |= bit
+    return result

@@ -1,0 +1,61 @@
+"""Run-time variables: a parameter `c: {value_of: f(s)}` stands for the value that f(s) will have [P, run-time variables].
+
+They are not enumerated: wherever the action's formulas say c, they mean the term, and what is assigned from it is
+known at run time only, unless the term's value is known before.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, TypeVar
+
+from kabo.language.formulas import Application, Comparison, KnowValue, Variable
+from kabo.language.problem import Action
+
+Tree = TypeVar("Tree")
+
+
+@dataclass(frozen=True)
+class RunTimeValue:
+    """The value of a term at run time, in the place of a term."""
+
+    term: Application
+
+
+def without_runtime_variables(action: Action) -> Action:
+    """The action with its run-time variables replaced by their terms, which its preconditions then ask for."""
+    terms = {p.name: p.value_of for p in action.parameters if p.value_of is not None}
+    if not terms:
+        return action
+    wanted = tuple(KnowValue(term, term.place) for term in terms.values())
+    return replace(
+        action,
+        parameters=tuple(p for p in action.parameters if p.value_of is None),
+        preconditions=wanted + _substituted(action.preconditions, terms),
+        effects=_substituted(action.effects, terms),
+        sense=_substituted(action.sense, terms),
+        cost=_substituted(action.cost, terms),
+    )
+
+
+def _substituted(tree: Tree, terms: Mapping[str, Application]) -> Tree:
+    """The tree with the variables replaced; in `f = c` the value is marked as one of run time."""
+    result: Any = tree
+    if isinstance(tree, Variable):
+        result = RunTimeValue(terms[tree.name]) if tree.name in terms else tree
+    elif isinstance(tree, tuple):
+        result = tuple(_substituted(part, terms) for part in tree)
+    elif is_dataclass(tree) and not isinstance(tree, type):
+        changed = {}
+        for item in fields(tree):
+            before = getattr(tree, item.name)
+            after = _substituted(before, terms) if item.name != "place" else before
+            if (
+                item.name in ("left", "right")
+                and not isinstance(tree, Comparison)
+                and isinstance(after, RunTimeValue)
+            ):
+                after = after.term
+            if after is not before:
+                changed[item.name] = after
+        result = replace(tree, **changed) if changed else tree
+    return result  # type: ignore[no-any-return]

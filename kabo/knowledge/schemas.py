@@ -1,0 +1,127 @@
+"""Instances of action schemas: parameters bound one after the other, and pruned as soon as a precondition is settled.
+
+What does not depend on a parameter is compiled once for all its values: `forall(object o) (K(one_below(this) = o) =>
+add(Kf, highest(o)))` is compiled once for each `this`, not once for each pair of arguments.
+"""
+
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from kabo.knowledge.actions import RunTimeArgument
+from kabo.knowledge.compiler import Binding, Compiler, ground_call
+from kabo.knowledge.effects import WorldUpdate, compile_effects, compile_sensing
+from kabo.knowledge.progression import Update
+from kabo.knowledge.queries import FALSE, TRUE, Query, conjunction
+from kabo.knowledge.runtime import without_runtime_variables
+from kabo.knowledge.text import term_text
+from kabo.knowledge.worldly import compile_world_effects
+from kabo.language.formulas import Effect, Formula, GroundCall, Variable
+from kabo.language.problem import Action, Problem
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A ground action before its effects are sorted."""
+
+    name: str
+    arguments: Mapping[str, str | RunTimeArgument]
+    call: GroundCall | None
+    sense: tuple[str, ...]
+    precondition: Query
+    updates: tuple[Update, ...]
+    cost: float
+
+
+class Schema:
+    """One action schema and what has been compiled of it."""
+
+    def __init__(self, compiler: Compiler, action: Action) -> None:
+        self.compiler, self.declared = compiler, action
+        self.action = without_runtime_variables(action)
+        self._memo: dict[Hashable, Any] = {}
+        self._free = {
+            id(part): free_variables(part) for part in (*self.action.preconditions, *self.action.effects)
+        }
+
+    def instances(self) -> Iterator[Draft]:
+        """All instances whose static preconditions hold, arguments in the order of declaration."""
+        names = [parameter.name for parameter in self.action.parameters]
+        objects = [self.compiler.problem.of_type(parameter.type) for parameter in self.action.parameters]
+        ready = self._preconditions_by_parameter()
+
+        def bind(position: int, binding: dict[str, str], known: Query) -> Iterator[Draft]:
+            queries = [self._query(formula, binding) for formula in ready[position]]
+            known = conjunction([known, *queries]) if queries else known
+            if known == FALSE:
+                return
+            if position == len(names):
+                yield self._draft(binding, known)
+                return
+            for name in objects[position]:
+                yield from bind(position + 1, {**binding, names[position]: name}, known)
+
+        return bind(0, {}, TRUE)
+
+    def _preconditions_by_parameter(self) -> list[list[Formula]]:
+        """Preconditions sorted by how many parameters must be bound before they can be compiled."""
+        places = {parameter.name: number for number, parameter in enumerate(self.action.parameters, start=1)}
+        ready: list[list[Formula]] = [[] for _ in range(len(places) + 1)]
+        for formula in self.action.preconditions:
+            ready[max((places.get(name, 0) for name in self._free[id(formula)]), default=0)].append(formula)
+        return ready
+
+    def _once(self, part: Effect | Formula, binding: Binding, compile_: Callable[[], Result]) -> Result:
+        """What was compiled before for the same values of the part's own variables, or what is compiled now."""
+        key = id(part), tuple(binding[name] for name in self._free[id(part)] if name in binding)
+        if key not in self._memo:
+            self._memo[key] = compile_()
+        return self._memo[key]  # type: ignore[no-any-return]
+
+    def _query(self, formula: Formula, binding: Binding) -> Query:
+        return self._once(formula, binding, lambda: self.compiler.query(formula, binding))
+
+    def _draft(self, binding: Binding, precondition: Query) -> Draft:
+        action, compiler = self.action, self.compiler
+        parts: list[Update | WorldUpdate] = []
+        for effect in action.effects:
+            parts += self._once(effect, binding, lambda e=effect: tuple(compile_effects(compiler, [e], binding)))  # type: ignore[misc]
+        parts += [compile_sensing(compiler, sensed, binding) for sensed in action.sense]
+        updates = [part for part in parts if isinstance(part, Update)]
+        worlds = [part for part in parts if isinstance(part, WorldUpdate)]
+        updates += compile_world_effects(compiler, worlds, updates) if worlds else ()
+        sense = tuple(dict.fromkeys(update.entry.text for update in updates if update.entry is not None))
+        call = None if action.geometry is None else ground_call(action.geometry, binding)
+        arguments = {
+            p.name: binding[p.name] if p.value_of is None else RunTimeArgument(term_text(p.value_of, binding))
+            for p in self.declared.parameters
+        }
+        cost = compiler.number(action.cost, binding).value(compiler.static)
+        return Draft(
+            action.name, arguments, call, sense, precondition, tuple(updates), 1.0 if cost is None else cost
+        )
+
+
+def drafts(compiler: Compiler, problem: Problem) -> Iterator[Draft]:
+    """The ground actions of a problem: schemas in the order of the file."""
+    for action in problem.domain.actions.values():
+        yield from Schema(compiler, action).instances()
+
+
+def free_variables(tree: object) -> tuple[str, ...]:
+    """The names of all variables anywhere in a tree, each once, in order."""
+    return tuple(dict.fromkeys(_variables(tree)))
+
+
+def _variables(tree: object) -> Iterator[str]:
+    if isinstance(tree, Variable):
+        yield tree.name
+    elif isinstance(tree, tuple):
+        for part in tree:
+            yield from _variables(part)
+    elif hasattr(tree, "__dataclass_fields__"):
+        for name in tree.__dataclass_fields__:
+            if name != "place":
+                yield from _variables(getattr(tree, name))

@@ -1,0 +1,139 @@
+"""World effects `when C then E`: what an action does to the world, whatever the agent knows, and what follows for it.
+
+C known: E is known. C not known false: E may have come about, so what contradicts it is forgotten; and since E now
+tells about C, entries of Kx and Kor are made from which *postdiction* follows by the closure alone [P, postdiction]:
+E found after and not before: C held; E found false: C was false.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from kabo.knowledge.compiler import Compiler
+from kabo.knowledge.effects import WorldUpdate, compile_effects
+from kabo.knowledge.entries import Entry
+from kabo.knowledge.facts import Claim, TermBits
+from kabo.knowledge.progression import Update
+from kabo.knowledge.queries import AllOf, Query, conjunction, disjunction, negation, union
+from kabo.language import formulas as f
+
+
+class _Cause:
+    """The condition of one world effect."""
+
+    def __init__(self, compiler: Compiler, update: WorldUpdate) -> None:
+        conditions = update.effect.conditions
+        self.known = conjunction(
+            [update.condition, *(compiler.query(f.Know(c), update.binding) for c in conditions)]
+        )
+        false = disjunction(compiler.query(f.Know(_complement(c)), update.binding) for c in conditions)
+        self.possible = conjunction([update.condition, negation(false), negation(self.known)])
+        self.claims = _claims(compiler, conditions, update)
+
+
+def _complement(claim: f.Claim) -> f.Claim:
+    if isinstance(claim, f.Literal):
+        return f.Literal(claim.atom, not claim.positive)
+    return f.Comparison("!=" if claim.operator == "=" else "=", claim.left, claim.right)
+
+
+def _claims(compiler: Compiler, conditions: Iterable[f.Claim], update: WorldUpdate) -> tuple[Claim, ...] | None:
+    """The bits of the conditions; None if a number is among them."""
+    found = []
+    for condition in conditions:
+        if isinstance(condition, f.Comparison) and compiler.is_number(condition.left):
+            return None
+        if _is_static(compiler, condition):
+            continue  # known from the beginning: true, or the effect never happens
+        claim = compiler.claim(condition, update.binding)
+        if isinstance(claim, Claim):
+            found.append(claim)
+    return tuple(found)
+
+
+def _is_static(compiler: Compiler, claim: f.Claim) -> bool:
+    if isinstance(claim, f.Literal):
+        return compiler.is_static(claim.atom.predicate)
+    left = claim.left
+    return isinstance(left, f.Application) and compiler.is_static(left.function)
+
+
+def compile_world_effects(
+    compiler: Compiler, worlds: Sequence[WorldUpdate], updates: Sequence[Update]
+) -> Iterator[Update]:
+    """The updates of all world effects of one action; `updates` are its other ones, in whose light they are read."""
+    pairs = [(_Cause(compiler, world), outcome, world) for world in worlds for outcome in world.effect.outcomes]
+    claimed: list[tuple[_Cause, Claim]] = []
+    for cause, outcome, world in pairs:
+        yield from _known_outcome(compiler, cause, outcome, world)
+        claim = None if _is_number(compiler, outcome) else compiler.claim(outcome, world.binding)
+        if isinstance(claim, Claim):
+            yield from _forgotten(cause, claim)
+            claimed.append((cause, claim))
+        else:
+            change = f.Change("del", "Kf", (outcome,))
+            yield from _plain(compile_effects(compiler, [change], world.binding, cause.possible))
+    changed = union(update.touch for update in updates)
+    for cause, claim in claimed:
+        if not cause.claims or claim.group.mask & changed:
+            continue
+        own = union(other.group.mask for _, other in claimed)
+        if union(c.group.mask for c in cause.claims) & (changed | own):
+            continue
+        yield from _postdiction(compiler, cause, claim, [other for c, other in claimed if c is not cause])
+
+
+def _known_outcome(compiler: Compiler, cause: _Cause, outcome: f.Claim, world: WorldUpdate) -> Iterator[Update]:
+    change = f.Change("add", "Kf", (outcome,))
+    yield from _plain(compile_effects(compiler, [change], world.binding, cause.known))
+
+
+def _plain(updates: Iterable[Update | WorldUpdate]) -> Iterator[Update]:
+    for update in updates:
+        assert isinstance(update, Update)
+        yield update
+
+
+def _is_number(compiler: Compiler, claim: f.Claim) -> bool:
+    return isinstance(claim, f.Comparison) and compiler.is_number(claim.left)
+
+
+def _forgotten(cause: _Cause, claim: Claim) -> Iterator[Update]:
+    """The outcome may have come about: its complement is not known any more, nor what was sensed of it."""
+    group = claim.group
+    condition = conjunction([cause.possible, negation(AllOf(claim.holds, claim.holds))])
+    if isinstance(group, TermBits):
+        value = next(value for value, bit in group.equal.items() if bit == claim.holds)
+        for other, equal in group.equal.items():
+            if other != value:  # it was `other`: now it is one of the two
+                kept = group.unequal[value] | group.unequal[other]
+                was = conjunction([condition, AllOf(equal, equal)])
+                yield Update(was, equal | group.settled | group.whether | kept, 0, group.mask)
+        unknown = conjunction([condition, AllOf(group.known, 0)])
+        yield Update(unknown, claim.fails | group.whether, 0, group.mask)
+        return
+    yield Update(condition, claim.fails | group.whether, 0, group.mask)
+
+
+def _postdiction(compiler: Compiler, cause: _Cause, claim: Claim, others: list[Claim]) -> Iterator[Update]:
+    """What the outcome tells about the cause, as entries that the closure works on."""
+    assert cause.claims is not None
+    same_group = [other for other in others if other.group is claim.group]
+    if any(other.holds != claim.holds for other in same_group):
+        return
+    open_ = conjunction([cause.possible, negation(AllOf(claim.holds, claim.holds))])
+    denials = [c.denied for c in cause.claims]
+    before = AllOf(claim.fails, claim.fails)
+    if same_group:
+        yield _add(open_, compiler.entry(False, [claim, *denials]))
+        return
+    known, unknown = conjunction([open_, before]), conjunction([open_, negation(before)])
+    if len(denials) == 1:
+        yield _add(known, compiler.entry(True, [claim, *denials]))
+        yield _add(unknown, compiler.entry(False, [claim, *denials]))
+        return
+    yield _add(open_, compiler.entry(False, [claim, *denials]))
+    for one in cause.claims:
+        yield _add(known, compiler.entry(False, [claim.denied, one]))
+
+
+def _add(condition: Query, entry: Entry) -> Update:
+    return Update(condition, entry.mask & ~entry.active, entry.active)
