@@ -41,6 +41,7 @@ class Rule:
     condition: Query
     clear: int
     make: int
+    against: int = 0  # what would contradict its conclusions
     place: Place | None = None
 
     @property
@@ -135,9 +136,11 @@ class Closure:
         for number in (*self._rules_of.get(0, ()), *numbers):
             rule = self.rules[number]
             if state & ~rule.clear | rule.make != state and rule.condition.holds(state):
-                clear, make = clear | rule.clear, make | rule.make
                 if trace is not None:
                     reason |= rule.condition.support(state)
+                if state & rule.against:
+                    return contradiction(reason | state & rule.against, trace)
+                clear, make = clear | rule.clear, make | rule.make
         for mask in self._exclusive:
             if make & mask and make & mask & ((make & mask) - 1):
                 return contradiction(reason, trace)

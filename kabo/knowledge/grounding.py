@@ -12,7 +12,7 @@ from kabo.knowledge.effects import compile_effects
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import ConjunctionBits, TermBits, open_entries
 from kabo.knowledge.progression import Lexicon, Update, effects_of
-from kabo.knowledge.queries import FALSE, conjunction, union
+from kabo.knowledge.queries import FALSE, bits_of, conjunction, union
 from kabo.knowledge.reachability import relaxed_reach
 from kabo.knowledge.refusals import refuse_unsupported
 from kabo.knowledge.relevance import Relevance
@@ -152,12 +152,15 @@ def _closure(
 
 def _rules(compiler: Compiler) -> Iterator[Rule]:
     """The update rules, ground; those that can never fire left out."""
-    for effect in compiler.problem.domain.update_rules:
+    compiled = [(effect, list(compile_effects(compiler, [effect], {}))) for effect in compiler.problem.domain.update_rules]
+    contradictions = Lexicon.of(compiler.fluents).contradictions
+    for effect, updates in compiled:
         place = effect.place if isinstance(effect, Change | WorldEffect) else getattr(effect, "place", None)
-        for update in compile_effects(compiler, [effect], {}):
+        for update in updates:
             assert isinstance(update, Update), "the language allows no world effect in rules"
             if update.condition != FALSE and update.writes:
-                yield Rule(update.condition, update.clear, update.make, place)
+                masks = [mask for bit in bits_of(update.make) for mask in contradictions.get(bit, ())]
+                yield Rule(update.condition, update.clear, update.make, union(masks) & ~update.make, place)
 
 
 def _open(

@@ -91,7 +91,7 @@ class Schema:
         parts += [compile_sensing(compiler, sensed, binding) for sensed in action.sense]
         updates = [part for part in parts if isinstance(part, Update)]
         worlds = [part for part in parts if isinstance(part, WorldUpdate)]
-        updates += compile_world_effects(compiler, worlds, updates) if worlds else ()
+        updates += list(compile_world_effects(compiler, worlds, updates)) if worlds else []
         sense = tuple(dict.fromkeys(update.entry.text for update in updates if update.entry is not None))
         call = None if action.geometry is None else ground_call(action.geometry, binding)
         arguments = {

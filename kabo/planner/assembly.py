@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from kabo.geometry_server.answers import Success
 from kabo.language.problem import Problem
-from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
+from kabo.knowledge.actions import GroundAction, RunTimeArgument
+from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
 from kabo.planner.evaluation import Variant
 from kabo.planner.skeleton import SkeletonNode
 from kabo.scene import Attachment, Component, Scene
@@ -53,12 +54,19 @@ def _add(
         moved = tuple((name, variant.situation.values(name)) for name in single)
         changes = {n: v for n, v in answer.changes.items() if variant.situation.values(n) != (v,)}
         after = whole_state(server.scene, changes) if changes else None
-    common = {"action": action.name, "arguments": dict(action.arguments), "motion": motion, "after": after}
+    common = {"action": action.name, "arguments": _arguments(action), "motion": motion, "after": after}
     if node.on is not None:
         return builder.add(Node("sense", on=node.on, branches=branches, **common), moved)  # type: ignore[arg-type]
     kind = "sense" if node.delivers else "action"
     made = Node(kind, next=following[None], delivers=node.delivers, **common)  # type: ignore[arg-type]
     return builder.add(made, moved)
+
+
+def _arguments(action: GroundAction) -> dict[str, str | ValueOf]:
+    return {
+        name: ValueOf(value.term) if isinstance(value, RunTimeArgument) else value
+        for name, value in action.arguments.items()
+    }
 
 
 def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:

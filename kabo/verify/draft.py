@@ -33,6 +33,11 @@ class Draft:
         self.broken = state.broken
         self.changed: set[Symbol] = set()
 
+    @property
+    def mind(self) -> "Draft":
+        """Itself: conditions on knowledge are asked of what is known."""
+        return self
+
     def finished(self) -> Knowledge:
         """The state as it now is."""
         return Knowledge(

@@ -30,6 +30,10 @@ class Facts(Protocol):
     def whether(self) -> AbstractSet[Symbol]:
         """Atoms and terms that will be known at run time (Kw, Kv)."""
 
+    @property
+    def mind(self) -> "Facts":
+        """What conditions on knowledge (`query => …`) are asked of: a world is not what the agent knows of it."""
+
 
 @dataclass(frozen=True)
 class Knowledge:
@@ -54,6 +58,11 @@ class Knowledge:
     conjunctions: frozenset[tuple[GroundClaim, ...]] = frozenset()
     start: Mapping[Symbol, Past] = field(default_factory=dict)
     broken: frozenset[int] = frozenset()
+
+    @property
+    def mind(self) -> "Knowledge":
+        """Itself."""
+        return self
 
     def frozen(self) -> Frozen:
         """The state as a value that sets can hold."""

@@ -120,7 +120,7 @@ def _rules(effect: Effect, problem: Problem, binding: Binding) -> Iterator[Rule]
             holds, inner = question(condition, problem, binding), rules_of(updates, problem, binding)
 
             def conditional(state: Facts, out: Updates) -> None:
-                if holds(state):
+                if holds(state.mind):
                     for rule in inner:
                         rule(state, out)
 
