@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from kabo.errors import Diagnostic, InputError
-from kabo.imports.forms import read_forms
-from kabo.imports.pddl_problem import read_pddl
-from kabo.imports.pddl_sections import Definition, definitions_of
+from kabo.imports.definitions import Definition, Format
+from kabo.imports.pddl_problem import Pddl
+from kabo.imports.pks_problem import Pks
 from kabo.language import loading as yaml
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
@@ -41,11 +41,12 @@ def load_problem(path: str | Path, other: str | Path | None = None, *, within: P
         InputError: with every diagnostic of all files that belong to the problem.
     """
     named = [os.fspath(each) for each in (path, other) if each is not None]
-    if not any(map(is_imported, named)):
-        if len(named) == 1:
-            return yaml.load_problem(path, within=within)
+    own = [name for name in named if not is_imported(name)]
+    if own and len(named) == 1:
+        return yaml.load_problem(path, within=within)
+    if own:
         message = "one file is enough: a problem in YAML names its domain itself"
-        raise InputError([Diagnostic(named[1], 1, 1, message, f"leave {named[0]} or {named[1]} out")])
+        raise InputError([Diagnostic(own[-1], 1, 1, message, f'write only one of "{named[0]}" and "{named[1]}"')])
     reading = Reading(within)
     problem = reading.problem(named)
     if problem is None or reading.findings.errors:
@@ -65,17 +66,15 @@ def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
 
 
 class Reading:
-    """One reading of files that belong together."""
+    """One reading of files that belong together, all of one format."""
 
     def __init__(self, within: Path | None) -> None:
         self.findings = Findings()
-        self.digests: dict[str, str] = {}
         self._within = within
 
     def problem(self, named: Sequence[str]) -> Problem | None:
         """The only problem of the files, with its domain."""
-        endings = {Path(name).suffix.lower() in PDDL for name in named}
-        if len(endings) > 1 or not all(map(is_imported, named)):
+        if len(set(map(_format_of, named))) > 1:
             self.findings.add(Place(named[-1], 1, 1), "the two files are of different formats")
             return None
         definitions = [each for name in named for each in self._definitions(name)]
@@ -85,16 +84,16 @@ class Reading:
         if len(problems) != 1:
             self._report_number(named, definitions, problems)
             return None
-        domain = self._domain(problems[0], definitions, explicit=len(named) > 1)
+        domain = self._domain(problems[0], definitions)
         return None if domain is None else self._read(domain, problems[0])
 
     def check(self, named: Sequence[str]) -> None:
         """Checks every definition of the files; a problem with its domain, a domain alone if no problem has it."""
         definitions = [each for name in named for each in self._definitions(name)]
-        used = []
+        used: list[Definition] = []
         for each in definitions:
             if each.kind == "problem":
-                domain = self._domain(each, definitions, explicit=False)
+                domain = self._domain(each, definitions)
                 if domain is not None:
                     self._read(domain, each)
                     used.append(domain)
@@ -103,23 +102,21 @@ class Reading:
                 self._read(each, None)
 
     def _read(self, domain: Definition, problem: Definition | None) -> Problem | None:
-        folder = os.path.dirname((problem or domain).document.source.name) or "."
-        sources = [each.document.source for each in (problem, domain) if each is not None]
-        files = {os.path.relpath(source.name, folder).replace(os.sep, "/"): source.digest for source in sources}
-        return read_pddl(domain, problem, self.findings, files)
+        folder = os.path.dirname((problem or domain).source.name) or "."
+        sources = [each.source for each in (problem, domain) if each is not None]
+        files = {os.path.relpath(each.name, folder).replace(os.sep, "/"): each.digest for each in sources}
+        return _format_of(domain.source.name).read(domain, problem, self.findings, files)
 
-    # ------------------------------------------------------------------------------------------------------- files
     def _definitions(self, name: str) -> list[Definition]:
         """The domains and problems in a file."""
         source = self._source(name)
-        document = None if source is None else read_forms(source, self.findings)
-        return [] if document is None else definitions_of(document)
+        return [] if source is None else _format_of(name).definitions(source, self.findings)
 
     def _source(self, name: str) -> SourceFile | None:
         try:
             if not lies_within(Path(name), self._within):
                 raise UnreadableError(OUTSIDE)
-            source = read_source(Path(name), name, MAX_BYTES)
+            return read_source(Path(name), name, MAX_BYTES)
         except UnreadableError as error:
             place = Place(name, 1, 1)
             if error.offset is not None:
@@ -128,8 +125,6 @@ class Reading:
             hint = error.hint or near_file(self.findings, Path(name), self._within)
             self.findings.add(place, error.message, hint)
             return None
-        self.digests[name] = source.digest
-        return source
 
     def _report_number(
         self, named: Sequence[str], definitions: list[Definition], problems: list[Definition]
@@ -137,50 +132,61 @@ class Reading:
         if problems:
             again = problems[1]
             message = f'a second problem, "{again.name}", stands here: only one can be solved at a time'
-            again.document.report(again.named_at, message)
+            self.findings.add(again.place, message)
         elif definitions:
-            domain = definitions[-1]
-            domain.document.report(domain.named_at, "a problem is needed here, this is a domain")
+            self.findings.add(definitions[-1].place, "a problem is needed here, this is a domain")
         else:
-            self.findings.add(Place(named[0], 1, 1), 'there is no problem here, expected "(define (problem …"')
+            self.findings.add(Place(named[0], 1, 1), "there is no problem in this file")
 
-    def _domain(self, problem: Definition, definitions: list[Definition], *, explicit: bool) -> Definition | None:
+    # --------------------------------------------------------------------------------------------------- the domain
+    def _domain(self, problem: Definition, definitions: list[Definition]) -> Definition | None:
         """The domain that a problem names: among what was read, else beside its file."""
-        section = problem.first(":domain")
-        word = None if section is None or len(section.items) != 2 else section.items[1]
-        wanted = getattr(word, "text", None)
-        if wanted is None or word is None:
-            problem.document.report(section or problem.named_at, 'a problem needs "(:domain name)"')
+        if problem.wanted is None:
+            self.findings.add(problem.place, "a problem must name its domain")
             return None
+        wanted, place = problem.wanted
         domains = [each for each in definitions if each.kind == "domain"]
         for each in domains:
             if each.name == wanted:
                 return each
-        if domains and (explicit or len(domains) == 1):
-            message = f'the problem is for the domain "{wanted}", used is "{domains[0].name}"'
-            problem.document.report(word, message, warning=True)
+        if len(domains) == 1 and (not wanted or domains[0].source != problem.source):
+            if wanted:
+                message = f'the problem is for the domain "{wanted}", used is "{domains[0].name}"'
+                self.findings.add(place, message, warning=True)
             return domains[0]
-        return self._beside(problem, wanted, word)
+        return self._beside(problem, wanted, place)
 
-    def _beside(self, problem: Definition, wanted: str, word: object) -> Definition | None:
-        folder = os.path.dirname(problem.document.source.name)
-        others = []
-        for candidate in dict.fromkeys(("domain.pddl", f"{wanted}.pddl")):
-            if "/" in candidate or "\\" in candidate or "\0" in candidate:
-                continue
+    def _beside(self, problem: Definition, wanted: str, place: Place) -> Definition | None:
+        folder = os.path.dirname(problem.source.name)
+        others: list[Definition] = []
+        names = [f"{stem}{ending}" for ending in _endings_like(problem.source.name) for stem in ("domain", wanted)]
+        for candidate in dict.fromkeys(name for name in names if not set(name) & set("/\\\0")):
             name = beside(folder, candidate)
-            if name == os.path.normpath(problem.document.source.name) or not self._exists(name):
+            if name == os.path.normpath(problem.source.name) or not self._exists(name):
                 continue
             found = [each for each in self._definitions(name) if each.kind == "domain"]
             for each in found:
-                if each.name == wanted:
+                if each.name == wanted or not wanted:
                     return each
             others += found
-        hint = f"name its file as well, or put it beside this one as domain.pddl or {wanted}.pddl"
+        hint = f"name its file as well, or put it beside this one as {' or '.join(names[:2])}"
         if others:
-            hint = f'domain.pddl defines "{others[0].name}"; ' + hint
-        problem.document.report(word, f'there is no domain "{wanted}" here', hint)  # type: ignore[arg-type]
+            hint = f'{os.path.basename(others[0].source.name)} defines "{others[0].name}"; {hint}'
+        self.findings.add(place, f'there is no domain "{wanted}" here', hint)
         return None
 
     def _exists(self, name: str) -> bool:
         return lies_within(Path(name), self._within) and os.path.isfile(name)
+
+
+def _endings_like(name: str) -> tuple[str, ...]:
+    """The endings of the file's format, its own first."""
+    own = Path(name).suffix
+    return (own, *(each for each in (PDDL if own.lower() in PDDL else PKS) if each != own.lower()))
+
+
+def _format_of(name: str) -> Format:
+    return _FORMATS[Path(name).suffix.lower() in PDDL]
+
+
+_FORMATS: dict[bool, Format] = {True: Pddl(), False: Pks()}

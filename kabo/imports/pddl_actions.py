@@ -7,8 +7,9 @@ Two steps, because an effect is about knowledge or about the world depending on 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from kabo.imports.connectives import conjunction, disjunction
 from kabo.imports.forms import Document, Form, Node, Word
-from kabo.imports.pddl_conditions import conjunction, disjunction, read_condition
+from kabo.imports.pddl_conditions import read_condition
 from kabo.imports.pddl_conflicts import Surroundings, additions_win
 from kabo.imports.pddl_declarations import read_variables
 from kabo.imports.pddl_effects import Piece, read_effects

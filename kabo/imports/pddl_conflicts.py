@@ -7,7 +7,7 @@ not where its arguments are those of an addition that happens. Most often that i
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from kabo.imports.pddl_conditions import conjunction, denied, disjunction, negated
+from kabo.imports.connectives import conjunction, denied, disjunction, negated
 from kabo.imports.pddl_effects import Piece
 from kabo.imports.trees import renaming, substituted, variable_names
 from kabo.imports.vocabulary import Types

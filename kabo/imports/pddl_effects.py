@@ -6,8 +6,9 @@ What becomes of a piece in kabo depends on what may be unknown; that is decided 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from kabo.imports.connectives import conjunction
 from kabo.imports.forms import Form, Node
-from kabo.imports.pddl_conditions import conjunction, quantified_variables, read_condition
+from kabo.imports.pddl_conditions import quantified_variables, read_condition
 from kabo.imports.pddl_terms import Context, read_atom, read_number, read_term
 from kabo.imports.vocabulary import NUMBER, Kinds
 from kabo.language import formulas as f

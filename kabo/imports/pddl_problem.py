@@ -2,23 +2,42 @@
 
 from collections.abc import Iterable, Mapping
 
-from kabo.imports.forms import Form, Node, Word
+from kabo.imports.definitions import Definition
+from kabo.imports.forms import Form, Node, Word, read_forms
 from kabo.imports.names import Names
 from kabo.imports.pddl_actions import Schema, Surmise, build_action, read_action
 from kabo.imports.pddl_conditions import read_condition
 from kabo.imports.pddl_declarations import read_functions, read_objects, read_predicates, read_types
 from kabo.imports.pddl_initial import Initial, build_initial, read_initial
-from kabo.imports.pddl_sections import Definition
+from kabo.imports.pddl_sections import PddlDefinition, definitions_of
 from kabo.imports.pddl_terms import Context
 from kabo.imports.trees import symbols
 from kabo.imports.vocabulary import NUMBER, Vocabulary
 from kabo.language import formulas as f
 from kabo.language.findings import Findings
 from kabo.language.problem import Domain, Options, Problem
+from kabo.language.source import SourceFile
+
+
+class Pddl:
+    """The format of PDDL files."""
+
+    def definitions(self, source: SourceFile, findings: Findings) -> list[Definition]:
+        """All domains and problems of a file; what is none is reported."""
+        document = read_forms(source, findings)
+        return [] if document is None else list(definitions_of(document))
+
+    def read(
+        self, domain: Definition, problem: Definition | None, findings: Findings, files: Mapping[str, str]
+    ) -> Problem | None:
+        """The problem of two definitions; None for a domain alone, which is only checked."""
+        assert isinstance(domain, PddlDefinition)
+        assert problem is None or isinstance(problem, PddlDefinition)
+        return read_pddl(domain, problem, findings, files)
 
 
 def read_pddl(
-    domain: Definition, problem: Definition | None, findings: Findings, files: Mapping[str, str]
+    domain: PddlDefinition, problem: PddlDefinition | None, findings: Findings, files: Mapping[str, str]
 ) -> Problem | None:
     """The problem of two definitions; None for a domain alone, which is only checked.
 
@@ -54,7 +73,7 @@ def read_pddl(
     return Problem(name, built, objects, effects, goal, Options(), None, problem.document.source.path, dict(files))
 
 
-def _declare(vocabulary: Vocabulary, domain: Definition) -> None:
+def _declare(vocabulary: Vocabulary, domain: PddlDefinition) -> None:
     document = domain.document
     read_types(document, vocabulary, domain.first(":types"))
     read_predicates(document, vocabulary, domain.first(":predicates"))
@@ -62,14 +81,14 @@ def _declare(vocabulary: Vocabulary, domain: Definition) -> None:
     read_objects(document, vocabulary, domain.first(":constants"), "a constant")
 
 
-def _required(problem: Definition, keyword: str) -> Form | None:
+def _required(problem: PddlDefinition, keyword: str) -> Form | None:
     section = problem.first(keyword)
     if section is None:
         problem.document.report(problem.named_at, f'a problem needs the section "{keyword}"')
     return section
 
 
-def _schemas(vocabulary: Vocabulary, domain: Definition) -> list[Schema]:
+def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[Schema]:
     names, seen, schemas = Names(), set(), []
     for form in domain.actions:
         word = form.items[1]
@@ -82,7 +101,7 @@ def _schemas(vocabulary: Vocabulary, domain: Definition) -> list[Schema]:
     return schemas
 
 
-def _build(vocabulary: Vocabulary, domain: Definition, schemas: list[Schema], surmise: Surmise) -> Domain:
+def _build(vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[Schema], surmise: Surmise) -> Domain:
     actions = {schema.name: build_action(schema, surmise) for schema in schemas}
     constants = {}
     for original, (name, kind) in vocabulary.objects.items():
@@ -95,7 +114,7 @@ def _build(vocabulary: Vocabulary, domain: Definition, schemas: list[Schema], su
     )  # fmt: skip
 
 
-def _is_constant(domain: Definition, place: f.Place) -> bool:
+def _is_constant(domain: PddlDefinition, place: f.Place) -> bool:
     section = domain.first(":constants")
     if section is None or place.file != domain.document.source.name:
         return False
@@ -195,7 +214,7 @@ def _warn_of_disjunctions(
                 waiting.append(here.body)
 
 
-def _check_values(vocabulary: Vocabulary, initial: Initial, problem: Definition) -> None:
+def _check_values(vocabulary: Vocabulary, initial: Initial, problem: PddlDefinition) -> None:
     """Refuses functions whose values are objects if some have none: PDDL would call them undefined."""
     given: dict[str, int] = {}
     for term in initial.values:

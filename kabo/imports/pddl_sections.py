@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 
 from kabo.imports.forms import Document, Form, Word
+from kabo.language.formulas import Place
+from kabo.language.source import SourceFile
 
 DOMAIN_SECTIONS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":action")
 PROBLEM_SECTIONS = (":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
@@ -35,7 +37,7 @@ _OTHER_MEANING = {
 
 
 @dataclass
-class Definition:
+class PddlDefinition:
     """A domain or a problem of a file: its name and its sections by their keywords."""
 
     kind: str  # "domain" or "problem"
@@ -45,12 +47,29 @@ class Definition:
     sections: dict[str, Form] = field(default_factory=dict)
     actions: list[Form] = field(default_factory=list)
 
+    @property
+    def source(self) -> SourceFile:
+        """The file."""
+        return self.document.source
+
+    @property
+    def place(self) -> Place:
+        """Where its name stands."""
+        return self.document.place(self.named_at)
+
+    @property
+    def wanted(self) -> tuple[str, Place] | None:
+        """The domain that a problem names, and where."""
+        section = self.first(":domain")
+        word = None if section is None or len(section.items) != 2 else section.items[1]
+        return (word.text, self.document.place(word)) if isinstance(word, Word) else None
+
     def first(self, keyword: str) -> Form | None:
         """The section with the keyword, if there is one."""
         return self.sections.get(keyword)
 
 
-def definitions_of(document: Document) -> list[Definition]:
+def definitions_of(document: Document) -> list[PddlDefinition]:
     """The domains and problems that a file defines; what is no section of one is reported."""
     found = []
     for form in document.forms:
@@ -60,7 +79,7 @@ def definitions_of(document: Document) -> list[Definition]:
     return found
 
 
-def _definition(document: Document, form: Form) -> Definition | None:
+def _definition(document: Document, form: Form) -> PddlDefinition | None:
     if form.head != "define":
         written = document.text(form.items[0]) if form.items else ")"
         document.report(form, f'unexpected "({written}", expected "(define …"')
@@ -74,13 +93,13 @@ def _definition(document: Document, form: Form) -> Definition | None:
     if isinstance(name, Form):
         document.report(name, f"expected the name of a {title.head}")
         return None
-    definition = Definition(title.head, name.text, name, document)
+    definition = PddlDefinition(title.head, name.text, name, document)
     for section in form.items[2:]:
         _sort_in(definition, section)
     return definition
 
 
-def _sort_in(definition: Definition, section: Word | Form) -> None:
+def _sort_in(definition: PddlDefinition, section: Word | Form) -> None:
     document = definition.document
     allowed = DOMAIN_SECTIONS if definition.kind == "domain" else PROBLEM_SECTIONS
     if not isinstance(section, Form) or not section.head:

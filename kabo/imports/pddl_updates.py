@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
 
-from kabo.imports.pddl_conditions import conjunction
+from kabo.imports.connectives import conjunction
 from kabo.imports.pddl_effects import Piece
 from kabo.imports.pddl_terms import Context
 from kabo.imports.trees import renaming, substituted, symbols, variable_names
