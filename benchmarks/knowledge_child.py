@@ -71,7 +71,7 @@ def verify(problem: Problem, plan: kabo.Plan) -> None:
     figures = plan_statistics(plan)
     tell(nodes=figures.plan_nodes, actions=figures.plan_actions, leaves=figures.plan_leaves)
     began = perf_counter()
-    report = kabo.verify(problem, plan)
+    report = kabo.verify(problem, plan, knowledge_only=True)
     tell(verified=report.ok, verification_s=perf_counter() - began)
     judge = getattr(kabo.verify, "validate_worlds", None)
     if judge is not None:

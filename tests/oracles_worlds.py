@@ -4,19 +4,22 @@ It tries everything that a plan may do: any applicable action, and branching on 
 time, at once or later. So "no" is a proof, if it was not cut short.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from itertools import product
 
 from kabo.language.problem import Problem
-from kabo.plan import ValueOf
+from kabo.plan import Node, Plan, PlanBuilder, ValueOf
 from kabo.verify.draft import ContradictionError
 from kabo.verify.ground import NotVerifiableError, range_of, text_of
-from kabo.verify.interpreter import GroundAction, Interpreter, Thing
+from kabo.verify.interpreter import GroundAction, Interpreter, Thing, outcome_text, thing_text
 from kabo.verify.knowledge import Knowledge
 from kabo.verify.questions import symbol_of
 
+Grounded = tuple[GroundAction, dict[str, "str | ValueOf"]]
 
-def ground_actions(interpreter: Interpreter) -> list[GroundAction]:
+
+def ground_actions(interpreter: Interpreter) -> list[Grounded]:
     """Every action with every argument; run-time variables are the values of their terms."""
     problem, result = interpreter.problem, []
     for schema in problem.domain.actions.values():
@@ -27,7 +30,7 @@ def ground_actions(interpreter: Interpreter) -> list[GroundAction]:
                 if parameter.value_of is not None:
                     symbol = symbol_of(parameter.value_of, problem, arguments)
                     arguments[parameter.name] = ValueOf(text_of(symbol))
-            result.append(interpreter.action(schema.name, arguments))
+            result.append((interpreter.action(schema.name, arguments), arguments))
     return result
 
 
@@ -43,24 +46,107 @@ def applicable(interpreter: Interpreter, state: Knowledge, action: GroundAction)
     return values and all(holds(state) for holds in action.preconditions)
 
 
-def choices(interpreter: Interpreter, actions: list[GroundAction], state: Knowledge) -> Iterator[list[Knowledge]]:
-    """Each thing that a plan could do next, as the states that may follow."""
+@dataclass(frozen=True)
+class Choice:
+    """Something that a plan could do next: an action with what it delivers, or branching; and the states after."""
+
+    action: GroundAction | None
+    arguments: dict[str, str | ValueOf]
+    delivers: tuple[str, ...]
+    on: Thing | None
+    outcomes: tuple[tuple[str | None, Knowledge], ...]
+
+
+def choices(interpreter: Interpreter, actions: list[Grounded], state: Knowledge) -> Iterator[Choice]:
+    """Each thing that a plan could do next: branching first."""
     for thing in branchable(interpreter, state):
         values = interpreter.outcomes_of(thing, state)
-        outcomes = [after for value in values if (after := interpreter.learned(state, thing, value)) is not None]
-        if outcomes:
-            yield outcomes
-    for action in actions:
+        after = [(outcome_text(value), interpreter.learned(state, thing, value)) for value in values]
+        possible = tuple((value, one) for value, one in after if one is not None)
+        if possible:
+            yield Choice(None, {}, (), thing, possible)
+    for action, arguments in actions:
         if applicable(interpreter, state, action):
             try:
-                yield [interpreter.act(state, action)[0]]
+                after, updates = interpreter.act(state, action)
             except ContradictionError:
                 continue
+            delivered = dict.fromkeys(map(thing_text, (*updates.run_time, *updates.whole)))
+            yield Choice(action, arguments, tuple(delivered), None, ((None, after),))
 
 
 def is_goal(interpreter: Interpreter, state: Knowledge) -> bool:
     """Whether every part of the goal holds."""
     return all(holds(state) for holds in interpreter.goal)
+
+
+class Exploration:
+    """All knowledge states that can be reached, and which of them a strong acyclic plan leads from to the goal."""
+
+    def __init__(self, problem: Problem, limit: int) -> None:
+        self.problem, self.interpreter = problem, Interpreter(problem)
+        self.states = [self.interpreter.initial()]
+        self.number = {self.states[0].frozen(): 0}
+        self.solved: dict[int, Choice | None] = {}
+        self._parents: dict[int, list[tuple[int, frozenset[int], Choice]]] = {}
+        self.complete = self._explore(limit)
+
+    def _explore(self, limit: int) -> bool:
+        actions = ground_actions(self.interpreter)
+        for here, state in enumerate(self.states):  # grows while it is walked: breadth first
+            if is_goal(self.interpreter, state):
+                self._solve(here, None)
+            elif here not in self.solved:
+                for choice in choices(self.interpreter, actions, state):
+                    children = frozenset(self._number(after) for _, after in choice.outcomes)
+                    for child in children:
+                        self._parents.setdefault(child, []).append((here, children, choice))
+                    if children <= self.solved.keys():
+                        self._solve(here, choice)
+            if 0 in self.solved:
+                return True
+            if len(self.states) > limit:
+                return False
+        return True
+
+    def _number(self, state: Knowledge) -> int:
+        key = state.frozen()
+        if key not in self.number:
+            self.number[key] = len(self.states)
+            self.states.append(state)
+        return self.number[key]
+
+    def _solve(self, node: int, by: Choice | None) -> None:
+        """Marks a solved state, and all that are solved with it."""
+        waiting = [(node, by)]
+        while waiting:
+            here, choice = waiting.pop(0)
+            if here in self.solved:
+                continue
+            self.solved[here] = choice
+            for above, children, way in self._parents.get(here, ()):
+                if children <= self.solved.keys():
+                    waiting.append((above, way))
+
+    def plan(self) -> Plan:
+        """The plan that was found; equal continuations are shared."""
+        builder, handles = PlanBuilder(), {}
+
+        def add(number: int) -> str:
+            if number not in handles:
+                choice = self.solved[number]
+                handles[number] = builder.goal() if choice is None else builder.add(self._node(choice, add))
+            return handles[number]
+
+        options = {"search": "oracle", "seed": 0, "epsilon": None, "geometry": "none"}
+        return builder.build(add(0), problem=self.problem.name, files=self.problem.files, options=options)
+
+    def _node(self, choice: Choice, add: Callable[[int], str]) -> Node:
+        after = {outcome: add(self.number[state.frozen()]) for outcome, state in choice.outcomes}
+        if choice.action is None:
+            return Node("branch", on=thing_text(choice.on), branches=after)
+        kind = "sense" if choice.delivers else "action"
+        return Node(kind, choice.action.action.name, choice.arguments, next=after[None], delivers=choice.delivers)
 
 
 def solvable(problem: Problem, limit: int = 3000) -> bool | None:
@@ -70,47 +156,14 @@ def solvable(problem: Problem, limit: int = 3000) -> bool | None:
         ContradictionError: the initial knowledge contradicts itself.
         NotVerifiableError: something of the problem is not judged.
     """
-    interpreter = Interpreter(problem)
-    actions = ground_actions(interpreter)
-    states = [interpreter.initial()]
-    number = {states[0].frozen(): 0}
-    solved: set[int] = set()
-    parents: dict[int, list[tuple[int, frozenset[int]]]] = {}
-    for here, state in enumerate(states):  # grows while it is walked: breadth first
-        if is_goal(interpreter, state):
-            _propagate(here, solved, parents)
-            if 0 in solved:
-                return True
-            continue
-        for outcomes in choices(interpreter, actions, state):
-            children = set()
-            for after in outcomes:
-                key = after.frozen()
-                if key not in number:
-                    number[key] = len(states)
-                    states.append(after)
-                children.add(number[key])
-            choice = here, frozenset(children)
-            for child in children:
-                parents.setdefault(child, []).append(choice)
-            if choice[1] <= solved:
-                _propagate(here, solved, parents)
-        if 0 in solved:
-            return True
-        if len(states) > limit:
-            return None
-    return False
+    explored = Exploration(problem, limit)
+    return 0 in explored.solved if explored.complete else None
 
 
-def _propagate(node: int, solved: set[int], parents: dict[int, list[tuple[int, frozenset[int]]]]) -> None:
-    """Marks a solved state, and all that are solved with it."""
-    waiting = [node]
-    while waiting:
-        here = waiting.pop()
-        if here in solved:
-            continue
-        solved.add(here)
-        waiting.extend(above for above, children in parents.get(here, ()) if children <= solved)
+def find_plan(problem: Problem, limit: int = 3000) -> Plan | None:
+    """A plan; None if there is none, or it was not found within the limit."""
+    explored = Exploration(problem, limit)
+    return explored.plan() if 0 in explored.solved else None
 
 
 def verdict(problem: Problem, limit: int = 3000) -> str:

@@ -1,4 +1,4 @@
-"""SAFES: safes that open for one of n codes each, with or without a note of the code beside them."""
+"""SAFES: safes that open for one of n codes each, or that only the right code may be dialled at, which a note tells."""
 
 import kabo
 
@@ -17,7 +17,7 @@ goal:
 
 
 def problem(n: int, home: str = "", safes: int = 1, note: bool = False) -> str:
-    """The text of a problem with n codes; with `note`, the code of each safe may be read.
+    """The text of a problem with n codes; with `note`, each safe is guarded and its code may be read.
 
     Raises:
         kabo.InputError: fewer than two codes, or no safe.
@@ -28,7 +28,10 @@ def problem(n: int, home: str = "", safes: int = 1, note: bool = False) -> str:
     codes = [f"code_{k}" for k in range(1, n + 1)]
     names = [f"safe_{k}" for k in range(1, safes + 1)]
     lines = [f"  - add(Kx, {', '.join(f'combination({safe}) = {code}' for code in codes)})" for safe in names]
-    lines += [f"  - add(Kf, note({safe}))" for safe in names if note]
+    lines += [
+        f"  - add(Kf, {'' if note else 'not '}note({safe}), {'' if note else 'not '}guarded({safe}))"
+        for safe in names
+    ]
     return PROBLEM.format(
         n=n,
         suffix="_with_note" if note else "",

@@ -115,17 +115,19 @@ class _Databases:
             case Literal():
                 claim = self.compiler.claim(fact, self.binding)
                 assert isinstance(claim, Claim)
-                yield self._learned(claim, adds)
+                yield from self._learned(claim, adds)
             case Comparison():
                 yield from self._value(fact, adds)
 
-    def _learned(self, claim: Claim, adds: bool) -> Update:
-        """Adding removes the complement and what was open, deleting forgets."""
+    def _learned(self, claim: Claim, adds: bool) -> Iterator[Update]:
+        """Adding removes the complement and what was open; deleting forgets, and drops entries in any case."""
         mask = claim.group.mask
         if adds:
-            return self._world(claim.group, self.condition, mask & ~claim.makes, claim.makes)
+            yield self._world(claim.group, self.condition, mask & ~claim.makes, claim.makes)
+            return
         known = conjunction([self.condition, AllOf(claim.holds, claim.holds)])
-        return self._world(claim.group, known, mask)
+        yield self._world(claim.group, known, mask)
+        yield self._world(claim.group, self.condition, 0)
 
     def _world(self, group: Group, condition: Query, clear: int, make: int = 0) -> Update:
         """An update of what is known of one group because the world changes there."""
@@ -152,6 +154,8 @@ class _Databases:
             else:
                 known = conjunction([self.condition, case, AllOf(bits.equal[name], bits.equal[name])])
                 yield self._world(bits, known, bits.mask)
+        if not adds:
+            yield self._world(bits, self.condition, 0)
         if adds and isinstance(value, Application | RunTimeValue):
             unknown = conjunction([self.condition, *(negation(case) for case, _ in cases)])
             later = bits.whether if isinstance(value, RunTimeValue) else 0
@@ -172,6 +176,7 @@ class _Databases:
         else:
             unknown = conjunction([self.condition, AllOf(bits.known | unequal, unequal)])
             yield self._world(bits, unknown, unequal)
+            yield self._world(bits, self.condition, 0)
 
     def _number(self, term: Application, value: Term, adds: bool) -> Update:
         bits = self._number_bits(term)

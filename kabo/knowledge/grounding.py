@@ -12,7 +12,7 @@ from kabo.knowledge.effects import compile_effects
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import ConjunctionBits, TermBits, open_entries
 from kabo.knowledge.progression import Lexicon, Update, effects_of
-from kabo.knowledge.queries import FALSE, bits_of, conjunction, union
+from kabo.knowledge.queries import FALSE, TRUE, bits_of, conjunction, union
 from kabo.knowledge.reachability import relaxed_reach
 from kabo.knowledge.refusals import refuse_unsupported
 from kabo.knowledge.relevance import Relevance
@@ -118,7 +118,10 @@ def _initial_state(compiler: Compiler) -> tuple[int, list[Entry]]:
     )
     compiler.starting = not deletes
     for effect in compiler.problem.initial:
-        for update in compile_effects(compiler, [effect], {}):
+        updates = list(compile_effects(compiler, [effect], {}))
+        if any(isinstance(update, Update) and update.condition != TRUE for update in updates):
+            state = _closed(compiler, state)  # a local closed world asks what is known, inferences included
+        for update in updates:
             assert isinstance(update, Update), "the language allows no world effect here"
             if update.static:
                 compiler.static = _applied(compiler.static, update)
@@ -126,6 +129,12 @@ def _initial_state(compiler: Compiler) -> tuple[int, list[Entry]]:
                 state = _applied(state, update)
     compiler.starting = False
     return state, [entry for entry in compiler.entries.values() if not entry.active]
+
+
+def _closed(compiler: Compiler, state: int) -> int:
+    permanent = [entry for entry in compiler.entries.values() if not entry.active]
+    closed = _closure(compiler, permanent, list(_rules(compiler)), ()).complete(state, -1)
+    return state if closed is None else closed
 
 
 def _applied(state: int, update: Update) -> int:

@@ -12,7 +12,7 @@ from kabo.knowledge.effects import WorldUpdate, compile_effects
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import Claim, TermBits
 from kabo.knowledge.progression import Update
-from kabo.knowledge.queries import AllOf, Query, conjunction, disjunction, negation, union
+from kabo.knowledge.queries import FALSE, TRUE, AllOf, Query, conjunction, disjunction, negation
 from kabo.language import formulas as f
 
 
@@ -71,14 +71,34 @@ def compile_world_effects(
         else:
             change = f.Change("del", "Kf", (outcome,))
             yield from _plain(compile_effects(compiler, [change], world.binding, cause.possible))
-    changed = union(update.touch for update in updates)
     for cause, claim in claimed:
-        if not cause.claims or claim.group.mask & changed:
-            continue
-        own = union(other.group.mask for _, other in claimed)
-        if union(c.group.mask for c in cause.claims) & (changed | own):
-            continue
-        yield from _postdiction(compiler, cause, claim, [other for c, other in claimed if c is not cause])
+        if cause.claims:
+            yield from _postdiction(compiler, cause, claim, _Others(cause, claimed, updates))
+
+
+class _Others:
+    """The other effects of the action, as far as they happen to touch what one world effect is about."""
+
+    def __init__(self, cause: _Cause, claimed: Sequence[tuple[_Cause, Claim]], updates: Sequence[Update]) -> None:
+        self._updates = [(update.touch, update.condition) for update in updates if update.touch]
+        self._worlds = [(claim, c.known, c.possible) for c, claim in claimed]
+        self._rivals = [(claim, c.known, c.possible) for c, claim in claimed if c is not cause]
+
+    def quiet(self, group: int, along: Claim | None = None) -> Query:
+        """That nothing touches the group, but for world effects `along` the same direction if that is given."""
+        touching = [condition for touch, condition in self._updates if touch & group]
+        for claim, known, possible in self._rivals:
+            if claim.group.mask & group and (along is None or claim.holds != along.holds):
+                touching += [known, possible]
+        return conjunction(negation(condition) for condition in touching)
+
+    def still(self, group: int) -> Query:
+        """That no effect of the action touches the group at all."""
+        touching = [condition for touch, condition in self._updates if touch & group]
+        for claim, known, possible in self._worlds:
+            if claim.group.mask & group:
+                touching += [known, possible]
+        return conjunction(negation(condition) for condition in touching)
 
 
 def _known_outcome(compiler: Compiler, cause: _Cause, outcome: f.Claim, world: WorldUpdate) -> Iterator[Update]:
@@ -113,26 +133,42 @@ def _forgotten(cause: _Cause, claim: Claim) -> Iterator[Update]:
     yield Update(condition, claim.fails | group.whether, 0, group.mask)
 
 
-def _postdiction(compiler: Compiler, cause: _Cause, claim: Claim, others: list[Claim]) -> Iterator[Update]:
-    """What the outcome tells about the cause, as entries that the closure works on."""
+def _postdiction(compiler: Compiler, cause: _Cause, claim: Claim, others: _Others) -> Iterator[Update]:
+    """What the outcome tells about the cause, as entries that the closure works on.
+
+    A part of the cause that the action changes itself tells nothing afterwards, unless it was known before.
+    """
     assert cause.claims is not None
-    same_group = [other for other in others if other.group is claim.group]
-    if any(other.holds != claim.holds for other in same_group):
-        return
     open_ = conjunction([cause.possible, negation(AllOf(claim.holds, claim.holds))])
-    denials = [c.denied for c in cause.claims]
-    before = AllOf(claim.fails, claim.fails)
-    if same_group:
-        yield _add(open_, compiler.entry(False, [claim, *denials]))
-        return
-    known, unknown = conjunction([open_, before]), conjunction([open_, negation(before)])
+    stills = {c.holds: others.still(c.group.mask) for c in cause.claims}
+    moving = [c for c in cause.claims if stills[c.holds] != TRUE]
+    all_still = conjunction(stills.values())
+    yield from _entries(compiler, conjunction([open_, all_still]), claim, cause.claims, others)
+    staying = tuple(c for c in cause.claims if stills[c.holds] == TRUE)
+    if moving and staying:
+        known = conjunction([open_, negation(all_still), *(AllOf(c.holds, c.holds) for c in moving)])
+        yield from _entries(compiler, known, claim, staying, others)
+
+
+def _entries(
+    compiler: Compiler, condition: Query, claim: Claim, causes: tuple[Claim, ...], others: _Others
+) -> Iterator[Update]:
+    """Entries that bind the outcome to these parts of its cause, if nothing else makes or prevents it."""
+    group = claim.group.mask
+    sufficient = conjunction([condition, others.quiet(group, along=claim)])
+    necessary = conjunction([condition, others.quiet(group), AllOf(claim.fails, claim.fails)])
+    denials = [c.denied for c in causes]
     if len(denials) == 1:
-        yield _add(known, compiler.entry(True, [claim, *denials]))
-        yield _add(unknown, compiler.entry(False, [claim, *denials]))
+        if necessary != FALSE:
+            yield _add(necessary, compiler.entry(True, [claim, *denials]))
+        only = conjunction([sufficient, negation(necessary)])
+        if only != FALSE:
+            yield _add(only, compiler.entry(False, [claim, *denials]))
         return
-    yield _add(open_, compiler.entry(False, [claim, *denials]))
-    for one in cause.claims:
-        yield _add(known, compiler.entry(False, [claim.denied, one]))
+    if sufficient != FALSE:
+        yield _add(sufficient, compiler.entry(False, [claim, *denials]))
+    for one in causes if necessary != FALSE else ():
+        yield _add(necessary, compiler.entry(False, [claim.denied, one]))
 
 
 def _add(condition: Query, entry: Entry) -> Update:

@@ -1,6 +1,6 @@
-"""The verifier: replays what a plan claims to know and re-proves every motion, sharing no code with the planner.
+"""The verifier: replays what a plan claims to know, runs it in the worlds that may be the case, re-proves every motion.
 
-It knows the problem's language, the plan, the scene, pinocchio and coal; it judges with dictionaries and sets, and
+It shares no code with the planner. It knows the problem's language, the plan, the scene, pinocchio and coal; it judges with dictionaries and sets, and
 with the original triangle meshes. What is wrong is a finding with its node, not an error.
 """
 
@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from kabo.language import Problem
     from kabo.plan import Plan
     from kabo.verify.verification import verify_plan
+    from kabo.verify.worlds import WorldReport, validate_worlds
 
-__all__ = ["Finding", "Least", "Report", "verify_plan"]
+__all__ = ["Finding", "Least", "Report", "WorldReport", "validate_worlds", "verify_plan"]
 
 
 def __getattr__(name: str) -> Any:
@@ -23,6 +24,10 @@ def __getattr__(name: str) -> Any:
         from kabo.verify.verification import verify_plan
 
         return verify_plan
+    if name in ("validate_worlds", "WorldReport"):
+        from kabo.verify import worlds
+
+        return getattr(worlds, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

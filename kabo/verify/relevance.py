@@ -94,6 +94,11 @@ class Relevance:
                     wide |= group
             self._masks[name] = wide
 
+    @property
+    def everything(self) -> Iterable[Symbol | str]:
+        """All that the plan and the update rules mention, in the order of first mention from the leaves."""
+        return self._bits.keys()
+
     def kept(self, name: str) -> Callable[[Symbol], bool]:
         """Whether an atom or term matters at a node and behind it."""
         mask, bits = self._masks[name], self._bits

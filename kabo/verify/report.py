@@ -51,11 +51,56 @@ class Least:
 
 
 @dataclass(frozen=True)
+class WorldReport:
+    """The outcome: findings, how many worlds were tried, whether these are all, and the lengths of their runs.
+
+    Attributes:
+        findings: what went wrong, each with the world that shows it.
+        worlds: how many initial worlds were tried.
+        exhaustive: whether these are all, with every change that the actions leave open.
+        shortest, mean, longest: actions that a world needs to the goal.
+        ruled_out: runs that ended because an action says something of the world that is not so there.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    worlds: int = 0
+    exhaustive: bool = True
+    shortest: int = 0
+    mean: float = 0.0
+    longest: int = 0
+    ruled_out: int = 0
+
+    def __str__(self) -> str:
+        """`16 worlds, all of them: every one reaches the goal in 3 to 5 actions (mean 4.25)`."""
+        worlds = f"{self.worlds} world{'' if self.worlds == 1 else 's'}"
+        which = "all of them" if self.exhaustive else "sampled"
+        if self.findings:
+            return f"{worlds}, {which}: not every one reaches the goal"
+        if self.shortest == self.longest:
+            length = f"{self.longest} action{'' if self.longest == 1 else 's'}"
+        else:
+            length = f"{self.shortest} to {self.longest} actions (mean {self.mean:.2f})"
+        out = f"; {self.ruled_out} runs ruled out by what an action says" if self.ruled_out else ""
+        return f"{worlds}, {which}: every one reaches the goal in {length}{out}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The figures as JSON values; the findings stand among those of the whole report."""
+        return {
+            "worlds": self.worlds,
+            "exhaustive": self.exhaustive,
+            "shortest": self.shortest,
+            "mean": self.mean,
+            "longest": self.longest,
+            "ruled_out": self.ruled_out,
+        }
+
+
+@dataclass(frozen=True)
 class Report:
     """The outcome of verification.
 
     `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`:
-    knowledge states replayed; `motions`: nodes with motion that were proven; `pairs`: pairs of bodies that were
+    knowledge states replayed; `worlds`: runs through possible worlds; `motions`: nodes with motion that were proven; `pairs`: pairs of bodies that were
     proven apart along a motion; `distances`: how many of these needed distances between meshes. `notes` say what
     was *not* verified.
     """
@@ -66,6 +111,7 @@ class Report:
     branches: int = 0
     leaves: int = 0
     states: int = 0
+    worlds: WorldReport | None = None
     motions: int = 0
     pairs: int = 0
     distances: int = 0
@@ -82,6 +128,7 @@ class Report:
             "ok": self.ok,
             "knowledge_only": self.knowledge_only,
             "knowledge": {"branches": self.branches, "leaves": self.leaves, "states": self.states},
+            "worlds": None if self.worlds is None else self.worlds.to_dict(),
             "motions": self.motions,
             "pairs": self.pairs,
             "distances": self.distances,
@@ -98,6 +145,8 @@ class Report:
             verdict,
             f"knowledge: {self.leaves} leaves, {self.branches} branching nodes, {self.states} states",
         ]
+        if self.worlds is not None:
+            lines.append(f"worlds: {self.worlds}")
         if not self.knowledge_only:
             lines.append(f"geometry: {self.motions} motions, {self.pairs} pairs of bodies along them")
         if self.least is not None:

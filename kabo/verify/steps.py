@@ -10,7 +10,6 @@ from kabo.verify.ground import NotVerifiableError, Symbol, Value
 from kabo.verify.interpreter import GroundAction, Interpreter, Thing, is_symbol, outcome_text
 from kabo.verify.knowledge import Knowledge, will_be_known
 from kabo.verify.relevance import mentions, reads
-from kabo.verify.updates import Updates
 
 
 @dataclass(frozen=True)
@@ -24,11 +23,11 @@ class Way:
 
 @dataclass
 class Step:
-    """What a node does to one state; `updates` are those of its action that fired, None if it has none."""
+    """What a node does to one state: `after` its action (None: not applicable), before it branches."""
 
     messages: list[str] = field(default_factory=list)
     ways: list[Way] = field(default_factory=list)
-    updates: Updates | None = None
+    after: Knowledge | None = None
 
 
 def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
@@ -43,6 +42,7 @@ def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
         after: Knowledge | None = state
         if node.action is not None:
             after = _act(interpreter, node, state, result)
+        result.after = after
         if after is None:
             return result
         if node.on is not None:
@@ -64,11 +64,11 @@ def _act(interpreter: Interpreter, node: Node, state: Knowledge, result: Step) -
     action = interpreter.action(str(node.action), node.arguments)
     result.messages.extend(_unmet(action, state))
     try:
-        after, result.updates = interpreter.act(state, action)
+        after, updates = interpreter.act(state, action)
     except ContradictionError as error:
         result.messages.append(f'"{node.action}" is not applicable: it would mean {error}')
         return None
-    delivered: set[Thing] = {*result.updates.run_time, *result.updates.whole, *(after.whether - state.whether)}
+    delivered: set[Thing] = {*updates.run_time, *updates.whole, *(after.whether - state.whether)}
     for text in (*([] if node.on is None else [node.on]), *node.delivers):
         if interpreter.read(text) not in delivered:
             result.messages.append(f'"{node.action}" does not sense {text}')

@@ -1,4 +1,4 @@
-"""Verifies a plan: the graph, the files, the knowledge of every branch, and every motion."""
+"""Verifies a plan: the graph, the files, the knowledge of every branch, possible worlds, and every motion."""
 
 from typing import Any
 
@@ -8,12 +8,13 @@ from kabo.verify.files import check_files
 from kabo.verify.replay import replay
 from kabo.verify.report import Finding, Report
 from kabo.verify.structure import check_structure
+from kabo.verify.worlds import WorldReport, validate_worlds
 
 WITHOUT_GEOMETRY = "the plan was made with --geometry none: its motions do not exist and were not verified"
 
 
 def verify_plan(problem: Problem, plan: Plan, *, knowledge_only: bool = False) -> Report:
-    """Whether a plan solves a problem: every branch reaches the goal, every motion is its action's and free.
+    """Whether a plan solves a problem: every branch and world reaches the goal, every motion is its action's and free.
 
     Args:
         problem: the problem as its files say it now.
@@ -30,6 +31,10 @@ def verify_plan(problem: Problem, plan: Plan, *, knowledge_only: bool = False) -
     leaves = plan_statistics(plan).plan_leaves
     played = replay(plan, problem, order)
     findings += played.findings
+    worlds: WorldReport | None = None
+    if played.states:  # else the plan or the problem is not even well formed, which was said
+        worlds = validate_worlds(problem, plan)
+        findings += [finding for finding in worlds.findings if finding not in findings]
     geometry = problem.scene is not None and not knowledge_only
     notes = [] if problem.scene is None or geometry else [_left_out(plan)]
     figures: dict[str, Any] = {}
@@ -42,7 +47,9 @@ def verify_plan(problem: Problem, plan: Plan, *, knowledge_only: bool = False) -
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
     findings = [*check_files(plan, problem.name, problem.path.parent, files), *findings]
-    return Report(tuple(findings), tuple(notes), knowledge_only, branches, leaves, played.states, **figures)
+    return Report(
+        tuple(findings), tuple(notes), knowledge_only, branches, leaves, played.states, worlds, **figures
+    )
 
 
 def _left_out(plan: Plan) -> str:
