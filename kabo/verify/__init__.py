@@ -1,7 +1,7 @@
-"""The verifier: replays what a plan claims to know, runs it in the worlds that may be the case, re-proves every motion.
+"""The verifier: replays what a plan claims to know, runs it in possible worlds, and re-proves every motion.
 
-It shares no code with the planner. It knows the problem's language, the plan, the scene, pinocchio and coal; it judges with dictionaries and sets, and
-with the original triangle meshes. What is wrong is a finding with its node, not an error.
+It shares no code with the planner: it knows the problem's language, the plan, the scene, pinocchio and coal, and
+judges with dictionaries and sets, and with the original triangle meshes. What is wrong is a finding with its node.
 """
 
 import sys

@@ -100,9 +100,9 @@ class Report:
     """The outcome of verification.
 
     `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`:
-    knowledge states replayed; `worlds`: runs through possible worlds; `motions`: nodes with motion that were proven; `pairs`: pairs of bodies that were
-    proven apart along a motion; `distances`: how many of these needed distances between meshes. `notes` say what
-    was *not* verified.
+    knowledge states replayed; `worlds`: what running the plan in possible worlds came to; `motions`: nodes with
+    motion that were proven; `pairs`: pairs of bodies that were proven apart along a motion; `distances`: how many
+    of these needed distances between meshes. `notes` say what was *not* verified.
     """
 
     findings: tuple[Finding, ...] = ()
