@@ -8,6 +8,15 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "breadth_first": "blind_search",
+    "Budget": "compiled_task",
+    "CompiledTask": "compiled_task",
+    "Effect": "task",
+    "FiniteTask": "task",
+    "Operator": "task",
+    "SearchResult": "result",
+    "Variable": "task",
+    "validate": "task",
     "Estimate": "relaxation",
     "RelaxedOperator": "relaxation",
     "RelaxedTask": "relaxation",

@@ -5,7 +5,18 @@ import os
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
-from kabo.finite_domain import RelaxedOperator, RelaxedTask
+from kabo.finite_domain import (
+    CompiledTask,
+    Effect,
+    FiniteTask,
+    Operator,
+    RelaxedOperator,
+    RelaxedTask,
+    Variable,
+    breadth_first,
+    validate,
+)
+from kabo.finite_domain.task import compatible, holds, successor
 
 EXAMPLES = max(30, int(3000 * float(os.environ.get("KABO_PROPERTY_SCALE", "0.1"))))
 FACTS = 12
@@ -75,3 +86,83 @@ def judge(estimate, operators, true, goal):
         assert any(o.owner == owner and now.issuperset(o.preconditions) for o in operators)
     needed = fixpoint(true, [o for o in operators if o.cost == 0])
     assert estimate.value > 0 or needed.issuperset(goal)
+
+
+@st.composite
+def tasks(draw):
+    """Tasks of some variables, whose operators set values on conditions; what could conflict is left out."""
+    sizes = draw(st.lists(st.integers(1, 4), min_size=1, max_size=5))
+    variables = st.integers(0, len(sizes) - 1)
+
+    @st.composite
+    def conditions(draw, most):
+        asked = draw(st.lists(variables, max_size=most, unique=True))
+        return tuple((v, tuple(draw(st.sets(st.integers(0, sizes[v] - 1), max_size=2)) or {0})) for v in asked)
+
+    @st.composite
+    def operators(draw):
+        needed, effects = draw(conditions(2)), []
+        for v in draw(st.lists(variables, min_size=1, max_size=4)):
+            effect = Effect(
+                draw(conditions(draw(st.sampled_from([0, 1, 1, 2])))), v, draw(st.integers(0, sizes[v] - 1))
+            )
+            clashes = (
+                e.variable == v
+                and e.value != effect.value
+                and compatible(needed + e.conditions + effect.conditions)
+                for e in effects
+            )
+            if not any(clashes):
+                effects.append(effect)
+        return Operator("o", needed, tuple(effects), draw(st.sampled_from([0, 1, 1, 1, 2, 5])))
+
+    initial = tuple(draw(st.integers(0, n - 1)) for n in sizes)
+    operators_drawn = tuple(draw(st.lists(operators(), max_size=9)))
+    goal = draw(conditions(4))
+    return FiniteTask(tuple(Variable(f"v{v}", n) for v, n in enumerate(sizes)), initial, operators_drawn, goal)
+
+
+def brute_force(task, start, forbidden=()):
+    """Of all states that can be reached the fewest actions and the least cost."""
+    steps, costs = {start: 0}, {start: 0}
+    for table, price in ((steps, lambda o: 1), (costs, lambda o: o.cost)):
+        changed = True
+        while changed:
+            changed = False
+            for state in list(table):
+                for i, o in enumerate(task.operators):
+                    if i in forbidden or not holds(o.preconditions, state):
+                        continue
+                    after, total = successor(o, state), table[state] + price(o)
+                    if total < table.get(after, 1 << 30):
+                        table[after], changed = total, True
+    best = [(steps[s], costs[s]) for s in steps if holds(task.goal, s)]
+    return (min(b[0] for b in best), min(b[1] for b in best)) if best else None
+
+
+def executes(task, start, plan, forbidden=()):
+    """Whether the plan leads from the start to the goal."""
+    state = start
+    for i in plan:
+        if i in forbidden or not holds(task.operators[i].preconditions, state):
+            return False
+        state = successor(task.operators[i], state)
+    return holds(task.goal, state)
+
+
+@settings(max_examples=EXAMPLES)
+@given(tasks(), st.data())
+def test_breadth_first_agrees_with_brute_force_in_both_twins(task, data):
+    assert not validate(task)
+    start = data.draw(st.sampled_from([task.initial, tuple(v.size - 1 for v in task.variables)]))
+    forbidden = data.draw(st.sets(st.integers(0, 8), max_size=1)) & set(range(len(task.operators)))
+    banned = [int(i in forbidden) for i in range(len(task.operators))]
+    compiled, best = CompiledTask(task), brute_force(task, start, forbidden)
+    plain = breadth_first(compiled, start=start, forbidden=banned)
+    assert breadth_first(compiled, start=start, forbidden=banned, plain_work=0) == plain
+    event("unsolvable" if best is None else f"{best[0]} actions")
+    assert plain.status == ("unsolvable" if best is None else "solved")
+    if best is not None:
+        assert len(plain.plan) == best[0]
+        assert executes(task, start, plain.plan, forbidden)
+        assert plain.cost == sum(task.operators[o].cost for o in plain.plan)

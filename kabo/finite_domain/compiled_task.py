@@ -1,0 +1,100 @@
+"""A task prepared once for many searches: packed, as tables, with what searches derive from it when they need it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.finite_domain.array_tables import array_tables
+from kabo.finite_domain.normal_form import NormalTask, normal_form
+from kabo.finite_domain.packing import Packing, pack
+from kabo.finite_domain.plain_states import PlainStates
+from kabo.finite_domain.tables import Tables, build_tables
+from kabo.finite_domain.task import FiniteTask
+
+Never = NDArray[np.uint64]  # (groups of 64 operators,) a bit for each that must not be used
+
+
+def as_number(never: Never) -> int:
+    """The same bits as one Python int."""
+    return int.from_bytes(never.tobytes(), "little")
+
+
+class CompiledTask:
+    """A task, packed. What is cached here depends on the task alone, not on starts or forbidden operators."""
+
+    def __init__(self, task: FiniteTask) -> None:
+        self.task = task
+
+    @cached_property
+    def normal(self) -> NormalTask:
+        """The operators with their effects sorted."""
+        return normal_form(self.task)
+
+    @cached_property
+    def packing(self) -> Packing:
+        """Where variables lie in states."""
+        return pack(self.normal.sizes)
+
+    @cached_property
+    def tables(self) -> Tables:
+        """Successors as lists."""
+        return build_tables(self.normal, self.packing)
+
+    @cached_property
+    def plain(self) -> PlainStates:
+        """Successors in plain Python."""
+        return PlainStates(self.tables)
+
+    @cached_property
+    def arrays(self) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
+        """Successors for kernels."""
+        return array_tables(self.tables, self.packing)
+
+    def start(self, values: Sequence[int] | None) -> int:
+        """A packed start: these values, or the task's initial ones.
+
+        Raises:
+            ValueError: not one value of its range for every variable.
+        """
+        values = self.task.initial if values is None else values
+        sizes = self.normal.sizes
+        if len(values) != len(sizes) or any(not 0 <= x < n for x, n in zip(values, sizes, strict=True)):
+            raise ValueError(f"a start needs a value for each of the {len(sizes)} variables, not {values}")
+        return self.packing.number(values)
+
+    def never(self, forbidden: Sequence[int] | NDArray[Any] | None) -> Never:
+        """(groups,) a bit for each operator that cannot or must not be used; `forbidden` has 1 for each of these."""
+        never = np.array(self.tables.gates.never, np.uint64)
+        if forbidden is None:
+            return never
+        operators = len(self.task.operators)
+        array = np.zeros(64 * len(never), np.uint8)
+        if np.shape(forbidden) != (operators,):
+            raise ValueError(f"`forbidden` needs one entry for each of the {operators} operators")
+        array[:operators] = np.asarray(forbidden) != 0
+        return never | np.packbits(array, bitorder="little").view(np.uint64)
+
+    def cost(self, plan: Sequence[int]) -> int:
+        """What a plan costs."""
+        return sum(self.task.operators[o].cost for o in plan)
+
+
+@dataclass
+class Budget:
+    """How long a search may go on: expansions, bytes, and a caller who is asked now and then whether to stop."""
+
+    expansions: int | None = None
+    memory: int = 4 << 30  # bytes
+    stop: Callable[[], bool] | None = None
+
+    def stopped(self) -> bool:
+        """Whether the caller wants the search to end."""
+        return self.stop is not None and self.stop()
+
+    def left(self, expanded: int, most: int) -> int:
+        """How many states to expand before looking up again; 0: the budget is spent."""
+        return most if self.expansions is None else max(0, min(most, self.expansions - expanded))

@@ -1,0 +1,58 @@
+"""Breadth-first search over packed states, in batches: first all successors, then their places, then the look-ups.
+
+Looking up waits for memory; a pass that only touches the places lets the processor wait for many of them at once.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.finite_domain.kernels.seen import find, place
+from kabo.finite_domain.kernels.successors import applicable, apply, at_goal, hashed
+
+COUNT, NEXT, GENERATED, GOAL, TOUCHED = 0, 1, 2, 3, 4  # places of `progress`
+RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
+BATCH = 128
+
+
+@lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (S, W) u8, (S,) i4, (P,) u8, (5,) i8, (R, W) u8, (R,) u8, (R,) i4, (O,) i4 …
+def expand(numbers, bits, never, states, parents, table, progress, results, hashes, origins, out, limit):
+    """Expands up to `limit` states more; says whether it goes on, is solved, unsolvable, or needs more room."""
+    operators = out.shape[0]
+    end = progress[NEXT] + limit
+    if progress[NEXT] == 0:
+        find(table, states, states, 0, hashed(states, 0), 0)
+    while progress[NEXT] < end:
+        if progress[NEXT] == progress[COUNT]:
+            return UNSOLVABLE
+        first, made = progress[NEXT], 0
+        row = first
+        stop = min(end, progress[COUNT], first + BATCH)
+        while row < stop and made + operators <= results.shape[0]:
+            count = applicable(numbers, bits, states, row, never, out)
+            for i in range(count):
+                apply(numbers, bits, states, row, out[i], results, made)
+                hashes[made] = hashed(results, made)
+                origins[made] = row
+                made += 1
+            row += 1
+        known = progress[COUNT]
+        if known + made > states.shape[0] or 10 * (known + made) > 7 * table.shape[0]:
+            return FULL
+        touched = np.uint64(0)
+        for r in range(made):
+            touched ^= table[place(hashes[r], table.shape[0])]
+        progress[TOUCHED] = np.int64(touched >> np.uint64(1))
+        for r in range(made):
+            if find(table, states, results, r, hashes[r], known) >= 0:
+                continue
+            for w in range(states.shape[1]):
+                states[known, w] = results[r, w]
+            parents[known] = origins[r]
+            known += 1
+            if at_goal(numbers, bits, states, known - 1):
+                progress[COUNT], progress[NEXT], progress[GOAL] = known, origins[r] + 1, known - 1
+                progress[GENERATED] += r + 1
+                return SOLVED
+        progress[COUNT], progress[NEXT] = known, row
+        progress[GENERATED] += made
+    return RUNNING

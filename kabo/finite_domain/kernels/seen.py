@@ -1,0 +1,62 @@
+"""The set of states seen so far, in open addressing, at one visit to far memory for each look.
+
+A state of one word lies in the table itself; of longer ones its row, behind half of its hash. Growing runs through the
+old table in order, since the place of a state is the first bits of its hash: so the new one is filled in order, too.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.finite_domain.kernels.successors import hashed
+
+EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
+ROW = np.uint64(0xFFFFFFFF)
+
+
+@lean_kernel  # u8, i8 -> i8
+def place(mixed, size):
+    """Where a state with this hash belongs in a table of `size` places, a power of two."""
+    return np.int64((mixed >> np.uint64(32)) * np.uint64(size) >> np.uint64(32))
+
+
+@lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
+def find(table, states, candidates, r, mixed, new):
+    """The row of a candidate among the states (one word: 0 for any), or -1: it was new, and enters as row `new`."""
+    last, i = table.shape[0] - 1, place(mixed, table.shape[0])
+    if states.shape[1] == 1:
+        word = candidates[r, 0]
+        while table[i] != EMPTY:
+            if table[i] == word:
+                return 0
+            i = (i + 1) & last
+        table[i] = word
+        return -1
+    tag = mixed & ROW
+    while table[i] != EMPTY:
+        if table[i] >> np.uint64(32) == tag:
+            row = np.int64(table[i] & ROW)
+            w = 0
+            while w < states.shape[1] and states[row, w] == candidates[r, w]:
+                w += 1
+            if w == states.shape[1]:
+                return row
+        i = (i + 1) & last
+    table[i] = tag << np.uint64(32) | np.uint64(new)
+    return -1
+
+
+@lean_kernel  # (P,) u8, (Q,) u8, (S, W) u8, (1, W) u8
+def move_table(old, larger, states, one):
+    """Enters all of an old table into a larger one, empty so far."""
+    last = larger.shape[0] - 1
+    for j in range(old.shape[0]):
+        if old[j] != EMPTY:
+            if states.shape[1] == 1:
+                one[0, 0] = old[j]
+                mixed = hashed(one, 0)
+            else:
+                mixed = hashed(states, np.int64(old[j] & ROW))
+            i = place(mixed, larger.shape[0])
+            while larger[i] != EMPTY:
+                i = (i + 1) & last
+            larger[i] = old[j]

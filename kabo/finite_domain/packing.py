@@ -1,0 +1,58 @@
+"""States as few machine words: where each variable lies in them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+WORD_BITS = 63  # of 64: a state of one word never has all bits set, which marks empty places in tables
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Variable v takes bits[v] bits of word[v] from shift[v] on. As a Python int, word w begins at bit 64 w."""
+
+    words: int
+    word: tuple[int, ...]
+    shift: tuple[int, ...]
+    bits: tuple[int, ...]
+    mask: tuple[int, ...]  # of the value, not shifted
+    place: tuple[int, ...]  # 64 word + shift
+
+    def number(self, values: Sequence[int]) -> int:
+        """The values of all variables as one Python int."""
+        return sum(x << p for x, p in zip(values, self.place, strict=True))
+
+    def values(self, number: int) -> tuple[int, ...]:
+        """The values of all variables in a state that is one Python int."""
+        return tuple((number >> p) & m for p, m in zip(self.place, self.mask, strict=True))
+
+    def array(self, number: int) -> NDArray[np.uint64]:
+        """(words,) the same state for kernels."""
+        return np.frombuffer(number.to_bytes(8 * self.words, "little"), np.uint64).copy()
+
+    def number_of(self, words: NDArray[np.uint64]) -> int:
+        """The Python int of a state of a kernel."""
+        return int.from_bytes(words.tobytes(), "little")
+
+
+def pack(sizes: Sequence[int]) -> Packing:
+    """Large variables first, each into the first word that has room."""
+    bits = [max(1, (n - 1).bit_length()) for n in sizes]
+    used: list[int] = [0]
+    word, shift = [0] * len(bits), [0] * len(bits)
+    for v in sorted(range(len(bits)), key=lambda v: -bits[v]):
+        w = next((w for w, taken in enumerate(used) if taken + bits[v] <= WORD_BITS), len(used))
+        if w == len(used):
+            used.append(0)
+        word[v], shift[v] = w, used[w]
+        used[w] += bits[v]
+    return Packing(
+        len(used),
+        tuple(word),
+        tuple(shift),
+        tuple(bits),
+        tuple((1 << b) - 1 for b in bits),
+        tuple(64 * w + s for w, s in zip(word, shift, strict=True)),
+    )

@@ -1,0 +1,119 @@
+"""Finite-domain tasks: variables with finitely many values, and operators that test and set them.
+
+All conditions are read in the state before. Effects may be conditional; many of them on one variable's value, each for
+another value, cost no more than one [kabo.finite_domain.tables], so they need not be expanded into operators.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+Conditions = tuple[tuple[int, tuple[int, ...]], ...]  # (variable, the values it may have), all of them
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Values are 0 … size − 1."""
+
+    name: str
+    size: int
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Sets a variable, if all conditions held before."""
+
+    conditions: Conditions
+    variable: int
+    value: int
+
+
+@dataclass(frozen=True)
+class Operator:
+    """Something that can be done. No two effects may ever set one variable differently at once."""
+
+    name: str
+    preconditions: Conditions
+    effects: tuple[Effect, ...]
+    cost: int = 1  # >= 0
+    owner: int = -1  # the caller's number; searches do not look at it
+
+
+@dataclass(frozen=True)
+class FiniteTask:
+    """From the initial values, by operators, to a state that fulfils all conditions of the goal."""
+
+    variables: tuple[Variable, ...]
+    initial: tuple[int, ...]
+    operators: tuple[Operator, ...]
+    goal: Conditions
+
+
+def holds(conditions: Conditions, state: Sequence[int]) -> bool:
+    """Whether all conditions are met by these values."""
+    return all(state[v] in values for v, values in conditions)
+
+
+def successor(operator: Operator, state: tuple[int, ...]) -> tuple[int, ...]:
+    """The values after an operator whose preconditions are met: the definition, not the fast way."""
+    after = list(state)
+    for effect in operator.effects:
+        if holds(effect.conditions, state):
+            after[effect.variable] = effect.value
+    return tuple(after)
+
+
+def validate(task: FiniteTask) -> list[str]:
+    """What is wrong with a task, one sentence each; empty if nothing is."""
+    return list(_faults(task))
+
+
+def _faults(task: FiniteTask) -> Iterator[str]:
+    sizes = [v.size for v in task.variables]
+    for v in task.variables:
+        if v.size < 1:
+            yield f"variable {v.name} has no value"
+    if len(task.initial) != len(sizes) or any(not 0 <= x < n for x, n in zip(task.initial, sizes, strict=False)):
+        yield "the initial values do not fit the variables"
+    yield from _condition_faults("the goal", task.goal, sizes)
+    for o in task.operators:
+        yield from _operator_faults(o, sizes)
+
+
+def _operator_faults(o: Operator, sizes: list[int]) -> Iterator[str]:
+    if o.cost < 0:
+        yield f"operator {o.name} costs {o.cost}, less than nothing"
+    yield from _condition_faults(f"operator {o.name}", o.preconditions, sizes)
+    for e in o.effects:
+        yield from _condition_faults(f"an effect of {o.name}", e.conditions, sizes)
+        if not (0 <= e.variable < len(sizes) and 0 <= e.value < sizes[e.variable]):
+            yield f"operator {o.name} sets variable {e.variable} to {e.value}, which it does not have"
+    by_variable: dict[int, list[Effect]] = {}
+    for e in o.effects:
+        by_variable.setdefault(e.variable, []).append(e)
+    for effects in by_variable.values():
+        for one, other in combinations(effects, 2):
+            if one.value != other.value and compatible(o.preconditions + one.conditions + other.conditions):
+                yield f"operator {o.name} may set variable {one.variable} to {one.value} and {other.value} at once"
+
+
+def _condition_faults(where: str, conditions: Conditions, sizes: list[int]) -> Iterator[str]:
+    for v, values in conditions:
+        if not 0 <= v < len(sizes) or any(not 0 <= x < sizes[v] for x in values):
+            yield f"{where} tests variable {v} for {values}, which it does not have"
+
+
+def compatible(conditions: Conditions) -> bool:
+    """Whether some values meet all of these conditions."""
+    allowed: dict[int, set[int]] = {}
+    for v, values in conditions:
+        allowed[v] = allowed[v].intersection(values) if v in allowed else set(values)
+    return all(allowed.values())
+
+
+def merged(conditions: Conditions, sizes: Sequence[int]) -> dict[int, tuple[int, ...]]:
+    """One sorted set of values per variable, without those that every value meets; an empty set is never met."""
+    allowed: dict[int, set[int]] = {}
+    for v, values in conditions:
+        allowed[v] = allowed[v].intersection(values) if v in allowed else set(values)
+    return {v: tuple(sorted(values)) for v, values in allowed.items() if len(values) < sizes[v]}
