@@ -9,9 +9,6 @@ from pathlib import Path
 
 from kabo.errors import Diagnostic, InputError
 from kabo.imports.definitions import Definition, Format
-from kabo.imports.pddl_problem import Pddl
-from kabo.imports.pks_problem import Pks
-from kabo.language import loading as yaml
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.paths import OUTSIDE, beside, lies_within, near_file
@@ -43,7 +40,9 @@ def load_problem(path: str | Path, other: str | Path | None = None, *, within: P
     named = [os.fspath(each) for each in (path, other) if each is not None]
     own = [name for name in named if not is_imported(name)]
     if own and len(named) == 1:
-        return yaml.load_problem(path, within=within)
+        from kabo.language import load_problem as load_yaml
+
+        return load_yaml(path, within=within)
     if own:
         message = "one file is enough: a problem in YAML names its domain itself"
         raise InputError([Diagnostic(own[-1], 1, 1, message, f'write only one of "{named[0]}" and "{named[1]}"')])
@@ -56,8 +55,10 @@ def load_problem(path: str | Path, other: str | Path | None = None, *, within: P
 
 def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
     """All diagnostics of files in any format, and of the files that problems name, sorted by place."""
+    from kabo.language import check_files as check_yaml
+
     named = [os.fspath(path) for path in paths]
-    found = dict.fromkeys(yaml.check_files([name for name in named if not is_imported(name)]))
+    found = dict.fromkeys(check_yaml([name for name in named if not is_imported(name)]))
     for endings in (PDDL, PKS):
         reading = Reading(None)
         reading.check([name for name in named if Path(name).suffix.lower() in endings])
@@ -74,7 +75,7 @@ class Reading:
 
     def problem(self, named: Sequence[str]) -> Problem | None:
         """The only problem of the files, with its domain."""
-        if len(set(map(_format_of, named))) > 1:
+        if len({type(_format_of(name)) for name in named}) > 1:
             self.findings.add(Place(named[-1], 1, 1), "the two files are of different formats")
             return None
         definitions = [each for name in named for each in self._definitions(name)]
@@ -186,7 +187,11 @@ def _endings_like(name: str) -> tuple[str, ...]:
 
 
 def _format_of(name: str) -> Format:
-    return _FORMATS[Path(name).suffix.lower() in PDDL]
+    """The format of a file; only what is needed is loaded."""
+    if Path(name).suffix.lower() in PDDL:
+        from kabo.imports.pddl_problem import Pddl
 
+        return Pddl()
+    from kabo.imports.pks_problem import Pks
 
-_FORMATS: dict[bool, Format] = {True: Pddl(), False: Pks()}
+    return Pks()

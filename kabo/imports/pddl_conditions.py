@@ -40,10 +40,7 @@ def read_condition(context: Context, node: Node, *, positive: bool = True) -> f.
             context.report(node, f"{_REFUSED[head]} is not supported {context.where}")
             return None
     atom = read_atom(context, node)
-    if atom is None:
-        return None
-    place = context.place(node)
-    return f.Know(f.Literal(atom, positive, place), place)
+    return None if atom is None else f.Know(f.Literal(atom, positive, atom.place), atom.place)
 
 
 def _comparison(context: Context, form: Form, positive: bool) -> f.Formula | None:

@@ -1,9 +1,10 @@
 """PKS effects as kabo's updates: databases, conditions of knowledge, quantifiers, assignments of numbers."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import cast
 
+from kabo.imports.connectives import conjunction
 from kabo.imports.pks_expressions import Expression
 from kabo.imports.pks_formulas import read_formula
 from kabo.imports.pks_terms import COMPARISONS, Context, bind, read_atom, read_claim, read_number, read_term
@@ -13,56 +14,90 @@ from kabo.language import formulas as f
 _DATABASES = ("Kf", "Kw", "Kv", "Kx", "LCW")
 
 
+@dataclass(frozen=True)
+class _Piece:
+    """One update, with the variables and conditions around it."""
+
+    variables: tuple[f.Variable, ...]
+    condition: f.Formula
+    change: f.Change
+    place: f.Place
+
+
 def read_effects(context: Context, node: Expression, *, conditional: bool = True) -> list[f.Effect]:
-    """The updates of an expression; what is wrong is reported and left out.
+    """The updates of an expression, as kabo writes them: `forall(…) (query => updates)`.
 
     Args:
-        context: names and scope.
+        context: names and scope; what is wrong is reported and left out.
         node: the expression.
         conditional: whether `query => …` may stand here.
     """
+    updates: list[f.Effect] = []
+    pieces = list(_pieces(context, node, (), f.Truth(True), conditional))
+    while pieces:
+        first = pieces[0]
+        count = next((n for n, each in enumerate(pieces) if not _together(first, each)), len(pieces))
+        effects: tuple[f.Effect, ...] = tuple(each.change for each in pieces[:count])
+        pieces = pieces[count:]
+        if first.condition != f.Truth(True):
+            effects = (f.Conditional(first.condition, effects, first.place),)
+        if first.variables:
+            effects = (f.ForEach(first.variables, effects, first.place),)
+        updates += effects
+    return updates
+
+
+def _together(first: _Piece, second: _Piece) -> bool:
+    return (first.variables, first.condition) == (second.variables, second.condition)
+
+
+def _pieces(
+    context: Context,
+    node: Expression,
+    variables: tuple[f.Variable, ...],
+    condition: f.Formula,
+    conditional: bool,
+) -> Iterator[_Piece]:
     if node.kind in ("and", "group"):
-        return [each for part in node.parts for each in read_effects(context, part, conditional=conditional)]
-    if node.kind == "call" and node.text in ("add", "del"):
-        return list(_changes(context, node))
-    if node.kind == "=>":
+        for part in node.parts:
+            yield from _pieces(context, part, variables, condition, conditional)
+    elif node.kind == "=>":
         if not conditional:
             context.report(node, f"an effect {context.where} cannot be conditional: nothing is known before")
-            return []
-        condition = read_formula(context, node.parts[0])
-        updates = read_effects(context, node.parts[1])
-        return [f.Conditional(condition, tuple(updates), context.place(node))] if condition and updates else []
-    if node.kind == "forall":
+        own = read_formula(context, node.parts[0])
+        both = f.Truth(False) if own is None else conjunction([condition, own], context.place(node))
+        pieces = list(_pieces(context, node.parts[1], variables, both, conditional))
+        yield from pieces if own is not None else ()
+    elif node.kind == "forall":
         bound = bind(context, node.variables)
-        updates = read_effects(context.inside(bound), node.parts[0], conditional=conditional)
-        variables = tuple(each.variable for each in bound.values())
-        return [f.ForEach(variables, tuple(updates), context.place(node))] if variables and updates else updates
+        more = tuple(each.variable for each in bound.values())
+        yield from _pieces(context.inside(bound), node.parts[0], variables + more, condition, conditional)
+    else:
+        change = _change(context, node)
+        if change is not None:
+            yield _Piece(variables, condition, change, context.place(node))
+
+
+def _change(context: Context, node: Expression) -> f.Change | None:
+    """add(…), del(…), or `f(c) = expression`, which is short for add(Kf, …)."""
+    place = context.place(node)
     if node.kind == "=":
-        return list(_assignment(context, node))
-    context.report(node, f'unexpected "{context.text(node)}" {context.where}, expected add(…) or del(…)')
-    return []
-
-
-def _assignment(context: Context, node: Expression) -> Iterator[f.Effect]:
-    """`f(c) = expression`, short for add(Kf, …)."""
-    fact = _comparison(context, node)
-    if fact is not None:
-        yield f.Change("add", "Kf", (fact,), context.place(node))
-
-
-def _changes(context: Context, node: Expression) -> Iterator[f.Effect]:
+        fact = _comparison(context, node)
+        return None if fact is None else f.Change("add", "Kf", (fact,), place)
+    if node.kind != "call" or node.text not in ("add", "del"):
+        context.report(node, f'unexpected "{context.text(node)}" {context.where}, expected add(…) or del(…)')
+        return None
     database = node.parts[0] if node.parts else None
     if database is None or database.kind != "name" or database.text not in _DATABASES:
         shown = "nothing" if database is None else f'"{context.text(database)}"'
         context.report(database or node, f"unknown database {shown}, expected {', '.join(_DATABASES)}")
-        return
+        return None
     if len(node.parts) < 2:
         context.report(node, f"{node.text}({database.text}) names no fact")
-        return
+        return None
     facts = _facts(context, database.text, node.parts[1:])
-    if facts:
-        operation = "add" if node.text == "add" else "del"
-        yield f.Change(operation, cast(f.Database, database.text), tuple(facts), context.place(node))  # type: ignore[arg-type]
+    name = cast(f.Database, database.text)
+    return f.Change("add" if node.text == "add" else "del", name, tuple(facts), place) if facts else None
 
 
 def _facts(context: Context, database: str, nodes: list[Expression]) -> list[f.Fact]:

@@ -47,7 +47,7 @@ class Types:
 
     def fits(self, kinds: Kinds, wanted: Kinds) -> bool:
         """Whether a term of `kinds` may stand where `wanted` is asked for."""
-        return all(any(self.is_a(kind, each) for each in wanted) for kind in kinds)
+        return kinds == wanted or all(any(self.is_a(kind, each) for each in wanted) for kind in kinds)
 
     def common(self, kinds: Kinds) -> str:
         """The nearest type that contains all of `kinds`."""
