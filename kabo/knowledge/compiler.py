@@ -67,6 +67,8 @@ class Compiler:
         self.statics = Vocabulary()
         self.static = 0
         self.entries: dict[tuple[bool, frozenset[int]], Entry] = {}
+        self.inferring = False  # while update rules are compiled: they change what is known, not the world
+        self.asked = 0  # the bits that conditions of effects read
         self.starting = False  # while initial knowledge is compiled: its entries may be permanent
         self.temporal: Callable[[Temporal, Binding], Query] | None = None  # what a temporal goal asks
 

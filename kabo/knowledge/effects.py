@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from kabo.knowledge.compiler import Binding, Compiler, plain
-from kabo.knowledge.facts import Claim, Group, NumberBits, TermBits
+from kabo.knowledge.facts import AtomBits, Claim, Group, NumberBits, TermBits
 from kabo.knowledge.progression import Assignment, Update
 from kabo.knowledge.queries import TRUE, AllOf, Compare, Query, conjunction, disjunction, negation
 from kabo.knowledge.runtime import RunTimeValue
@@ -49,7 +49,9 @@ def compile_effects(
                 for instance in compiler.instances(variables, binding):
                     yield from compile_effects(compiler, inner, instance, condition)
             case Conditional():
-                both = conjunction([condition, compiler.query(effect.condition, binding)])
+                asked = compiler.query(effect.condition, binding)
+                compiler.asked |= asked.reads
+                both = conjunction([condition, asked])
                 yield from compile_effects(compiler, effect.updates, binding, both)
             case Change():
                 yield from _Databases(compiler, binding, condition).change(effect)
@@ -122,12 +124,19 @@ class _Databases:
     def _learned(self, claim: Claim, adds: bool) -> Iterator[Update]:
         """Adding removes the complement and what was open; deleting forgets, and drops entries in any case."""
         mask = claim.group.mask
+        assert isinstance(claim.group, AtomBits)
         if adds:
             yield self._world(claim.group, self.condition, mask & ~claim.makes, claim.makes)
             return
         known = conjunction([self.condition, AllOf(claim.holds, claim.holds)])
         yield self._world(claim.group, known, mask)
-        yield self._world(claim.group, self.condition, 0)
+        yield self._uncertain(claim.group)
+
+    def _uncertain(self, group: AtomBits | TermBits) -> Update:
+        """The world may have changed here: what was sensed and not known yet is worth nothing any more."""
+        known = group.known if isinstance(group, AtomBits) else group.settled
+        unknown = conjunction([self.condition, AllOf(known, 0)])
+        return self._world(group, unknown, 0 if self.compiler.inferring else group.whether)
 
     def _world(self, group: Group, condition: Query, clear: int, make: int = 0) -> Update:
         """An update of what is known of one group because the world changes there."""
@@ -155,7 +164,7 @@ class _Databases:
                 known = conjunction([self.condition, case, AllOf(bits.equal[name], bits.equal[name])])
                 yield self._world(bits, known, bits.mask)
         if not adds:
-            yield self._world(bits, self.condition, 0)
+            yield self._uncertain(bits)
         if adds and isinstance(value, Application | RunTimeValue):
             unknown = conjunction([self.condition, *(negation(case) for case, _ in cases)])
             later = bits.whether if isinstance(value, RunTimeValue) else 0
@@ -172,11 +181,12 @@ class _Databases:
             was = conjunction([self.condition, AllOf(equal, equal)])
             yield self._world(bits, was, bits.mask & ~unequal, unequal)
             not_known = conjunction([self.condition, AllOf(unequal | bits.known, 0)])
-            yield self._world(bits, not_known, 0, unequal)
+            stale = 0 if self.compiler.inferring else bits.whether
+            yield self._world(bits, not_known, stale, unequal)
         else:
             unknown = conjunction([self.condition, AllOf(bits.known | unequal, unequal)])
             yield self._world(bits, unknown, unequal)
-            yield self._world(bits, self.condition, 0)
+            yield self._uncertain(bits)
 
     def _number(self, term: Application, value: Term, adds: bool) -> Update:
         bits = self._number_bits(term)

@@ -147,6 +147,14 @@ class ConjunctionBits:
         """The only bit."""
         return self.whether
 
+    @property
+    def about(self) -> int:
+        """The bits of the groups that it is about."""
+        result = 0
+        for part in self.parts:
+            result |= part.group.mask
+        return result
+
 
 Group = AtomBits | TermBits | NumberBits | ConjunctionBits
 

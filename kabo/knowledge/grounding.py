@@ -1,6 +1,6 @@
 """From a problem to a grounded task: only actions that could ever apply, only facts that are mentioned."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import prod
 
@@ -12,7 +12,7 @@ from kabo.knowledge.effects import compile_effects
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import ConjunctionBits, TermBits, open_entries
 from kabo.knowledge.progression import Lexicon, Update, effects_of
-from kabo.knowledge.queries import FALSE, TRUE, bits_of, conjunction, union
+from kabo.knowledge.queries import FALSE, TRUE, Query, bits_of, conjunction, tested_for_zero, union
 from kabo.knowledge.reachability import relaxed_reach
 from kabo.knowledge.refusals import refuse_unsupported
 from kabo.knowledge.relevance import Relevance
@@ -39,6 +39,7 @@ def ground(problem: Problem) -> Task:
     compiler = Compiler(problem, _symbols(problem))
     state, permanent = _initial_state(compiler)
     found = list(drafts(compiler, problem))
+    asked = compiler.asked
     rules = list(_rules(compiler))
     temporal = TemporalGoals(compiler)
     goal = tuple(_goal_parts(compiler, problem.goal, {}))
@@ -67,6 +68,7 @@ def ground(problem: Problem) -> Task:
         pending=union(branchings),
         relevance=Relevance(actions, query, branchings, closure, [group.mask for group in compiler.fluents]),
         closure=closure,
+        may_wait=bool(_learned(branchings, closure) & (asked | _denied(actions, query, closure))),
         width=compiler.fluents.width,
     )
 
@@ -161,7 +163,9 @@ def _closure(
 
 def _rules(compiler: Compiler) -> Iterator[Rule]:
     """The update rules, ground; those that can never fire left out."""
+    compiler.inferring = True
     compiled = [(effect, list(compile_effects(compiler, [effect], {}))) for effect in compiler.problem.domain.update_rules]
+    compiler.inferring = False
     contradictions = Lexicon.of(compiler.fluents).contradictions
     for effect, updates in compiled:
         place = effect.place if isinstance(effect, Change | WorldEffect) else getattr(effect, "place", None)
@@ -186,6 +190,19 @@ def _open(
     for rule in rules:
         entered |= open_entries(rule.make, whether)
     return {entry: split for entry, split in splits.items() if entry & entered}
+
+
+def _learned(branchings: Mapping[int, Branching], closure: Closure) -> int:
+    """The bits that an outcome may set."""
+    made = union(choice.make for split in branchings.values() for choice in split.choices)
+    return made & ~union(branchings) | closure.makes if branchings else 0
+
+
+def _denied(actions: Iterable[GroundAction], goal: Query, closure: Closure) -> int:
+    """The bits that must not be set for something to hold."""
+    asked = [goal, *(action.precondition for action in actions)]
+    asked += [rule.condition for rule in closure.rules] + [monitor.condition for monitor in closure.monitors]
+    return union(tested_for_zero(query) for query in asked) | closure.clears
 
 
 def _goal_parts(compiler: Compiler, goal: tuple[Formula, ...], binding: Binding) -> Iterator[GoalPart]:

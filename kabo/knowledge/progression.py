@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from kabo.knowledge.entries import Entry
-from kabo.knowledge.facts import AtomBits, Group, NumberBits, TermBits
+from kabo.knowledge.facts import AtomBits, ConjunctionBits, Group, NumberBits, TermBits
 from kabo.knowledge.queries import (
     FALSE,
     TRUE,
@@ -75,6 +75,7 @@ class Effects:
 
     updates: tuple[Update, ...]
     entries: tuple[Entry, ...]  # those that its updates may drop
+    conjunctions: tuple[ConjunctionBits, ...]  # those whose truth its updates may change
     exclusive: tuple[int, ...]
     clear: int  # of all unconditional updates
     make: int
@@ -87,7 +88,7 @@ class Effects:
     contested: int = field(init=False)  # bits for which contradictions can happen
 
     def __post_init__(self) -> None:
-        dropped = union(entry.mask for entry in self.entries)
+        dropped = union(entry.mask for entry in self.entries) | union(c.whether for c in self.conjunctions)
         object.__setattr__(self, "writes", union(update.writes for update in self.updates) | dropped)
         object.__setattr__(self, "reads", union(update.reads for update in self.updates))
         object.__setattr__(self, "contested", union(self.exclusive) | _assigned_twice(self.assigned))
@@ -114,6 +115,9 @@ class Effects:
         for entry in self.entries:
             if entry.dropped_by(state, touch):
                 clear |= entry.mask
+        for conjunction in self.conjunctions:
+            if conjunction.about & touch:
+                clear |= conjunction.whether
         return state & ~clear | make
 
     def _numbers(self, state: int, test: GeometricOracle) -> tuple[int, int] | None:
@@ -135,6 +139,7 @@ class Lexicon:
     """What effects must know about bits: which exclude each other, and which entries can be dropped."""
 
     entries: tuple[Entry, ...] = ()
+    conjunctions: tuple[ConjunctionBits, ...] = ()
     values: Mapping[int, int] = field(
         default_factory=dict
     )  # bit of a known value -> bits of all values of its term
@@ -147,6 +152,7 @@ class Lexicon:
         """The lexicon of a vocabulary."""
         values: dict[int, int] = {}
         contradictions: dict[int, tuple[int, ...]] = {}
+        conjunctions = []
         for group in groups:
             match group:
                 case AtomBits():
@@ -156,7 +162,10 @@ class Lexicon:
                     contradictions |= dict.fromkeys(group.equal.values(), (group.known,))
                     for value, bit in group.unequal.items():
                         contradictions[bit] = (group.equal[value] | bit,)
-        return Lexicon(tuple(entry for entry in entries if entry.active), values, contradictions)
+                case ConjunctionBits():
+                    conjunctions.append(group)
+        droppable = tuple(entry for entry in entries if entry.active)
+        return Lexicon(droppable, tuple(conjunctions), values, contradictions)
 
 
 def effects_of(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
@@ -169,6 +178,7 @@ def effects_of(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
     return Effects(
         updates=possible,
         entries=tuple(e for e in lexicon.entries if any(member.group.mask & touched for member in e.members)),
+        conjunctions=tuple(c for c in lexicon.conjunctions if c.about & touched),
         exclusive=_exclusive(plain, lexicon),
         clear=union(update.clear for update in unconditional),
         make=union(update.make for update in unconditional),

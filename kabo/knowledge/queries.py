@@ -333,6 +333,18 @@ def _only(parts: list[Query], kind: type[_Junction], empty: Query) -> Query:
     return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
+def tested_for_zero(query: Query) -> int:
+    """Bits of which the query may ask that they are not set: where more knowledge may be less."""
+    match query:
+        case AllOf(mask, value):
+            return mask & ~value
+        case Compare(positive=False):
+            return query.reads
+        case All() | Some():
+            return union(tested_for_zero(part) for part in query.parts)
+    return 0
+
+
 def split(query: Query) -> tuple[int, int, Query | None]:
     """A conjunction as one masked comparison (mask, value) and what remains to be asked, None if nothing."""
     parts = query.parts if isinstance(query, All) else (query,)

@@ -46,6 +46,7 @@ def before_effects(effects: Effects, state: int, needed: int, test: GeometricOra
         entries = [entry for entry in entries if not entry.active & made]
     for update in effects.updates:
         bits = update.assignment.bits.mask if update.assignment else 0
+        bits |= union(c.whether for c in effects.conjunctions if c.about & update.touch)
         dropped = [entry for entry in entries if _touches(update.touch, entry)]
         if not (update.writes | bits) & relevant and not dropped:
             continue

@@ -36,6 +36,7 @@ class Task:
     goal_query: Query
     relevance: Relevance
     closure: Closure
+    may_wait: bool  # whether more knowledge may be less: then it may be wise not to branch on what was sensed
     width: int  # how many bits a state has
 
     def is_goal(self, state: int, test: GeometricOracle = optimistic) -> bool:

@@ -112,6 +112,8 @@ class Space:
             if branching is None or self.is_goal(here):
                 found.append((decided, here))
                 continue
+            if self.task.may_wait:
+                found.append((decided, here))
             outcomes = self.outcomes(here, branching)
             waiting += [((*decided, Decide(branching, name)), child) for name, child in reversed(outcomes)]
         return found

@@ -76,6 +76,8 @@ class WeakGraph:
                 self.blocked |= failure.blocked
                 continue
             for decided, leaf in self._space.leaves(after):
+                if tried is None and not decided:
+                    continue
                 self._counter.generated += 1
                 leaf_key = self.key(leaf)
                 failure = self._failures.of_node(leaf_key)
@@ -87,7 +89,8 @@ class WeakGraph:
     def _moves(self, node: Node) -> Iterator[tuple[Try, Node]]:
         if self._space.task.open_branching(node[0]) is not None:
             yield None, node
-            return
+            if not self._space.task.may_wait:
+                return
         for action, attempt, after in self._space.moves(node):
             yield (action, attempt, after[1]), after
 
