@@ -37,8 +37,6 @@ def world_effects(effects: Iterable[When], state: Knowledge) -> WorldEffects:
             continue
         unknown = [condition for condition, known in truths if known is None]
         for outcome in effect.outcomes:
-            if outcome.value is not None and truth(_claim(outcome), state):
-                continue  # it holds already
             if not unknown:
                 result.sure[outcome] = None
             else:
@@ -88,6 +86,8 @@ def postdict(
         if any(each[0] != outcome for each in others):
             continue  # pulled in several directions
         found, complements = _claim(outcome), [denied(draft.problem, claim) for claim in claims]
+        if truth(found, before):
+            continue  # it held already
         if len(others) > 1 or truth(found, before) is None:
             draft.add_entry("Kor", frozenset([found, *complements]))
         elif len(claims) == 1:
