@@ -62,8 +62,8 @@ def judged(instance: Instance, figures: Mapping[str, Any]) -> list[str]:
         wrong.append("not optimal")
     if not figures.get("verified"):
         wrong.append("NOT VERIFIED")
-    if figures.get("worlds_ok") is False:
-        wrong.append("FAILS IN A WORLD")
+    if not figures.get("worlds_ok"):
+        wrong.append("FAILS IN A WORLD" if "worlds_ok" in figures else "worlds not tried")
     own = tuple(figures[name] for name in ("objects", "unknown", "sensing"))
     if instance.published is not None and any(a < b for a, b in zip(own, instance.published, strict=True)):
         wrong.append("smaller than published")
@@ -88,9 +88,15 @@ def row(instance: Instance, figures: Mapping[str, Any]) -> dict[str, Any]:
         "expanded": figures.get("expanded"),
         "MB": None if "peak_mb" not in figures else int(figures["peak_mb"]),
         "verified": figures.get("verified"),
-        "worlds": figures.get("worlds_ok"),
+        "worlds": _worlds(figures),
         "ok": ", ".join(judged(instance, figures)) or "ok",
     }
+
+
+def _worlds(figures: Mapping[str, Any]) -> str | None:
+    if "worlds" not in figures:
+        return None
+    return f"{'all' if figures['exhaustive'] else 'sampled'} {figures['worlds']}"
 
 
 def _short(number: int | None) -> str | None:

@@ -23,6 +23,7 @@ import kabo
 from kabo.knowledge import ground
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
+from kabo.verify import validate_worlds
 
 WORLDS, SAMPLES = 3000, 300  # all possible worlds if they are no more than the first, else so many drawn
 
@@ -73,11 +74,10 @@ def verify(problem: Problem, plan: kabo.Plan) -> None:
     began = perf_counter()
     report = kabo.verify(problem, plan, knowledge_only=True)
     tell(verified=report.ok, verification_s=perf_counter() - began)
-    judge = getattr(kabo.verify, "validate_worlds", None)
-    if judge is not None:
-        began = perf_counter()
-        worlds = judge(problem, plan, limit=WORLDS, samples=SAMPLES, seed=0)
-        tell(worlds_ok=bool(worlds.ok), worlds=getattr(worlds, "worlds", None), worlds_s=perf_counter() - began)
+    began = perf_counter()
+    worlds = validate_worlds(problem, plan, limit=WORLDS, samples=SAMPLES, seed=0)
+    seconds = perf_counter() - began
+    tell(worlds_ok=not worlds.findings, worlds=worlds.worlds, exhaustive=worlds.exhaustive, worlds_s=seconds)
 
 
 def run(request: Mapping[str, Any]) -> None:

@@ -4,6 +4,7 @@ import pytest
 
 import kabo
 from kabo.plan import Plan, plan_statistics
+from kabo.verify import validate_worlds
 from tests.domains.families import generated
 
 # nodes (the goal counted) and actions on the longest branch: at most these
@@ -41,6 +42,7 @@ def test_a_small_instance_is_solved_by_a_plan_of_the_size_told(tmp_path, family,
     problem = generated(tmp_path, family, **settings)
     plan = _plan(problem)
     assert kabo.verify(problem, plan).ok
+    assert not validate_worlds(problem, plan).findings
     figures = plan_statistics(plan)
     assert figures.plan_nodes <= nodes
     assert figures.plan_actions <= actions
