@@ -164,7 +164,9 @@ def _closure(
 def _rules(compiler: Compiler) -> Iterator[Rule]:
     """The update rules, ground; those that can never fire left out."""
     compiler.inferring = True
-    compiled = [(effect, list(compile_effects(compiler, [effect], {}))) for effect in compiler.problem.domain.update_rules]
+    compiled = [
+        (effect, list(compile_effects(compiler, [effect], {}))) for effect in compiler.problem.domain.update_rules
+    ]
     compiler.inferring = False
     contradictions = Lexicon.of(compiler.fluents).contradictions
     for effect, updates in compiled:

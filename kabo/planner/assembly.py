@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from kabo.geometry_server.answers import Success
-from kabo.language.problem import Problem
 from kabo.knowledge.actions import GroundAction, RunTimeArgument
+from kabo.language.problem import Problem
 from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
 from kabo.planner.evaluation import Variant
 from kabo.planner.skeleton import SkeletonNode

@@ -3,6 +3,7 @@
 from collections.abc import Hashable
 from dataclasses import dataclass
 
+from kabo.knowledge.queries import bits_of
 from kabo.planner.skeleton import SkeletonNode
 
 
@@ -15,27 +16,54 @@ class Solved:
     length: int  # actions to the goal if sensing turns out best
 
 
+@dataclass(frozen=True)
+class _Record:
+    number: int
+    ones: int
+    zeros: int
+    solved: Solved
+
+
 class Memo:
-    """Continuations by needed bits: one table for each set of bits, keyed by their values and the geometry."""
+    """Continuations by needed bits.
+
+    Each is filed under one bit that must be set: of those that it needs the one under which fewest are filed. Only
+    the files of the bits of a state are searched.
+    """
 
     def __init__(self) -> None:
-        self._tables: dict[int, dict[tuple[int, Hashable], Solved]] = {}
+        self._files: dict[Hashable, dict[int, list[_Record]]] = {}
+        self._known: set[tuple[Hashable, int, int]] = set()
+        self._filed: dict[Hashable, int] = {}  # all bits under which something is filed
 
     @property
     def is_empty(self) -> bool:
         """Whether nothing is remembered yet."""
-        return not self._tables
+        return not self._known
 
     def add(self, extended: int, geometry: Hashable, solved: Solved) -> None:
         """Remembers a continuation found at a state; an older one for the same need stays."""
-        table = self._tables.setdefault(solved.needed, {})
-        table.setdefault((extended & solved.needed, geometry), solved)
+        ones, zeros = extended & solved.needed, ~extended & solved.needed
+        if (geometry, ones, zeros) in self._known:
+            return
+        record = _Record(len(self._known), ones, zeros, solved)
+        self._known.add((geometry, ones, zeros))
+        files = self._files.setdefault(geometry, {})
+        bit = min(bits_of(ones), key=lambda one: len(files.get(one, ())), default=0)
+        files.setdefault(bit, []).append(record)
+        self._filed[geometry] = self._filed.get(geometry, 0) | bit
 
     def find(self, extended: int, geometry: Hashable) -> Solved | None:
         """The shortest continuation whose needs the state has in an equal geometry; of equals the oldest."""
-        best = None
-        for needed, table in self._tables.items():
-            solved = table.get((extended & needed, geometry))
-            if solved is not None and (best is None or solved.length < best.length):
-                best = solved
-        return best
+        files = self._files.get(geometry)
+        if files is None:
+            return None
+        best: _Record | None = None
+        absent = ~extended
+        for bit in (0, *bits_of(extended & self._filed[geometry])):
+            for record in files.get(bit, ()):
+                if record.ones & absent or record.zeros & extended:
+                    continue
+                if best is None or (record.solved.length, record.number) < (best.solved.length, best.number):
+                    best = record
+        return None if best is None else best.solved

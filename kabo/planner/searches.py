@@ -7,7 +7,10 @@ when there is none. All are deterministic: successors are taken in the order in 
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from typing import Generic, Protocol, TypeVar
+
+PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
 
 Node = TypeVar("Node")
 Move = TypeVar("Move")
@@ -27,6 +30,14 @@ class Graph(Protocol[Node, Made_co]):
 
     def is_end(self, node: Node) -> bool:
         """Whether the search may stop here."""
+        ...
+
+    def estimate(self, node: Node) -> "tuple[int | None, frozenset[int]]":
+        """How far an end seems (None: out of reach), and which actions seem to lead there."""
+        ...
+
+    def is_preferred(self, move: Made_co, preferred: frozenset[int]) -> bool:  # type: ignore[misc]
+        """Whether the move is one of those actions."""
         ...
 
 
@@ -86,6 +97,65 @@ def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> Search[Node, M
         limit += 1
 
 
+def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+    """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge.
+
+    Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
+    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration].
+    """
+    root = graph.key(start)
+    parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
+    queues: tuple[_Queue[Node], _Queue[Node]] = (_Queue(), _Queue())
+    queues[0].push(0, root, start)
+    done: set[Hashable] = set()
+    best: int | None = None
+    while queues[0] or queues[1]:
+        queue = min((queue for queue in queues if queue), key=lambda one: one.turns)
+        key, node = queue.pop()
+        if key in done:
+            continue
+        done.add(key)
+        value, preferred = graph.estimate(node)
+        if value is None:
+            continue
+        if best is None or value < best:
+            best = value
+            queues[1].turns -= PREFERRED_TURNS
+        for child_key, move, child in graph.successors(node):
+            if child_key in parents:
+                continue
+            parents[child_key] = key, move, child
+            if graph.is_end(child):
+                return Search(_path(parents, child_key))
+            queues[0].push(value, child_key, child)
+            if graph.is_preferred(move, preferred):
+                queues[1].push(value, child_key, child)
+    return Search(None, parents.keys())
+
+
+class _Queue(Generic[Node]):
+    """Nodes by estimate, the oldest of equals first; `turns` counts what was taken out."""
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[int, int, Hashable, Node]] = []
+        self._count = 0
+        self.turns = 0
+
+    def __bool__(self) -> bool:
+        return bool(self._heap)
+
+    def push(self, value: int, key: Hashable, node: Node) -> None:
+        """Puts a node in."""
+        self._count += 1
+        heappush(self._heap, (value, self._count, key, node))
+
+    def pop(self) -> tuple[Hashable, Node]:
+        """Takes the nearest node out."""
+        self.turns += 1
+        _, _, key, node = heappop(self._heap)
+        return key, node
+
+
 def _depth_limited(
     start: Node, graph: Graph[Node, Move], limit: int
 ) -> tuple[list[tuple[Move, Node]] | None, dict[Hashable, int]]:
@@ -138,4 +208,5 @@ SEARCHES: dict[str, Algorithm] = {  # type: ignore[type-arg]
     "breadth-first": breadth_first,
     "depth-first": depth_first,
     "iterative-deepening": iterative_deepening,
+    "greedy": greedy,
 }

@@ -2,12 +2,17 @@
 
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
 from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import bits_of, split
 from kabo.language.formulas import GroundCall
 from kabo.planner.skeleton import Geometry, Trace
+
+if TYPE_CHECKING:
+    from kabo.planner.relaxed import Relaxation
 
 Node = tuple[int, Trace]
 Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedure, and the node after it
@@ -42,6 +47,13 @@ class Space:
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
         self._reduced = task.relevance.reduced
         self._actions = [(*split(action.precondition), action, action.after) for action in task.actions]
+
+    @cached_property
+    def relaxation(self) -> "Relaxation":
+        """The delete relaxation of the task, made when it is first asked for."""
+        from kabo.planner.relaxed import Relaxation
+
+        return Relaxation(self.task)
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""

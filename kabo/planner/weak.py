@@ -86,6 +86,15 @@ class WeakGraph:
                 else:
                     self.blocked |= failure.blocked
 
+    def estimate(self, node: Node) -> tuple[int | None, frozenset[int]]:
+        """The value of a relaxed plan, and the actions that it begins with."""
+        found = self._space.relaxation.estimate(node[0])
+        return found.value, frozenset(found.preferred)
+
+    def is_preferred(self, move: Move, preferred: frozenset[int]) -> bool:
+        """Whether the move is one of those actions, or only branches."""
+        return move[0] is None or move[0][0].index in preferred
+
     def _moves(self, node: Node) -> Iterator[tuple[Try, Node]]:
         if self._space.task.open_branching(node[0]) is not None:
             yield None, node

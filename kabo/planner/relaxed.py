@@ -1,0 +1,171 @@
+"""The delete relaxation of a knowledge task: what would have to be learned and done if nothing were ever lost.
+
+Facts of the relaxation are bits of knowledge states (known, known not, known whether …), that a bit is not set (where
+something asks for that), and that an atom is *unknown*: sensing takes this and gives both outcomes. What is known is
+never relaxed into unknown, unless an action forgets it; so sensing what is known helps nobody.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
+from kabo.knowledge import GroundAction, Query, Task
+from kabo.knowledge.entries import Entry, LastValue
+from kabo.knowledge.facts import Claim, open_entries
+from kabo.knowledge.progression import Update
+from kabo.knowledge.queries import All, AllOf, AnyOf, Some, bits_of, union
+
+
+class Relaxation:
+    """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
+
+    def __init__(self, task: Task) -> None:
+        builder = _Builder(task)
+        self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
+        goal = builder.facts_of(task.goal_query)
+        self.task = RelaxedTask(3 * task.width + builder.auxiliary, builder.operators, goal)
+
+    def estimate(self, state: int) -> Estimate:
+        """The relaxed plan from a state."""
+        width = self._width
+        unknown = self._sensed & ~(state << 1 | state << 2)
+        pending = (unknown & state) >> 1
+        return self.task.evaluate(state | (~state & self._zeros) << width | (unknown | pending) << 2 * width)
+
+
+class _Builder:
+    """Operators of the relaxation.
+
+    Fact k: bit k is set; width + k: it is not; 2 width + k, of the bit of Kw or Kv: unknown so far, and of the bit
+    before it: sensed already and still open.
+    """
+
+    def __init__(self, task: Task) -> None:
+        self._width, self._whether = task.width, task.whether
+        self.operators: list[RelaxedOperator] = []
+        self.auxiliary = 0
+        self.zeros = 0
+        self._known: dict[Query, int] = {}
+        self.sensed = task.pending
+        self._choices = {entry: union(c.make for c in b.choices) for entry, b in task.branchings.items()}
+        self._known_of = {entry: union(c.make for c in b.choices) & ~entry for entry, b in task.branchings.items()}
+        conditions = [(action, self.facts_of(action.precondition)) for action in task.actions]
+        effects = [
+            (action, update, (*facts, *self.facts_of(update.condition)))
+            for action, facts in conditions
+            for update in self._merged(action)
+        ]
+        rules = [(rule, self.facts_of(rule.condition)) for rule in task.closure.rules]
+        self.facts_of(task.goal_query)
+        for action, update, facts in effects:
+            self._effect(action, update, facts)
+        for rule, facts in rules:
+            self._axiom(facts, self._changed(rule.make, rule.clear))
+        for entry, made in self._choices.items():
+            self._axiom((2 * self._width + _number(entry) - 1,), self._changed(made, 0))
+        for propagator in task.closure.propagators:
+            if isinstance(propagator, Entry):
+                self._entry(propagator)
+            elif isinstance(propagator, LastValue):
+                term = propagator.term
+                claims = [term.claim(value, False) for value in term.equal]
+                self._all_but_one([c.holds for c in claims], [c.denied for c in claims], ())
+
+    # ---------------------------------------------------------------------------------------------- conditions
+    def facts_of(self, query: Query) -> tuple[int, ...]:
+        """Facts that must all be true for the query to be possible; numbers and geometry are left out."""
+        match query:
+            case AllOf(mask, value):
+                self.zeros |= mask & ~value
+                ones = [_number(bit) for bit in bits_of(value)]
+                return (*ones, *(self._width + _number(bit) for bit in bits_of(mask & ~value)))
+            case All():
+                return tuple(dict.fromkeys(fact for part in query.parts for fact in self.facts_of(part)))
+            case AnyOf(mask):
+                return (self._one_of(query, (AllOf(bit, bit) for bit in bits_of(mask))),)
+            case Some():
+                return (self._one_of(query, query.parts),)
+        return ()
+
+    def _one_of(self, query: Query, parts: Iterable[Query]) -> int:
+        """A fact that any of the parts makes true."""
+        if query not in self._known:
+            self._known[query] = self._fact()
+            for part in parts:
+                self._axiom(self.facts_of(part), (self._known[query],))
+        return self._known[query]
+
+    def _fact(self) -> int:
+        self.auxiliary += 1
+        return 3 * self._width + self.auxiliary - 1
+
+    # ------------------------------------------------------------------------------------------------- effects
+    def _merged(self, action: GroundAction) -> Iterator[Update]:
+        """The updates of an action, those with equal conditions as one, what it senses apart."""
+        merged: dict[Query, Update] = {}
+        for update in action.effects.updates:
+            if open_entries(update.make, self._whether):
+                yield update
+                continue
+            bits = update.assignment.bits.known | update.assignment.bits.whether if update.assignment else 0
+            other = merged.get(update.condition)
+            clear, make = (other.clear, other.make) if other else (0, 0)
+            merged[update.condition] = Update(update.condition, clear | update.clear, make | update.make | bits)
+        yield from merged.values()
+
+    def _effect(self, action: GroundAction, update: Update, facts: tuple[int, ...]) -> None:
+        opened = open_entries(update.make, self._whether)
+        if not opened:
+            self._operator(facts, self._changed(update.make, update.clear), action)
+            return
+        for entry in bits_of(opened):
+            made = update.make | self._choices.get(entry, 0)
+            unknown = (2 * self._width + _number(entry),) if entry in self._choices else ()
+            self._operator((*facts, *unknown), self._changed(made, update.clear), action)
+
+    def _changed(self, make: int, clear: int) -> tuple[int, ...]:
+        """The facts that an update makes true."""
+        made = [_number(bit) for bit in bits_of(make)]
+        made += [self._width + _number(bit) for bit in bits_of(clear & ~make & self.zeros)]
+        for entry in bits_of(clear & ~make & self.sensed):
+            if not make & self._known_of.get(entry, 0):
+                made.append(2 * self._width + _number(entry))
+        return tuple(made)
+
+    def _operator(self, preconditions: Sequence[int], adds: tuple[int, ...], action: GroundAction) -> None:
+        if adds:
+            self.operators.append(RelaxedOperator(tuple(dict.fromkeys(preconditions)), adds, 1, action.index))
+
+    def _axiom(self, preconditions: Sequence[int], adds: tuple[int, ...]) -> None:
+        if adds:
+            self.operators.append(RelaxedOperator(tuple(preconditions), adds, 0))
+
+    # ------------------------------------------------------------------------------------------------- entries
+    def _entry(self, entry: Entry) -> None:
+        active = (_number(entry.active),) if entry.active else ()
+        if entry.exactly:
+            for member in entry.members:
+                others = union(other.denied.makes for other in entry.members if other is not member)
+                self._axiom((_number(member.holds), *active), self._changed(others, 0))
+        self._all_but_one([member.fails for member in entry.members], entry.members, active)
+
+    def _all_but_one(self, fails: Sequence[int], claims: Sequence[Claim], also: tuple[int, ...]) -> None:
+        """Each claim follows from all others' failing; by facts for all before and all behind, linear in size."""
+        numbers = [_number(bit) for bit in fails]
+        before, behind = self._running(numbers), self._running(numbers[::-1])[::-1]
+        for i, claim in enumerate(claims):
+            left = (before[i - 1],) if i else ()
+            right = (behind[i + 1],) if i + 1 < len(claims) else ()
+            self._axiom((*left, *right, *also), self._changed(claim.makes, 0))
+
+    def _running(self, numbers: Sequence[int]) -> list[int]:
+        """For each place a fact that all up to there are true."""
+        running = list(numbers[:1])
+        for number in numbers[1:]:
+            fact = self._fact()
+            self._axiom((running[-1], number), (fact,))
+            running.append(fact)
+        return running
+
+
+def _number(bit: int) -> int:
+    return bit.bit_length() - 1
