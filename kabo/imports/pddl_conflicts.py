@@ -134,12 +134,11 @@ class _Meeting:
 def _restricted(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Iterator[Piece]:
     own = deletion.condition.parts if isinstance(deletion.condition, f.And) else (deletion.condition,)
     own = own + around.assumed
+    meeting = replace(meeting, parts=tuple(part for part in meeting.parts if part not in own))
     if not meeting.variables and any(_denied(part) in own for part in meeting.parts):
         yield deletion  # never both
     elif around.known(meeting.parts):
-        happens_not = [negated(part) for part in meeting.parts]
-        happens_not = [part for part in happens_not if _denied(part) not in own]
-        guard = disjunction([*meeting.different, *happens_not], deletion.place)
+        guard = disjunction([*meeting.different, *map(negated, meeting.parts)], deletion.place)
         if meeting.variables and not isinstance(guard, f.Truth):
             guard = f.Forall(meeting.variables, guard, deletion.place)
         if guard != f.Truth(False):

@@ -57,8 +57,9 @@ def read_types(document: Document, vocabulary: Vocabulary, section: Form | None)
         elif parents.setdefault(word.text, parent or OBJECT) != (parent or OBJECT):
             message = f'the type "{word.text}" has two supertypes, "{parents[word.text]}" and "{parent}"'
             document.report(word, f"{message}: not supported", "kabo's types form a tree")
+    for name in declared:
+        types.parents[types.known[name]] = types.known.get(parents.get(name, OBJECT), types.known[OBJECT])
     for name, word in declared.items():
-        types.parents[types.known[name]] = types.known.get(parents.get(name, OBJECT), OBJECT)
         if types.known[OBJECT] not in types.ancestors(types.known[name]):
             document.report(word, f'the type "{name}" is its own supertype')
             types.parents[types.known[name]] = types.known[OBJECT]

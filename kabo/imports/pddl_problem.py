@@ -11,7 +11,7 @@ from kabo.imports.pddl_declarations import read_functions, read_objects, read_pr
 from kabo.imports.pddl_initial import Initial, build_initial, read_initial
 from kabo.imports.pddl_sections import PddlDefinition, definitions_of
 from kabo.imports.pddl_terms import Context
-from kabo.imports.trees import symbols
+from kabo.imports.trees import nodes, symbols
 from kabo.imports.vocabulary import NUMBER, Vocabulary
 from kabo.language import formulas as f
 from kabo.language.findings import Findings
@@ -103,10 +103,11 @@ def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[Schema]:
 
 def _build(vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[Schema], surmise: Surmise) -> Domain:
     actions = {schema.name: build_action(schema, surmise) for schema in schemas}
+    mentioned = {node.name for node in nodes(tuple(actions.values())) if isinstance(node, f.Constant)}
     constants = {}
-    for original, (name, kind) in vocabulary.objects.items():
+    for original, (name, kind) in vocabulary.objects.items():  # an object that an action names is one as well
         place = vocabulary.places[original]
-        if place is not None and _is_constant(domain, place):
+        if name in mentioned or (place is not None and _is_constant(domain, place)):
             constants[name] = kind
     return Domain(
         Names().take(domain.name), vocabulary.types.in_order(), constants, vocabulary.kabo_predicates(),
