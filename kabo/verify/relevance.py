@@ -5,8 +5,8 @@ mention, what update rules relate them to, and entries of the state that a chain
 States that agree on these behave alike from there on, and are replayed once.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from kabo.language.formulas import (
@@ -63,7 +63,9 @@ class Relevance:
             name: self._mask([t for t in self._bits if not isinstance(t, str) and t[0] == name])
             for name, _ in self._names
         }
-        self._tie([self._widened(group) for group in groups])
+        self._groups = _merged([self._widened(group) for group in groups])
+        for name, mask in self._masks.items():
+            self._masks[name] = self.tied(self._widened(mask))
 
     def _mask(self, group: Iterable[Symbol | str]) -> int:
         mask = 0
@@ -78,63 +80,86 @@ class Relevance:
                 mask |= self._of_name[name]
         return mask
 
-    def _tie(self, groups: Sequence[int]) -> None:
-        """Adds to every mask what rules relate it to."""
-        merged: list[int] = []
-        for group in groups:
-            apart = [other for other in merged if not other & group]
-            for other in merged:
-                if other & group:
-                    group |= other
-            merged = [*apart, group]
-        for name, mask in self._masks.items():
-            wide = self._widened(mask)
-            for group in merged:
-                if group & wide:
-                    wide |= group
-            self._masks[name] = wide
+    def tied(self, mask: int) -> int:
+        """With everything that update rules relate to what is in it."""
+        for group in self._groups:
+            if group & mask:
+                mask |= group
+        return mask
 
     @property
     def everything(self) -> Iterable[Symbol | str]:
         """All that the plan and the update rules mention, in the order of first mention from the leaves."""
         return self._bits.keys()
 
-    def kept(self, name: str) -> Callable[[Symbol], bool]:
-        """Whether an atom or term matters at a node and behind it."""
-        mask, bits = self._masks[name], self._bits
-        names = {thing for thing, bit in self._names if bit & mask}
-        if names:
-            return lambda symbol: bool(bits.get(symbol, 0) & mask) or symbol[0] in names
-        return lambda symbol: bool(bits.get(symbol, 0) & mask)
+    def kept(self, name: str) -> "Kept":
+        """What matters at a node and behind it."""
+        return self.kept_by(self._masks[name])
+
+    def kept_by(self, mask: int) -> "Kept":
+        """The atoms and terms of a mask."""
+        names = frozenset(str(thing) for thing, bit in self._names if bit & mask)
+        return Kept(self, mask, self._bits, names)
 
 
-def forget(state: Knowledge, keeps: Callable[[Symbol], bool]) -> Knowledge:
+@dataclass(frozen=True)
+class Kept:
+    """Whether an atom or term matters at a place in the plan; can be called as a function."""
+
+    relevance: Relevance
+    mask: int
+    bits: Mapping["Symbol | str", int]
+    names: frozenset[str]
+
+    def __call__(self, symbol: Symbol) -> bool:  # noqa: D102 (the class says it)
+        return bool(self.bits.get(symbol, 0) & self.mask) or symbol[0] in self.names
+
+    def tied_to(self, symbols: set[Symbol]) -> "Kept":
+        """With what update rules relate these to."""
+        more = 0
+        for symbol in symbols:
+            more |= self.bits.get(symbol, 0)
+        wide = self.relevance.tied(self.mask | more)
+        return self if wide == self.mask else self.relevance.kept_by(wide)
+
+
+def _merged(groups: Iterable[int]) -> list[int]:
+    """Groups that share something become one."""
+    merged: list[int] = []
+    for group in groups:
+        apart = [other for other in merged if not other & group]
+        for other in merged:
+            if other & group:
+                group |= other
+        merged = [*apart, group]
+    return merged
+
+
+def forget(state: Knowledge, kept: Kept) -> Knowledge:
     """The state without what nobody asks for any more."""
-    entries = [*state.exclusive, *state.some, *state.conjunctions]
-    tied = _tied(entries, keeps)
-    known = {symbol: value for symbol, value in state.known.items() if keeps(symbol)}
-    excluded = {s: values for s, values in state.excluded.items() if keeps(s) or s in tied}
+    tied, keeps = _tied([*state.exclusive, *state.some, *state.conjunctions], kept)
     return replace(
         state,
-        known=known,
-        excluded=excluded,
-        whether=frozenset(symbol for symbol in state.whether if keeps(symbol) or symbol in tied),
+        known={symbol: value for symbol, value in state.known.items() if keeps(symbol)},
+        excluded={s: values for s, values in state.excluded.items() if s in tied or keeps(s)},
+        whether=frozenset(symbol for symbol in state.whether if symbol in tied or keeps(symbol)),
         exclusive=frozenset(e for e in state.exclusive if _about(e, tied)),
         some=frozenset(e for e in state.some if _about(e, tied)),
         conjunctions=frozenset(e for e in state.conjunctions if _about(e, tied)),
     )
 
 
-def _tied(entries: Sequence[Iterable[GroundClaim]], keeps: Callable[[Symbol], bool]) -> set[Symbol]:
-    """The atoms and terms of all entries that a chain of shared members ties to one that matters."""
-    groups = [{claim[0] for claim in entry} for entry in entries]
+def _tied(entries: Sequence[Iterable[GroundClaim]], kept: Kept) -> tuple[set[Symbol], Kept]:
+    """The atoms and terms of all entries that a chain of shared members ties to one that matters; and all that does."""
+    rest = [{claim[0] for claim in entry} for entry in entries]
     tied: set[Symbol] = set()
-    waiting = [group for group in groups if any(map(keeps, group))]
-    rest = [group for group in groups if not any(map(keeps, group))]
-    while waiting:
-        tied.update(*waiting)
-        waiting, rest = [g for g in rest if g & tied], [g for g in rest if not g & tied]
-    return tied
+    while True:
+        near = [group for group in rest if group & tied or any(map(kept, group))]
+        if not near:
+            return tied, kept
+        rest = [group for group in rest if group not in near]
+        tied.update(*near)
+        kept = kept.tied_to(tied)
 
 
 def _about(entry: Iterable[GroundClaim], symbols: set[Symbol]) -> bool:

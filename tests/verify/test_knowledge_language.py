@@ -1,0 +1,325 @@
+"""What each construct of the knowledge language means, on problems that are known for it: right plans and wrong ones."""
+
+import pytest
+
+from kabo.plan import ValueOf
+from kabo.verify import verify_plan
+from tests.verify.hand_made import GOAL, branch, do, get, look, plan_of, problem_of
+
+NOTHING = "nothing is found"
+
+
+@pytest.fixture
+def judged(tmp_path):
+    """Loads a problem; gives a function from plans to findings as text, each with its node."""
+
+    def load(domain: str, problem: str):
+        loaded = problem_of(tmp_path, domain, problem)
+
+        def judge(tree) -> str:
+            report = verify_plan(loaded, plan_of(loaded, tree))
+            if report.ok:
+                assert report.worlds.worlds > 0 and report.worlds.exhaustive
+            return "\n".join(map(str, report.findings)) or NOTHING
+
+        return judge
+
+    return load
+
+
+# ----------------------------------------------------------------------------------------------------- postdiction
+LIQUID = """types: [liquid]
+predicates: {poisonous: [liquid], dead: [], wet: []}
+actions:
+  pour:
+    parameters: {l: liquid}
+    effects:
+      - when poisonous(l) then dead
+      - add(Kf, wet)
+  drink:
+    parameters: {l: liquid}
+    preconditions:
+      - K(not poisonous(l))
+  look_at_lawn:
+    sense: dead
+  sow:
+    effects:
+      - add(Kf, not dead)
+  dilute:
+    parameters: {l: liquid}
+    effects:
+      - add(Kf, not poisonous(l))
+"""
+LIQUID_PROBLEM = "objects: {liquid: [a, b]}\ninitial:\n  - add(Kf, not dead)\ngoal: "
+
+
+def test_a_lawn_that_dies_tells_that_the_liquid_is_poisonous(judged):
+    judge = judged(LIQUID, LIQUID_PROBLEM + "Kw(poisonous(a))")
+    seen = {"true": GOAL, "false": do("drink", GOAL, l="a")}
+    assert judge(do("pour", look("look_at_lawn", "dead", seen), l="a")) == NOTHING
+    unseen = judge(do("pour", GOAL, l="a"))
+    assert "n1: the goal does not hold at this leaf" in unseen
+    other = judge(do("pour", look("look_at_lawn", "dead", seen), l="b"))
+    assert 'n2: precondition 1 of "drink" does not hold' in other
+    assert 'n2: precondition 1 of "drink" claims to know what is not so' in other
+    assert "[world: poisonous(a), not poisonous(b)" in other
+
+
+def test_two_liquids_on_one_lawn_tell_less(judged):
+    """Dead: one of the two at least was poisonous; alive: neither. What was dead before tells nothing."""
+    judge = judged(LIQUID, LIQUID_PROBLEM + "Kw(poisonous(a)) and Kw(poisonous(b))")
+    both = do("pour", do("pour", look("look_at_lawn", "dead", {"false": GOAL, "true": GOAL}), l="b"), l="a")
+    text = judge(both)
+    assert "n3: the goal does not hold at this leaf" in text and text.count("\n") <= 1
+    at_a_time = look(
+        "look_at_lawn",
+        "dead",
+        {
+            "false": do("pour", look("look_at_lawn", "dead", {"false": GOAL, "true": GOAL}), l="b"),
+            "true": do("sow", do("pour", look("look_at_lawn", "dead", {"false": GOAL, "true": GOAL}), l="b")),
+        },
+    )
+    assert judge(do("pour", at_a_time, l="a")) == NOTHING
+
+
+def test_what_is_diluted_before_one_looks_was_poisonous_perhaps_but_is_not(judged):
+    judge = judged(LIQUID, LIQUID_PROBLEM + "K(not poisonous(a)) and K(not dead)")
+    late = do(
+        "pour", do("dilute", look("look_at_lawn", "dead", {"false": GOAL, "true": do("sow", GOAL)}), l="a"), l="a"
+    )
+    assert judge(late) == NOTHING
+    reach_back = judged(LIQUID, LIQUID_PROBLEM + "initially(Kw(poisonous(a)))")
+    assert "the goal does not hold" in reach_back(late)
+    asked = {"false": GOAL, "true": GOAL}
+    assert reach_back(do("pour", look("look_at_lawn", "dead", asked), l="a")) == NOTHING
+    looked = {"false": do("dilute", GOAL, l="a"), "true": do("dilute", GOAL, l="a")}
+    assert reach_back(do("pour", look("look_at_lawn", "dead", looked), l="a")) == NOTHING
+
+
+MEDICATE = """types: [disease]
+predicates: {ill: [disease], given: [disease], stained: [], hydrated: [], dead: []}
+actions:
+  stain:
+    effects:
+      - forall(disease d) when ill(d) and hydrated then stained
+  drink:
+    effects:
+      - add(Kf, hydrated)
+  inspect:
+    sense: stained
+  medicate:
+    parameters: {d: disease}
+    effects:
+      - add(Kf, given(d))
+      - when ill(d) and not hydrated then dead
+"""
+MEDICATE_PROBLEM = (
+    "objects: {disease: [flu]}\ninitial:\n  - add(Kf, not stained, not dead)\ngoal:\n  - K(not dead)\n"
+)
+
+
+def test_who_does_not_drink_first_may_die_of_the_medicine(judged):
+    judge = judged(MEDICATE, MEDICATE_PROBLEM + "  - K(given(flu))\n")
+    assert judge(do("drink", do("medicate", GOAL, d="flu"))) == NOTHING
+    text = judge(do("medicate", GOAL, d="flu"))
+    assert "n1: the goal does not hold" in text and "n1: the goal claims to know what is not so" in text
+
+
+def test_a_stain_that_needs_two_conditions_tells_both_or_that_one_failed(judged):
+    judge = judged(MEDICATE, MEDICATE_PROBLEM + "  - Kw(ill(flu))\n")
+    rest = look("inspect", "stained", {"false": GOAL, "true": GOAL})
+    assert judge(do("drink", do("stain", rest))) == NOTHING
+    assert "the goal does not hold" in judge(do("stain", rest))
+    hydrated = judged(MEDICATE, MEDICATE_PROBLEM + "  - K(not stained) or (K(ill(flu)) and K(hydrated))\n")
+    assert hydrated(do("stain", rest)) == NOTHING
+
+
+# ---------------------------------------------------------------------------------------------- run-time variables
+SAFE = """types: [safe]
+predicates: {open: [safe]}
+functions:
+  combination: {arguments: [safe], value: [c1, c2, c3]}
+  tried: {arguments: [safe], value: [c1, c2, c3]}
+actions:
+  read_note:
+    parameters: {s: safe}
+    sense: combination(s)
+  dial:
+    parameters: {s: safe, c: {value_of: combination(s)}}
+    effects:
+      - when combination(s) = c then open(s)
+      - add(Kf, tried(s) = c)
+  force:
+    parameters: {s: safe}
+    effects:
+      - when combination(s) = c1 then open(s)
+"""
+SAFE_PROBLEM = "objects: {safe: [vault, box]}\ninitial:\n  - add(Kf, not open(vault))\ngoal:\n  - "
+
+
+def test_a_safe_is_opened_with_a_combination_that_is_known_at_run_time_only(judged):
+    judge = judged(SAFE, SAFE_PROBLEM + "K(open(vault)) and Kv(tried(vault))")
+    value = ValueOf("combination(vault)")
+    opening = do("dial", GOAL, s="vault", c=value)
+    assert judge(get("read_note", ["combination(vault)"], opening, s="vault")) == NOTHING
+    assert "n0: the value of combination(vault) is not known at run time here" in judge(opening)
+    wrong = do("dial", GOAL, s="vault", c=ValueOf("combination(box)"))
+    assert "must be the value of combination(vault)" in judge(
+        get("read_note", ["combination(vault)"], wrong, s="vault")
+    )
+
+
+def test_branching_on_the_combination_tells_it_and_a_safe_that_opens_tells_it_too(judged):
+    judge = judged(SAFE, SAFE_PROBLEM + "K(combination(vault) = c1) or K(combination(vault) != c1)")
+    values = dict.fromkeys(("c1", "c2", "c3"), GOAL)
+    assert judge(look("read_note", "combination(vault)", values, s="vault")) == NOTHING
+    del values["c2"]
+    text = judge(look("read_note", "combination(vault)", values, s="vault"))
+    assert "n0: no branch for combination(vault) = c2, which is possible" in text
+    assert "n0: no branch for combination(vault) = c2, which is the case [world: combination(vault) = c2" in text
+    assert "the goal does not hold" in judge(do("force", GOAL, s="vault"))
+
+
+# ---------------------------------------------------------------------------------------------------- exclusive or
+DOORS = """types: [door, colour]
+predicates: {behind: [door], painted: [door], wall: []}
+functions:
+  paint_of: {arguments: [door], value: [red, blue]}
+actions:
+  knock:
+    parameters: {d: door}
+    sense: behind(d)
+  move:
+    parameters: {d: door}
+    effects:
+      - del(Kf, behind(d), not behind(d))
+  enter:
+    parameters: {d: door}
+    preconditions:
+      - K(behind(d))
+    effects:
+      - add(Kf, painted(d))
+  shuffle:
+    effects:
+      - forall(door d) del(Kf, behind(d), not behind(d))
+      - add(Kx, exactly_one(door d) behind(d))
+"""
+DOORS_PROBLEM = "objects: {door: [a, b, c]}\ninitial:\n  - add(Kx, exactly_one(door d) behind(d))\ngoal: "
+
+
+def doors(last):
+    """Knocks at a, then at b; at c there is no need to."""
+    second = look("knock", "behind(b)", {"true": do("enter", GOAL, d="b"), "false": last}, d="b")
+    return look("knock", "behind(a)", {"true": do("enter", GOAL, d="a"), "false": second}, d="a")
+
+
+def test_behind_the_last_of_three_doors_it_must_be(judged):
+    judge = judged(DOORS, DOORS_PROBLEM + "exists(door d) K(painted(d))")
+    assert judge(doors(do("enter", GOAL, d="c"))) == NOTHING
+    text = judge(doors(do("enter", GOAL, d="b")))
+    assert 'n4: precondition 1 of "enter" does not hold' in text or 'n3: precondition 1 of "enter"' in text
+    assert "claims to know what is not so" in text and "[world: behind(c)" in text
+    surely = look("knock", "behind(c)", {"true": do("enter", GOAL, d="c")}, d="c")
+    assert judge(doors(surely)) == NOTHING, "the outcome that is impossible may be left out"
+    never = look("knock", "behind(c)", {"false": GOAL}, d="c")
+    assert "no branch for behind(c) = true, which is possible" in judge(doors(never))
+
+
+def test_what_moves_tells_nothing_about_the_others_any_more(judged):
+    judge = judged(DOORS, DOORS_PROBLEM + "exists(door d) K(painted(d))")
+    text = judge(do("move", doors(do("enter", GOAL, d="c")), d="a"))
+    assert 'precondition 1 of "enter" does not hold' in text and "claims to know what is not so" in text
+    assert "[left open by actions: " in text
+    assert judge(do("shuffle", doors(do("enter", GOAL, d="c")))) == NOTHING
+    late = look("knock", "behind(a)", {"true": do("shuffle", do("enter", GOAL, d="a")), "false": GOAL}, d="a")
+    assert 'precondition 1 of "enter" does not hold' in judge(late)
+
+
+def test_one_member_that_is_known_settles_the_others(judged):
+    judge = judged(DOORS, DOORS_PROBLEM + "forall(door d) Kw(behind(d))")
+    first = look("knock", "behind(a)", {"true": GOAL, "false": GOAL}, d="a")
+    assert judge(first).count("the goal does not hold") == 1
+    rest = look("knock", "behind(b)", {"true": GOAL, "false": GOAL}, d="b")
+    assert judge(look("knock", "behind(a)", {"true": GOAL, "false": rest}, d="a")) == NOTHING
+
+
+# --------------------------------------------------------------------------------------------------------- others
+HOUSE = """types: [room]
+constants: {room: [hall, attic]}
+predicates: {light: [room], cat: [room], fuse: [], asleep: []}
+update_rules:
+  - forall(room r) (K(not fuse) => add(Kf, not light(r)))
+actions:
+  test_fuse:
+    sense: fuse
+  look_for_both:
+    parameters: {r: room}
+    effects:
+      - add(Kw, cat(r) and light(r))
+  look_up:
+    parameters: {r: room}
+    sense: light(r)
+  call:
+    effects:
+      - add(Kf, not asleep)
+  rest:
+    effects:
+      - add(Kf, asleep)
+"""
+HOUSE_PROBLEM = "initial:\n  - {}\ngoal: {}"
+
+
+def test_update_rules_conclude_and_make_outcomes_impossible(judged):
+    dark = judged(HOUSE, HOUSE_PROBLEM.format("add(Kf, light(hall))", "K(fuse) or K(not fuse)"))
+    assert dark(look("test_fuse", "fuse", {"true": GOAL})) == NOTHING
+    both = judged(HOUSE, HOUSE_PROBLEM.format("add(Kf, asleep)", "K(fuse) or K(not light(attic))"))
+    assert both(look("test_fuse", "fuse", {"true": GOAL, "false": GOAL})) == NOTHING
+    assert "no branch for fuse = false" in both(look("test_fuse", "fuse", {"true": GOAL}))
+
+
+def test_the_truth_of_a_conjunction_tells_each_part_or_that_one_fails(judged):
+    start = "add(Kor, cat(hall), cat(attic))"
+    judge = judged(HOUSE, HOUSE_PROBLEM.format(start, "K(cat(hall)) or K(not light(hall)) or K(cat(attic))"))
+    on = "cat(hall) and light(hall)"
+    lit = look("look_up", "light(hall)", {"true": GOAL, "false": GOAL}, r="hall")
+    assert judge(look("look_for_both", on, {"true": GOAL, "false": lit}, r="hall")) == NOTHING
+    text = judge(look("look_for_both", on, {"true": GOAL, "false": GOAL}, r="hall"))
+    assert "n1: the goal does not hold" in text
+    missing = judge(look("look_for_both", on, {"true": GOAL}, r="hall"))
+    assert "n0: no branch for cat(hall) and light(hall) = false, which is possible" in missing
+    assert "which is the case" in missing
+    unsensed = judge(branch(on, {"true": GOAL, "false": lit}))
+    assert "n0: branches on cat(hall) and light(hall), which is not known at run time here" in unsensed
+
+
+def test_what_is_complete_is_false_where_it_is_not_known(judged):
+    start = "add(Kf, cat(hall))\n  - add(LCW, forall(room r) cat(r))"
+    assert judged(HOUSE, HOUSE_PROBLEM.format(start, "K(not cat(attic)) and K(cat(hall))"))(GOAL) == NOTHING
+    pairs = "add(Kf, cat(hall))\n  - add(LCW, forall(room r) (cat(r) and light(r)))"
+    judge = judged(
+        HOUSE, HOUSE_PROBLEM.format(pairs, "K(not light(hall)) and (K(cat(attic)) or not K(cat(attic)))")
+    )
+    assert judge(GOAL) == NOTHING
+    less = judged(HOUSE, HOUSE_PROBLEM.format(pairs, "K(not light(attic))"))
+    assert "the goal does not hold" in less(GOAL)
+
+
+def test_an_always_goal_is_broken_on_the_way_and_an_initial_one_looks_back(judged):
+    start = "add(Kf, not asleep)"
+    judge = judged(HOUSE, HOUSE_PROBLEM.format(start, "always(K(not asleep)) and K(not asleep)"))
+    assert judge(do("call", GOAL)) == NOTHING
+    assert "the goal does not hold" in judge(do("rest", do("call", GOAL)))
+    assert "claims to know what is not so" in judge(do("rest", do("call", GOAL)))
+    before = judged(HOUSE, HOUSE_PROBLEM.format(start, "initially(K(not asleep)) and K(asleep)"))
+    assert before(do("rest", GOAL)) == NOTHING
+    look_first = judged(HOUSE, HOUSE_PROBLEM.format(start, "initially(K(fuse)) or initially(K(not fuse))"))
+    assert look_first(look("test_fuse", "fuse", {"true": GOAL, "false": GOAL})) == NOTHING
+    assert "the goal does not hold" in look_first(do("call", GOAL))
+
+
+def test_initial_knowledge_that_contradicts_itself_is_said(judged):
+    start = "add(Kx, cat(hall), cat(attic))\n  - add(Kf, cat(hall), cat(attic))"
+    text = judged(HOUSE, HOUSE_PROBLEM.format(start, "true"))(GOAL)
+    assert "the initial knowledge: " in text and "exclude each other" in text
+    ruled = "add(Kf, not fuse, light(hall))"
+    assert "which is known not to hold" in judged(HOUSE, HOUSE_PROBLEM.format(ruled, "true"))(GOAL)
