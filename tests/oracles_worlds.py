@@ -1,7 +1,8 @@
 """An exhaustive planner for tiny problems: is there a strong acyclic plan, on the verifier's own knowledge states?
 
 It tries everything that a plan may do: any applicable action, and branching on anything that will be known at run
-time, at once or later. So "no" is a proof, if it was not cut short.
+time, at once or later. So "no" is a proof, if it was not cut short. With `at_once` it must branch before it acts,
+which a search may well do; that costs solutions where an action is applicable only as long as one does not know.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,6 +15,7 @@ from kabo.verify.draft import ContradictionError
 from kabo.verify.ground import NotVerifiableError, range_of, text_of
 from kabo.verify.interpreter import GroundAction, Interpreter, Thing, outcome_text, thing_text
 from kabo.verify.knowledge import Knowledge
+from kabo.verify.possible_worlds import Constraints
 from kabo.verify.questions import symbol_of
 
 Grounded = tuple[GroundAction, dict[str, "str | ValueOf"]]
@@ -57,15 +59,19 @@ class Choice:
     outcomes: tuple[tuple[str | None, Knowledge], ...]
 
 
-def choices(interpreter: Interpreter, actions: list[Grounded], state: Knowledge) -> Iterator[Choice]:
+def choices(
+    interpreter: Interpreter, actions: list[Grounded], state: Knowledge, at_once: bool
+) -> Iterator[Choice]:
     """Each thing that a plan could do next: branching first."""
+    branched = False
     for thing in branchable(interpreter, state):
         values = interpreter.outcomes_of(thing, state)
         after = [(outcome_text(value), interpreter.learned(state, thing, value)) for value in values]
         possible = tuple((value, one) for value, one in after if one is not None)
         if possible:
+            branched = True
             yield Choice(None, {}, (), thing, possible)
-    for action, arguments in actions:
+    for action, arguments in () if branched and at_once else actions:
         if applicable(interpreter, state, action):
             try:
                 after, updates = interpreter.act(state, action)
@@ -83,7 +89,8 @@ def is_goal(interpreter: Interpreter, state: Knowledge) -> bool:
 class Exploration:
     """All knowledge states that can be reached, and which of them a strong acyclic plan leads from to the goal."""
 
-    def __init__(self, problem: Problem, limit: int) -> None:
+    def __init__(self, problem: Problem, limit: int, *, at_once: bool = False) -> None:
+        self.at_once = at_once
         self.problem, self.interpreter = problem, Interpreter(problem)
         self.states = [self.interpreter.initial()]
         self.number = {self.states[0].frozen(): 0}
@@ -97,7 +104,7 @@ class Exploration:
             if is_goal(self.interpreter, state):
                 self._solve(here, None)
             elif here not in self.solved:
-                for choice in choices(self.interpreter, actions, state):
+                for choice in choices(self.interpreter, actions, state, self.at_once):
                     children = frozenset(self._number(after) for _, after in choice.outcomes)
                     for child in children:
                         self._parents.setdefault(child, []).append((here, children, choice))
@@ -149,14 +156,14 @@ class Exploration:
         return Node(kind, choice.action.action.name, choice.arguments, next=after[None], delivers=choice.delivers)
 
 
-def solvable(problem: Problem, limit: int = 3000) -> bool | None:
+def solvable(problem: Problem, limit: int = 3000, *, at_once: bool = False) -> bool | None:
     """Whether there is a strong acyclic plan; None if more than `limit` states were met before it was decided.
 
     Raises:
         ContradictionError: the initial knowledge contradicts itself.
         NotVerifiableError: something of the problem is not judged.
     """
-    explored = Exploration(problem, limit)
+    explored = Exploration(problem, limit, at_once=at_once)
     return 0 in explored.solved if explored.complete else None
 
 
@@ -166,10 +173,26 @@ def find_plan(problem: Problem, limit: int = 3000) -> Plan | None:
     return explored.plan() if 0 in explored.solved else None
 
 
-def verdict(problem: Problem, limit: int = 3000) -> str:
+def has_world(problem: Problem) -> bool:
+    """Whether any world agrees with the initial knowledge: inference, being incomplete, may not have noticed.
+
+    Raises:
+        ContradictionError: it has noticed.
+    """
+    interpreter = Interpreter(problem)
+    predicates, functions = problem.domain.predicates, problem.domain.functions
+    kinds = {**predicates, **{name: function.arguments for name, function in functions.items()}}
+    everything = [(name, args) for name, ks in kinds.items() for args in product(*map(problem.of_type, ks))]
+    constraints = Constraints(problem, interpreter.initial(), interpreter.rules, everything)
+    return constraints.enumerate(100_000) != []
+
+
+def verdict(problem: Problem, limit: int = 3000, *, at_once: bool = False) -> str:
     """`solvable`, `unsolvable`, `too large`, `contradiction` or `not judged`: for tables."""
     try:
-        answer = solvable(problem, limit)
+        if not has_world(problem):
+            return "contradiction"
+        answer = solvable(problem, limit, at_once=at_once)
     except ContradictionError:
         return "contradiction"
     except NotVerifiableError:
