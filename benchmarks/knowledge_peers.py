@@ -2,11 +2,13 @@
 
 They run as external processes in an environment of their own, named by its interpreter: `pip install
 up-fast-downward up-symk up-enhsp up-lpg pyperplan` there (ENHSP needs Java). Contingent engines (CPOR, PO-PRP,
-Contingent-FF, MBP) are not on the index, so instances with sensing have no peers; each refusal is counted.
+Contingent-FF, MBP) are not on the index, so instances with sensing have no peers; they are counted.
 """
 
-import resource
+import os
+import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,6 +25,12 @@ import importlib.util
 for name in ("up_fast_downward", "up_symk", "up_enhsp", "up_lpg", "pyperplan"):
     found = importlib.util.find_spec(name)
     print(name, "-" if found is None else list(found.submodule_search_locations)[0])
+"""
+LIMITED = """\
+import os, resource, sys
+size = int(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_AS, (size, size))
+os.execvp(sys.argv[2], sys.argv[2:])
 """
 LAMA_FIRST = ["--alias", "lama-first", "--plan-file", "{plan}", "{domain}", "{problem}"]
 LMCUT = ["--plan-file", "{plan}", "{domain}", "{problem}", "--search", "astar(lmcut())"]
@@ -102,20 +110,22 @@ def _run(command: list[str], folder: Path, timeout: float, memory: float) -> dic
     filled = [
         part.format(domain=folder / "domain.pddl", problem=folder / "problem.pddl", plan=plan) for part in command
     ]
-    limit = None if command[0] == "java" else int(memory * 2**30)  # Java reserves more than it uses
+    if command[0] != "java":  # Java reserves more than it uses
+        filled = [sys.executable, "-c", LIMITED, str(int(memory * 2**30)), *filled]
     began = perf_counter()
+    process = subprocess.Popen(
+        filled,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        cwd=folder,
+        start_new_session=True,  # drivers start the planner as a process of their own
+    )
     try:
-        done = subprocess.run(
-            filled,
-            capture_output=True,
-            text=True,
-            cwd=folder,
-            timeout=timeout,
-            check=False,
-            preexec_fn=_limit(limit),
-        )
-        ended = "" if done.returncode == 0 else f"exit {done.returncode}"
+        code = process.wait(timeout)
+        ended = "" if code == 0 else f"exit {code}"
     except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
         ended = "time-out"
     seconds = perf_counter() - began
     written = sorted([*folder.glob("plan*"), *folder.glob("*.soln"), *folder.glob("plan*.SOL")])
@@ -125,11 +135,3 @@ def _run(command: list[str], folder: Path, timeout: float, memory: float) -> dic
 
 def _length(path: Path) -> int:
     return sum("(" in line and not line.lstrip().startswith(";") for line in path.read_text().splitlines())
-
-
-def _limit(size: int | None):  # noqa: ANN202
-    def apply() -> None:
-        if size is not None:
-            resource.setrlimit(resource.RLIMIT_AS, (size, size))
-
-    return apply
