@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "bfws": "novelty_search",
     "breadth_first": "blind_search",
     "Budget": "compiled_task",
     "CompiledTask": "compiled_task",

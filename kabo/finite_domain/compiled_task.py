@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.finite_domain.agenda import Agenda, agenda
 from kabo.finite_domain.array_tables import array_tables
+from kabo.finite_domain.mutexes import FactTask, Mutexes, fact_task, mutexes
 from kabo.finite_domain.normal_form import NormalTask, normal_form
 from kabo.finite_domain.packing import Packing, pack
 from kabo.finite_domain.plain_states import PlainStates
+from kabo.finite_domain.relaxation import RelaxedTask
+from kabo.finite_domain.relaxed_facts import RelaxedFacts, relaxed_facts
 from kabo.finite_domain.tables import Tables, build_tables
 from kabo.finite_domain.task import FiniteTask
 
@@ -21,6 +25,14 @@ Never = NDArray[np.uint64]  # (groups of 64 operators,) a bit for each that must
 def as_number(never: Never) -> int:
     """The same bits as one Python int."""
     return int.from_bytes(never.tobytes(), "little")
+
+
+@dataclass(frozen=True)
+class ChangingFacts:
+    """Facts of the variables that some operator may change, numbered on their own."""
+
+    offset: tuple[int, ...]  # of each variable where its facts begin; -1: it never changes
+    facts: int
 
 
 class CompiledTask:
@@ -53,6 +65,50 @@ class CompiledTask:
     def arrays(self) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
         """Successors for kernels."""
         return array_tables(self.tables, self.packing)
+
+    @cached_property
+    def relaxed(self) -> RelaxedFacts:
+        """The delete relaxation, as operators over facts."""
+        return relaxed_facts(self.normal)
+
+    @cached_property
+    def relaxation(self) -> RelaxedTask:
+        """The delete relaxation, ready to be asked."""
+        return RelaxedTask(self.relaxed.all_facts, self.relaxed.operators, self.relaxed.goals)
+
+    @cached_property
+    def fact_task(self) -> FactTask:
+        """The operators over facts."""
+        return fact_task(self.normal, self.relaxed.offset)
+
+    @cached_property
+    def goal_facts(self) -> tuple[tuple[int, ...], ...]:
+        """Of each condition of the goal the facts one of which must hold."""
+        return tuple(tuple(self.relaxed.offset[v] + x for x in values) for v, values in self.normal.goal.items())
+
+    @cached_property
+    def changing(self) -> ChangingFacts:
+        """The facts by which states can differ."""
+        made = {f for o in self.fact_task.operators for f in o.always}
+        made.update(
+            f for o in self.fact_task.operators for group in o.depends for _, facts in group for f in facts
+        )
+        changed = {self.fact_task.variable[f] for f in made}
+        offset, count = [], 0
+        for v, size in enumerate(self.normal.sizes):
+            offset.append(count if v in changed else -1)
+            count += size if v in changed else 0
+        return ChangingFacts(tuple(offset), count)
+
+    @cached_property
+    def mutexes(self) -> Mutexes:
+        """Facts that are never true together, from the task's initial values on."""
+        return mutexes(self.fact_task, self.relaxed.of(self.task.initial))
+
+    @cached_property
+    def agenda(self) -> Agenda:
+        """The reasonable orders of the goal's conditions."""
+        return agenda(self.fact_task, self.mutexes, self.goal_facts)
 
     def start(self, values: Sequence[int] | None) -> int:
         """A packed start: these values, or the task's initial ones.

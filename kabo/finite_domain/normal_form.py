@@ -70,6 +70,11 @@ def _sorted_operator(o: Operator, tests: Tests, sizes: Sequence[int], intern) ->
         if not e.conditions:
             always.append((e.variable, e.value))
             continue
+        if len(e.conditions) == 1:  # most effects, quickly
+            ((v, values),) = e.conditions
+            if len(values) == 1 and v not in tests and sizes[v] > 1:
+                by_variable.setdefault(v, []).append((values, e.variable, e.value))
+                continue
         left = _left_to_test(e, tests, sizes)
         if left is None:
             continue

@@ -43,6 +43,15 @@ class Estimate(NamedTuple):
     plan_facts: tuple[int, ...]  # what it makes true that does not hold yet, from the goal backwards
 
 
+class KernelView(NamedTuple):
+    """Arguments of the kernel but for what is true [kabo.finite_domain.kernels.relaxed_plan]."""
+
+    table: NDArray[np.int32]
+    scratch: NDArray[np.int32]
+    goal: NDArray[np.int32]
+    out: NDArray[np.int32]
+
+
 NOTHING = Estimate(None, (), ())
 
 
@@ -77,6 +86,10 @@ class RelaxedTask:
         """A relaxed plan from what is true (any order; or an int of bits) to the goal, or to another one."""
         return self._core.evaluate(true, self.goal if goal is None else goal)
 
+    def for_kernels(self) -> "KernelView":
+        """What other kernels need to ask the relaxed_plan kernel themselves; the scratch is this task's own."""
+        return self._core.view(self.goal)
+
     def reachable(self, true: Facts) -> NDArray[np.bool_]:
         """(facts,) which facts can become true if nothing ever becomes false."""
         return self.layers(true) >= 0
@@ -96,6 +109,7 @@ class _Core:
         self._visits = len(operators) + sum(len(o.preconditions) + len(o.adds) for o in operators)
         self._goals: dict[tuple[int, ...], NDArray[np.int32]] = {}
         self._table: NDArray[np.int32] | None = None
+        self._switched = False
         self._words = np.empty(0, np.uint64)
         self._none = np.empty(0, np.int32)
 
@@ -104,7 +118,7 @@ class _Core:
             raise ValueError(f"a goal names a fact beyond the {self.facts} there are: {sorted(goal)}")
 
     def evaluate(self, true: Facts, goal: tuple[int, ...]) -> Estimate:
-        if self._table is None and not self._compiled():
+        if not self._compiled():
             self._asked += self._visits
             value, owners, made = relaxed_plan(self._plain, _numbers(true), goal)
             return NOTHING if value is None else self._estimate(value, owners, made)
@@ -114,15 +128,28 @@ class _Core:
         """Whether to go over to the kernel: it is loaded anyway, or would have paid by now."""
         if self._engine == "python":
             return False
+        if self._switched:
+            return True
         if self._engine == "automatic" and self._asked < WORTH_LOADING and not _load.cache_info().currsize:
             return False
+        self._prepare()
+        self._switched = True
+        return True
+
+    def _prepare(self) -> None:
+        if self._table is not None:
+            return
         tables = self._plain
         self._table = _array_table(self.facts, tables, len(self._names))
         size = 1 + 2 * tables.buckets + 8 * self.facts + 3 * len(tables.costs) + 2 * len(self._names)
         self._scratch = np.zeros(size, np.int32)
         self._scratch[1 : 1 + 2 * tables.buckets] = -1
         self._out = np.zeros(2 + len(self._names) + self.facts, np.int32)
-        return True
+
+    def view(self, goal: tuple[int, ...]) -> KernelView:
+        self._prepare()
+        assert self._table is not None
+        return KernelView(self._table, self._scratch, np.array(goal, np.int32), self._out)
 
     def _evaluate_compiled(self, true: Facts, goal: tuple[int, ...]) -> Estimate:
         goals = self._goals.get(goal)

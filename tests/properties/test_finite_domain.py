@@ -13,9 +13,11 @@ from kabo.finite_domain import (
     RelaxedOperator,
     RelaxedTask,
     Variable,
+    bfws,
     breadth_first,
     validate,
 )
+from kabo.finite_domain.mutexes import compiled_mutexes, plain_mutexes
 from kabo.finite_domain.task import compatible, holds, successor
 
 EXAMPLES = max(30, int(3000 * float(os.environ.get("KABO_PROPERTY_SCALE", "0.1"))))
@@ -88,38 +90,58 @@ def judge(estimate, operators, true, goal):
     assert estimate.value > 0 or needed.issuperset(goal)
 
 
-@st.composite
-def tasks(draw):
-    """Tasks of some variables, whose operators set values on conditions; what could conflict is left out."""
-    sizes = draw(st.lists(st.integers(1, 4), min_size=1, max_size=5))
-    variables = st.integers(0, len(sizes) - 1)
+def random_task(chance):
+    """Variables whose values operators set on conditions; what could set one variable twice at once is left out.
 
-    @st.composite
-    def conditions(draw, most):
-        asked = draw(st.lists(variables, max_size=most, unique=True))
-        return tuple((v, tuple(draw(st.sets(st.integers(0, sizes[v] - 1), max_size=2)) or {0})) for v in asked)
+    Not drawn one choice at a time: hypothesis likes small choices, and tasks of these take no action at all.
+    """
+    sizes = [chance.choice([1, 2, 3, 3, 4]) for _ in range(chance.randint(2, 5))]
 
-    @st.composite
-    def operators(draw):
-        needed, effects = draw(conditions(2)), []
-        for v in draw(st.lists(variables, min_size=1, max_size=4)):
-            effect = Effect(
-                draw(conditions(draw(st.sampled_from([0, 1, 1, 2])))), v, draw(st.integers(0, sizes[v] - 1))
-            )
-            clashes = (
-                e.variable == v
-                and e.value != effect.value
-                and compatible(needed + e.conditions + effect.conditions)
+    def conditions(count):
+        asked = chance.sample(range(len(sizes)), min(count, len(sizes)))
+        return tuple(
+            (v, tuple(chance.sample(range(sizes[v]), min(sizes[v], chance.choice([1, 1, 1, 2]))))) for v in asked
+        )
+
+    def operator():
+        needed, effects = conditions(chance.choice([0, 1, 1, 2])), []
+        for v in chance.choices(range(len(sizes)), k=chance.choice([1, 2, 3])):
+            effect = Effect(conditions(chance.choice([0, 0, 1, 1, 2])), v, chance.randrange(sizes[v]))
+            if all(
+                e.variable != v
+                or e.value == effect.value
+                or not compatible(needed + e.conditions + effect.conditions)
                 for e in effects
-            )
-            if not any(clashes):
+            ):
                 effects.append(effect)
-        return Operator("o", needed, tuple(effects), draw(st.sampled_from([0, 1, 1, 1, 2, 5])))
+        return Operator("o", needed, tuple(effects), chance.choice([0, 1, 1, 1, 2, 5]))
 
-    initial = tuple(draw(st.integers(0, n - 1)) for n in sizes)
-    operators_drawn = tuple(draw(st.lists(operators(), max_size=9)))
-    goal = draw(conditions(4))
-    return FiniteTask(tuple(Variable(f"v{v}", n) for v, n in enumerate(sizes)), initial, operators_drawn, goal)
+    operators = tuple(operator() for _ in range(chance.randint(3, 9)))
+    initial = tuple(chance.randrange(n) for n in sizes)
+    there = wandered(initial, operators, chance) if chance.random() < 0.8 else initial
+    goal = tuple(
+        (v, tuple({there[v] if chance.random() < 0.9 else chance.randrange(n), *chance.sample(range(n), n > 3)}))
+        for v, n in enumerate(sizes)
+        if chance.random() < 0.8
+    )
+    return FiniteTask(tuple(Variable(f"v{v}", n) for v, n in enumerate(sizes)), initial, operators, goal)
+
+
+def wandered(state, operators, chance):
+    """Where a random walk ends that goes to new states only."""
+    seen = {state}
+    for _ in range(12):
+        ways = [successor(o, state) for o in operators if holds(o.preconditions, state)]
+        ways = [after for after in ways if after not in seen]
+        if not ways:
+            return state
+        state = chance.choice(ways)
+        seen.add(state)
+    return state
+
+
+def tasks():
+    return st.randoms(use_true_random=True).map(random_task)
 
 
 def brute_force(task, start, forbidden=()):
@@ -166,3 +188,37 @@ def test_breadth_first_agrees_with_brute_force_in_both_twins(task, data):
         assert len(plain.plan) == best[0]
         assert executes(task, start, plain.plan, forbidden)
         assert plain.cost == sum(task.operators[o].cost for o in plain.plan)
+
+
+@settings(max_examples=EXAMPLES)
+@given(tasks(), st.data())
+def test_the_novelty_search_solves_what_can_be_solved_and_both_twins_alike(task, data):
+    start = data.draw(st.sampled_from([task.initial, tuple(v.size - 1 for v in task.variables)]))
+    forbidden = data.draw(st.sets(st.integers(0, 8), max_size=1)) & set(range(len(task.operators)))
+    banned = [int(i in forbidden) for i in range(len(task.operators))]
+    compiled, best = CompiledTask(task), brute_force(task, start, forbidden)
+    plain = bfws(compiled, start=start, forbidden=banned)
+    assert bfws(compiled, start=start, forbidden=banned, plain_work=0) == plain
+    assert plain.status == ("unsolvable" if best is None else "solved")
+    if best is not None:
+        event(f"{len(plain.plan) - best[0]} actions too many")
+        assert executes(task, start, plain.plan, forbidden)
+
+
+@settings(max_examples=EXAMPLES)
+@given(tasks())
+def test_pairs_held_impossible_show_in_no_state_that_can_be_reached(task):
+    compiled = CompiledTask(task)
+    start = compiled.relaxed.of(task.initial)
+    plain = plain_mutexes(compiled.fact_task, start)
+    assert compiled_mutexes(compiled.fact_task, start) == plain
+    seen = [task.initial]
+    for state in seen:
+        facts = compiled.relaxed.of(state)
+        assert plain.allow(facts)
+        for o in task.operators:
+            if holds(o.preconditions, state) and successor(o, state) not in seen:
+                seen.append(successor(o, state))
+    pairs = {(f, g) for state in seen for f in compiled.relaxed.of(state) for g in compiled.relaxed.of(state)}
+    held = sum(row.bit_count() for row in plain.together)
+    event(f"{held - len(pairs)} pairs held possible too many")

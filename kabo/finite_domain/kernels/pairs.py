@@ -1,0 +1,184 @@
+"""Pairs of facts that may be true together, as rows of bits [kabo.finite_domain.mutexes, which is the plain twin].
+
+`numbers` names everything by where it begins: a list of facts is its length and the facts; a list of conditions its
+length and the lists of facts; a group its length and pairs of conditions and facts; an operator its conditions, facts,
+number of groups, and the groups, of which the first is the facts on no condition.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+
+FACTS, VARIABLES, OFFSETS, VARIABLE, OPERATORS, FIRST = 0, 1, 2, 3, 4, 5
+ONE, ALL = np.uint64(1), np.uint64(0xFFFFFFFFFFFFFFFF)
+
+
+@lean_kernel  # (W,) u8, i8 -> bool
+def _has(bits, f):
+    """Whether bit f is there."""
+    return bits[f >> 6] >> np.uint64(f & 63) & ONE != 0
+
+
+@lean_kernel  # (T,) i4, (F, W) u8, i8, (W,) u8, (W,) u8 -> bool
+def _with_all(numbers, rows, conditions, known, result):
+    """Of the known facts those that may be true together with all conditions; whether all of these can hold."""
+    words = result.shape[0]
+    at, count = conditions + 1, numbers[conditions]
+    if count == 1 and numbers[at] == 1:  # most of all
+        f = numbers[at + 1]
+        if not _has(known, f):
+            return False
+        for w in range(words):
+            result[w] = known[w] & rows[f, w]
+        return _has(result, f)
+    for w in range(words):
+        result[w] = known[w]
+    for _ in range(count):
+        size = numbers[at]
+        if size == 1:
+            f = numbers[at + 1]
+            for w in range(words):
+                result[w] &= rows[f, w]
+        else:
+            for w in range(words):
+                possible = np.uint64(0)
+                for i in range(at + 1, at + 1 + size):
+                    possible |= rows[numbers[i], w]
+                result[w] &= possible
+        at += 1 + size
+    return _possible(numbers, conditions, result)
+
+
+@lean_kernel  # (T,) i4, i8, (W,) u8 -> bool
+def _possible(numbers, conditions, known):
+    """Whether each condition has a fact among the known."""
+    at = conditions + 1
+    for _ in range(numbers[conditions]):
+        found = False
+        for i in range(at + 1, at + 1 + numbers[at]):
+            if _has(known, numbers[i]):
+                found = True
+        if not found:
+            return False
+        at += 1 + numbers[at]
+    return True
+
+
+@lean_kernel  # (T,) i4, i8, (F,) i8, i8 -> bool
+def _grew(numbers, conditions, grown, since):
+    """Whether what these conditions allow has grown since."""
+    at = conditions + 1
+    for _ in range(numbers[conditions]):
+        for i in range(at + 1, at + 1 + numbers[at]):
+            if grown[numbers[i]] > since:
+                return True
+        at += 1 + numbers[at]
+    return since < 1
+
+
+@lean_kernel  # (T,) i4, i8, (W,) u8
+def _forget(numbers, made, after):
+    """Takes all values away from the variables that are set."""
+    for i in range(made + 1, made + 1 + numbers[made]):
+        v = numbers[numbers[VARIABLE] + numbers[i]]
+        first, last = numbers[numbers[OFFSETS] + v], numbers[numbers[OFFSETS] + v + 1] - 1
+        low, high = ALL << np.uint64(first & 63), ALL >> np.uint64(63 - (last & 63))
+        if first >> 6 == last >> 6:
+            after[first >> 6] &= ~(low & high)
+            continue
+        after[first >> 6] &= ~low
+        for w in range((first >> 6) + 1, last >> 6):
+            after[w] = 0
+        after[last >> 6] &= ~high
+
+
+@lean_kernel  # (T,) i4, i8, (W,) u8
+def _put(numbers, made, after):
+    """Puts what is made."""
+    for i in range(made + 1, made + 1 + numbers[made]):
+        f = numbers[i]
+        after[f >> 6] |= ONE << np.uint64(f & 63)
+
+
+@lean_kernel  # (T,) i4, i8, (W,) u8, i8, (W,) u8
+def _put_others(numbers, o, known, but, after):
+    """Puts what the groups of operator o but one may make when only known facts are possible."""
+    for g in range(numbers[o + 2]):
+        group = numbers[o + 3 + g]
+        if g == but:
+            continue
+        for i in range(group + 1, group + 1 + 2 * numbers[group], 2):
+            if _possible(numbers, numbers[i], known):
+                _put(numbers, numbers[i + 1], after)
+
+
+@lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, i8, (W,) u8, i8 -> i8
+def _meet(numbers, rows, grown, made, after, time):
+    """What is made may be true together with all that is true after; returns the time, later if that was new."""
+    for i in range(made + 1, made + 1 + numbers[made]):
+        f = numbers[i]
+        for w in range(after.shape[0]):
+            new = after[w] & ~rows[f, w]
+            if new == 0:
+                continue
+            grown[f] = time + 1
+            rows[f, w] |= new
+            g = 64 * w
+            while new != 0:
+                if new & ONE != 0:
+                    rows[g, f >> 6] |= ONE << np.uint64(f & 63)
+                    grown[g] = time + 1
+                new >>= ONE
+                g += 1
+        if grown[f] == time + 1:
+            time += 1
+    return time
+
+
+@lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, i8, i8, i8, (4, W) u8, i8 -> i8
+def _do(numbers, rows, grown, o, group, k, scratch, time):
+    """Operator o with what one group makes on the conditions at k; scratch[1] is what its preconditions allow."""
+    possible, kept, after = scratch[1], scratch[2], scratch[3]
+    if not _with_all(numbers, rows, numbers[k], possible, kept) or not _possible(numbers, numbers[o], kept):
+        return time
+    for w in range(after.shape[0]):
+        after[w] = kept[w]
+    _forget(numbers, numbers[o + 1], after)
+    _forget(numbers, numbers[k + 1], after)
+    _put(numbers, numbers[o + 1], after)
+    _put(numbers, numbers[k + 1], after)
+    _put_others(numbers, o, kept, group, after)
+    return _meet(numbers, rows, grown, numbers[k + 1], after, time)
+
+
+@lean_kernel  # (T,) i4, i8, (F,) i8, i8 -> bool
+def _effects_grew(numbers, o, grown, since):
+    """Whether a condition of some effect allows more than it did."""
+    for g in range(numbers[o + 2]):
+        group = numbers[o + 3 + g]
+        for k in range(group + 1, group + 1 + 2 * numbers[group], 2):
+            if _grew(numbers, numbers[k], grown, since):
+                return True
+    return False
+
+
+@lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, (O,) i8, (4, W) u8, i8 -> i8
+def grow(numbers, rows, grown, seen, scratch, time):
+    """Does operators as long as any row grows; returns the time, which counts growths."""
+    before = time - 1
+    while before != time:
+        before = time
+        for i in range(numbers[OPERATORS]):
+            o, since = numbers[numbers[FIRST] + i], seen[i]
+            whole = _grew(numbers, numbers[o], grown, since)
+            if not whole and not _effects_grew(numbers, o, grown, since):
+                continue
+            seen[i] = time
+            if not _with_all(numbers, rows, numbers[o], scratch[0], scratch[1]):
+                continue
+            for g in range(numbers[o + 2]):
+                group = numbers[o + 3 + g]
+                for k in range(group + 1, group + 1 + 2 * numbers[group], 2):
+                    if whole or _grew(numbers, numbers[k], grown, since):
+                        time = _do(numbers, rows, grown, o, group, k, scratch, time)
+    return time

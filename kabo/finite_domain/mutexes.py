@@ -1,0 +1,257 @@
+"""Which two facts can never be true together: h², forward from a start, with conditional effects [Haslum, Geffner 2000].
+
+Too many pairs are held possible, never too few: what an operator may change without our knowing when stays possible.
+The pairs found impossible are an invariant: they stay so from every start that shows none of them.
+"""
+
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.finite_domain.normal_form import Assignments, NormalOperator, NormalTask, Tests
+
+PLAIN_VARIANTS = 1500  # operators times their conditional effects that plain Python does in a fraction of a second
+MOST_FACTS, MOST_WORK = 6000, 400_000_000
+Condition = tuple[int, ...]  # facts of one variable, one of which must hold
+
+
+Group = tuple[tuple[tuple[Condition, ...], tuple[int, ...]], ...]  # conditions, and what they then make
+
+
+@dataclass(frozen=True)
+class FactOperator:
+    """An operator over facts. Of each group of what depends on conditions no two happen at once."""
+
+    needs: tuple[Condition, ...]
+    always: tuple[int, ...]
+    depends: tuple["Group", ...]
+
+
+@dataclass(frozen=True)
+class FactTask:
+    """A task over facts `offset[v] + x`."""
+
+    facts: int
+    offset: tuple[int, ...]
+    sizes: tuple[int, ...]
+    operators: tuple[FactOperator, ...]
+
+    @cached_property
+    def variable(self) -> tuple[int, ...]:
+        """Of each fact."""
+        return tuple(v for v, n in enumerate(self.sizes) for _ in range(n))
+
+    @cached_property
+    def siblings(self) -> tuple[int, ...]:
+        """Of each variable the bits of its facts."""
+        return tuple(((1 << n) - 1) << at for at, n in zip(self.offset, self.sizes, strict=True))
+
+
+def fact_task(task: NormalTask, offset: tuple[int, ...]) -> FactTask:
+    """The operators of a task that can be done at all, over facts."""
+
+    def needs(tests: Tests) -> tuple[Condition, ...]:
+        return tuple(tuple(offset[v] + x for x in values) for v, values in sorted(tests.items()))
+
+    def facts(assignments: Assignments) -> tuple[int, ...]:
+        return tuple(sorted(offset[v] + x for v, x in assignments))
+
+    switched = [
+        tuple((((offset[s.variable] + x,),), facts(set_to)) for x, set_to in s.outcomes.items())
+        for s in task.switches
+    ]
+
+    def operator(o: NormalOperator) -> FactOperator:
+        guarded = tuple((needs(tests), facts(set_to)) for tests, set_to in o.guarded)
+        depends = tuple(switched[s] for s in o.switches) + tuple((g,) for g in guarded)
+        return FactOperator(needs(o.tests), facts(o.always), depends)
+
+    operators = tuple(operator(o) for o in task.operators if o is not None)
+    return FactTask(sum(task.sizes), offset, task.sizes, operators)
+
+
+@dataclass(frozen=True)
+class Mutexes:
+    """Row f has a bit for every fact that may be true together with f; fact f itself, if it can be true at all."""
+
+    together: tuple[int, ...]
+
+    def exclude(self, first: int, second: int) -> bool:
+        """Whether the two facts are never true together."""
+        return not self.together[first] >> second & 1
+
+    def allow(self, state: Sequence[int]) -> bool:
+        """Whether a state, as facts, shows no pair held impossible: else the invariant says nothing about it."""
+        bits = sum(1 << f for f in state)
+        return all(bits & ~self.together[f] == 0 for f in state)
+
+    def never_with(self, conditions: Iterable[Condition]) -> int:
+        """The facts that are never true while all these conditions are."""
+        everything, found = (1 << len(self.together)) - 1, 0
+        for facts in conditions:
+            possible = 0
+            for f in facts:
+                possible |= self.together[f]
+            found |= everything & ~possible
+        return found
+
+
+def variables_alone(task: FactTask) -> Mutexes:
+    """What is known without any work: a variable has one value."""
+    everything = (1 << task.facts) - 1
+    return Mutexes(tuple(everything & ~task.siblings[v] | 1 << f for f, v in enumerate(task.variable)))
+
+
+class _Pairs:
+    """The pairs found possible so far, and when the row of each fact grew last."""
+
+    def __init__(self, task: FactTask, start: Sequence[int]) -> None:
+        self.rows, self.grown, self.time = [0] * task.facts, [0] * task.facts, 1
+        self.task = task
+        bits = sum(1 << f for f in start)
+        for f in start:
+            self.rows[f], self.grown[f] = bits, 1
+
+    def with_all(self, conditions: tuple[Condition, ...], known: int) -> int:
+        """Of the known facts those that may be true together with all conditions; 0 if these cannot all hold."""
+        for facts in conditions:
+            possible = 0
+            for f in facts:
+                possible |= self.rows[f]
+            known &= possible
+        return known if all(any(known >> f & 1 for f in facts) for facts in conditions) else 0
+
+    def stamp(self, conditions: tuple[Condition, ...]) -> int:
+        """When what these conditions allow grew last."""
+        return max((self.grown[f] for facts in conditions for f in facts), default=1)
+
+    def meet(self, made: tuple[int, ...], after: int) -> None:
+        """What is made may be true together with all that is true after."""
+        for f in made:
+            new = after & ~self.rows[f]
+            if new:
+                self.time += 1
+                self.rows[f] |= new
+                self.grown[f] = self.time
+            while new:
+                lowest = new & -new
+                g = lowest.bit_length() - 1
+                self.rows[g] |= 1 << f
+                self.grown[g] = self.time
+                new ^= lowest
+
+    def after(self, kept: int, made: tuple[int, ...]) -> int:
+        """What is kept, with the variables set that are."""
+        put = 0
+        for f in made:
+            kept &= ~self.task.siblings[self.task.variable[f]]
+            put |= 1 << f
+        return kept | put
+
+
+def plain_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
+    """The pairs that are not reached from the facts of the start, in plain Python."""
+    pairs, seen, before = _Pairs(task, start), [0] * len(task.operators), 0
+    while before != pairs.time:
+        before = pairs.time
+        for i, o in enumerate(task.operators):
+            inside = (pairs.stamp(c) for group in o.depends for c, _ in group)
+            if seen[i] < max(pairs.stamp(o.needs), *inside, 0):
+                seen[i] = pairs.time
+                _do(pairs, o)
+    return Mutexes(tuple(pairs.rows))
+
+
+def _do(pairs: _Pairs, o: FactOperator) -> None:
+    possible = pairs.with_all(o.needs, (1 << pairs.task.facts) - 1)
+    if not possible:
+        return
+    pairs.meet(o.always, pairs.after(possible, o.always) | _made(pairs, o, possible, None))
+    for group in o.depends:
+        for conditions, made in group:
+            kept = pairs.with_all(conditions, possible)
+            if kept and pairs.with_all(o.needs, kept):
+                set_to = o.always + made
+                pairs.meet(made, pairs.after(kept, set_to) | _made(pairs, o, kept, group))
+
+
+def _made(pairs: _Pairs, o: FactOperator, known: int, but: Group | None) -> int:
+    """What the groups but one may make when only known facts are possible."""
+    found = 0
+    for group in o.depends:
+        for conditions, made in group if group is not but else ():
+            if all(any(known >> f & 1 for f in facts) for facts in conditions):
+                for f in made:
+                    found |= 1 << f
+    return found
+
+
+def mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
+    """The pairs that are not reached from the facts of the start: in Python if that is quick, else compiled.
+
+    Only those of one variable where the task is so large that all pairs would take long.
+    """
+    groups = {id(group): len(group) for o in task.operators for group in o.depends}
+    variants = len(task.operators) + sum(groups[id(group)] for o in task.operators for group in o.depends)
+    if variants <= PLAIN_VARIANTS:
+        return plain_mutexes(task, start)
+    if task.facts > MOST_FACTS or variants * task.facts > MOST_WORK:
+        return variables_alone(task)
+    return compiled_mutexes(task, start)
+
+
+def compiled_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
+    """The same pairs, by the kernel."""
+    from kabo.finite_domain.kernels.pairs import grow
+
+    words = (task.facts + 63) // 64
+    rows, grown = np.zeros((task.facts, words), np.uint64), np.zeros(task.facts, np.int64)
+    bits = np.frombuffer(sum(1 << f for f in start).to_bytes(8 * words, "little"), np.uint64)
+    for f in start:
+        rows[f], grown[f] = bits, 1
+    scratch = np.zeros((4, words), np.uint64)
+    scratch[0] = np.frombuffer(((1 << task.facts) - 1).to_bytes(8 * words, "little"), np.uint64)
+    grow(_numbers(task), rows, grown, np.zeros(len(task.operators), np.int64), scratch, 1)
+    return Mutexes(tuple(int.from_bytes(row.tobytes(), "little") for row in rows))
+
+
+def _numbers(task: FactTask) -> NDArray[np.int32]:
+    """A fact task as the kernel reads it: everything by where it begins."""
+    flat = [task.facts, len(task.sizes), 0, 0, len(task.operators), 0]
+    known: dict[Hashable, int] = {}
+    effects: dict[int, tuple[int, int]] = {}
+
+    def put(key: Hashable, row: list[int]) -> int:
+        if key not in known:
+            known[key] = len(flat)
+            flat.extend(row)
+        return known[key]
+
+    def facts(facts: tuple[int, ...]) -> int:
+        return put((0, facts), [len(facts), *facts])
+
+    def conditions(conditions: tuple[Condition, ...]) -> int:
+        return put((1, conditions), [len(conditions), *(n for c in conditions for n in (len(c), *c))])
+
+    def effect(effect: tuple[tuple[Condition, ...], tuple[int, ...]]) -> tuple[int, int]:
+        if id(effect) not in effects:
+            effects[id(effect)] = conditions(effect[0]), facts(effect[1])
+        return effects[id(effect)]
+
+    def group(group: Group) -> int:
+        if id(group) not in known:
+            put(id(group), [len(group), *(n for e in group for n in effect(e))])
+        return known[id(group)]
+
+    flat[2] = put("offsets", [*task.offset, task.facts])
+    flat[3] = put("variable", list(task.variable))
+    records = []
+    for i, o in enumerate(task.operators):
+        alone = put((2, o.always), [1, conditions(()), facts(o.always)])
+        groups = [alone, *(group(g) for g in o.depends)]
+        records.append(put((3, i), [conditions(o.needs), facts(o.always), len(groups), *groups]))
+    flat[5] = put("operators", records)
+    return np.array(flat, np.int32)
