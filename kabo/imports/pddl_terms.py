@@ -5,12 +5,14 @@ import re
 from dataclasses import dataclass, field, replace
 
 from kabo.imports.forms import Document, Form, Node, Word
+from kabo.imports.trees import nodes
 from kabo.imports.vocabulary import NUMBER, Kinds, Scope, Signature, Vocabulary, term_of_object
 from kabo.language import formulas as f
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?")
 _ARITHMETIC = ("+", "-", "*", "/")
 _MOST_OPERANDS = 30
+_MOST_OPERATORS = 60
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,9 @@ def _arithmetic(context: Context, form: Form) -> tuple[f.Term, Kinds] | None:
     whole = terms[0]
     for term in terms[1:]:
         whole = f.Arithmetic(operator, whole, term, place)  # type: ignore[arg-type]
+    if sum(isinstance(node, f.Arithmetic) for node in nodes(whole)) > _MOST_OPERATORS:
+        context.report(form, f"a term has at most {_MOST_OPERATORS} operators")
+        return None
     return whole, (NUMBER,)
 
 

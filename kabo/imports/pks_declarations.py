@@ -11,6 +11,7 @@ from kabo.imports.pks_markup import Element, Markup
 from kabo.imports.vocabulary import NUMBER, OBJECT, Kinds, Signature, Vocabulary
 
 _NUMBERS = ("number", "int", "integer", "real", "float", "double")
+_COMPUTED = ("number", "+", "-", "*", "/", "minus")
 _MOST_ARGUMENTS = 20
 
 
@@ -24,7 +25,7 @@ def read_types(markup: Markup, vocabulary: Vocabulary, elements: Iterable[Elemen
             Token("sign", ":", each.start, each.end) if each.text in ("<", "-") else each
             for each in tokens_of(markup, element.inside, element.end)
         ]
-        pairs += _list(markup, tokens, ("name",))
+        pairs += _list(markup, tokens, ("name",), grouped=False)
     for token, _ in pairs:
         if token.text not in types.known:
             types.declare(token.text, place_of(markup, token))
@@ -47,9 +48,11 @@ def read_types(markup: Markup, vocabulary: Vocabulary, elements: Iterable[Elemen
             types.parents[kind] = root
 
 
-def _list(markup: Markup, tokens: list[Token], kinds: tuple[str, ...]) -> list[tuple[Token, Token | None]]:
+def _list(
+    markup: Markup, tokens: list[Token], kinds: tuple[str, ...], *, grouped: bool = True
+) -> list[tuple[Token, Token | None]]:
     try:
-        return typed_names(tokens, kinds)
+        return typed_names(tokens, kinds, grouped=grouped)
     except Broken as broken:
         place = place_of(markup, broken.token)
         markup.findings.add(place, f'unexpected "{broken.token.text}", expected {broken.expected}')
@@ -173,8 +176,11 @@ def _declare(markup: Markup, vocabulary: Vocabulary, token: Token, role: str, si
 
 
 # --------------------------------------------------------------------------------------------- functions of numbers
-def numeric_functions(expressions: Iterable[Expression]) -> frozenset[str]:
-    """The names that stand where only numbers may: computed, compared by size, or equal to what is a number."""
+def numeric_functions(expressions: Iterable[Expression], constants: frozenset[str]) -> frozenset[str]:
+    """The names that stand where only numbers may: computed, compared by size, or equal to what is a number.
+
+    Numbers among `constants` are names of objects.
+    """
     numeric: set[str] = set()
     equal: list[tuple[str, str]] = []
     for node in _all_nodes(expressions):
@@ -182,7 +188,7 @@ def numeric_functions(expressions: Iterable[Expression]) -> frozenset[str]:
         if node.kind in ("+", "-", "*", "/", "minus", "<", "<=", ">", ">="):
             numeric.update(names)
         elif node.kind in ("=", "!="):
-            if any(part.kind in ("number", "+", "-", "*", "/", "minus") for part in node.parts):
+            if any(part.kind in _COMPUTED and part.text not in constants for part in node.parts):
                 numeric.update(names)
             elif len(names) == 2:
                 equal.append((names[0], names[1]))

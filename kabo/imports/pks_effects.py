@@ -1,6 +1,6 @@
 """PKS effects as kabo's updates: databases, conditions of knowledge, quantifiers, assignments of numbers."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -33,12 +33,10 @@ def read_effects(context: Context, node: Expression, *, conditional: bool = True
         conditional: whether `query => …` may stand here.
     """
     updates: list[f.Effect] = []
-    pieces = list(_pieces(context, node, (), f.Truth(True), conditional))
-    while pieces:
-        first = pieces[0]
-        count = next((n for n, each in enumerate(pieces) if not _together(first, each)), len(pieces))
-        effects: tuple[f.Effect, ...] = tuple(each.change for each in pieces[:count])
-        pieces = pieces[count:]
+    pieces = _pieces(context, node, (), f.Truth(True), conditional)
+    for group in _groups(pieces):
+        first = group[0]
+        effects: tuple[f.Effect, ...] = tuple(each.change for each in group)
         if first.condition != f.Truth(True):
             effects = (f.Conditional(first.condition, effects, first.place),)
         if first.variables:
@@ -47,8 +45,16 @@ def read_effects(context: Context, node: Expression, *, conditional: bool = True
     return updates
 
 
-def _together(first: _Piece, second: _Piece) -> bool:
-    return (first.variables, first.condition) == (second.variables, second.condition)
+def _groups(pieces: Iterable[_Piece]) -> Iterator[list[_Piece]]:
+    """Neighbours under the same variables and condition."""
+    group: list[_Piece] = []
+    for piece in pieces:
+        if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
+            yield group
+            group = []
+        group.append(piece)
+    if group:
+        yield group
 
 
 def _pieces(

@@ -137,8 +137,12 @@ class _Parser:
         if self._depth > MAX_DEPTH:
             raise Broken(self._next, f"at most {MAX_DEPTH} levels of nesting")
         left = self._unary()
+        length = 0
         while (own := self._level_of_next()) is not None and own >= level:
             operator = self._take().text
+            length += operator not in ("and", "or")
+            if length > MAX_DEPTH:
+                raise Broken(self._next, f"at most {MAX_DEPTH} signs in one chain")
             right = self.expression(own if operator == "=>" else own + 1)
             if left.kind == operator and operator in ("and", "or"):
                 left.parts.append(right)
@@ -204,8 +208,10 @@ class _Parser:
         return [*found, self._next]
 
 
-def typed_names(tokens: list[Token], kinds: tuple[str, ...]) -> list[tuple[Token, Token | None]]:
-    """The names of `a : t, b, c : u` with their types; a name without one takes the next that is written.
+def typed_names(
+    tokens: list[Token], kinds: tuple[str, ...], *, grouped: bool = True
+) -> list[tuple[Token, Token | None]]:
+    """The names of `a : t, b, c : u` with their types; if grouped, a name without one takes the next.
 
     Raises:
         Broken: something else stands there.
@@ -223,7 +229,7 @@ def typed_names(tokens: list[Token], kinds: tuple[str, ...]) -> list[tuple[Token
             if kind.kind != "name":
                 raise Broken(kind, "the name of a type")
             at += 1
-            found += [(each, kind) for each in waiting]
+            found += [(each, kind if grouped or each is waiting[-1] else None) for each in waiting]
             waiting = []
         elif token.text == ";":
             found += [(each, None) for each in waiting]

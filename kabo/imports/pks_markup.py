@@ -14,7 +14,8 @@ from kabo.language.source import SourceFile
 MAX_DEPTH = 12
 MAX_ELEMENTS = 100_000
 
-_COMMENT = re.compile(r"<!--.*?-->|<\?.*?\?>|<!DOCTYPE[^>]*>|<!\[CDATA\[|\]\]>", re.DOTALL | re.IGNORECASE)
+_ASIDE = re.compile(r"<!--|<\?|<!DOCTYPE|<!\[CDATA\[|\]\]>", re.IGNORECASE)
+_ENDS = {"<!--": "-->", "<?": "?>", "<!doctype": ">"}
 _TAG = re.compile(r"""<(/?)([A-Za-z_][\w.:-]*)((?:\s+[\w.:-]+\s*=\s*(?:"[^"<>]*"|'[^'<>]*'))*)\s*(/?)>""")
 _ATTRIBUTE = re.compile(r"""([\w.:-]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 # What comes before a sign stays behind it, so that "&lt;=" and "=&gt;" become one sign each.
@@ -73,10 +74,8 @@ class Markup:
 def read_markup(source: SourceFile, findings: Findings) -> Markup | None:
     """The elements of a text; None after reporting why it has none."""
     findings.know(source)
-    text = _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), source.text)
-    unclosed = text.find("<!--")
-    if unclosed >= 0:
-        findings.add(source.place(unclosed, unclosed + 4), "this comment is never closed", 'it ends with "-->"')
+    text = _without_asides(source, findings)
+    if text is None:
         return None
     markup = Markup(source, findings, "")
     blanked = _read_tags(markup, text)
@@ -89,6 +88,29 @@ def read_markup(source: SourceFile, findings: Findings) -> Markup | None:
     return markup
 
 
+def _blank(text: str) -> str:
+    return re.sub(r"[^\n]", " ", text)
+
+
+def _without_asides(source: SourceFile, findings: Findings) -> str | None:
+    """The text with blanks in the place of comments, declarations and the marks of CDATA."""
+    text, pieces, position = source.text, list[str](), 0
+    while (opening := _ASIDE.search(text, position)) is not None:
+        pieces.append(text[position : opening.start()])
+        closing = _ENDS.get(opening[0].lower())
+        end = opening.end()
+        if closing is not None:
+            end = text.find(closing, end) + len(closing)
+            if end < len(closing):
+                findings.add(
+                    source.place(*opening.span()), "this comment is never closed", f'it ends with "{closing}"'
+                )
+                return None
+        pieces.append(_blank(text[opening.start() : end]))
+        position = end
+    return "".join([*pieces, text[position:]])
+
+
 def _read_tags(markup: Markup, text: str) -> str | None:
     """Builds the elements; the text with blanks in the place of tags, or None after a report."""
     source, findings = markup.source, markup.findings
@@ -96,7 +118,7 @@ def _read_tags(markup: Markup, text: str) -> str | None:
     pieces: list[str] = []
     position = count = 0
     for tag in _TAG.finditer(text):
-        pieces += [text[position : tag.start()], re.sub(r"[^\n]", " ", tag[0])]
+        pieces += [text[position : tag.start()], _blank(tag[0])]
         position = tag.end()
         name, count = tag[2], count + 1
         if tag[1]:

@@ -8,7 +8,7 @@ from kabo.imports.names import Names
 from kabo.imports.pks_actions import read_action
 from kabo.imports.pks_declarations import numeric_functions, read_constants, read_symbols, read_types
 from kabo.imports.pks_effects import read_effects
-from kabo.imports.pks_expressions import Expression, statements
+from kabo.imports.pks_expressions import Expression, statements, tokens_of
 from kabo.imports.pks_formulas import read_formula
 from kabo.imports.pks_markup import Element, Markup, read_markup
 from kabo.imports.pks_terms import Context
@@ -31,6 +31,7 @@ _TEXTS = (
     "types", "predicates", "functions", "constants", "objects", "params", "preconds", "effects", "init", "goal",
     "updates", "update",
 )  # fmt: skip
+_FACTS_AT_ONCE = 100
 _REFUSED = {"dsu": "updates", "dsur": "updates", "preconditions": "preconds", "parameters": "params"}
 
 
@@ -141,7 +142,13 @@ def _declare(vocabulary: Vocabulary, parts: list[PksDefinition]) -> dict[str, st
     """Declares everything; returns the domain's constants with their types."""
     types = [(part, element) for part in parts for element in part.all("types")]
     read_types(parts[0].markup, vocabulary, [element for part, element in types if part is parts[0]])
-    numeric = numeric_functions(each for part in parts for each in _expressions(part))
+    named = frozenset(
+        token.text
+        for part in parts
+        for element in [*part.all("constants"), *part.all("objects")]
+        for token in tokens_of(part.markup, element.inside, element.end)
+    )
+    numeric = numeric_functions((each for part in parts for each in _expressions(part)), named)
     for part in parts:
         for role in ("predicate", "function"):
             for element in part.all(f"{role}s"):
@@ -202,28 +209,32 @@ def _initial(vocabulary: Vocabulary, problem: PksDefinition) -> tuple[f.Effect, 
 
 
 def _together(effects: list[f.Effect]) -> tuple[f.Effect, ...]:
-    """The updates with neighbours that add single facts made one, so that a long list is not many small steps."""
+    """The updates with neighbours that add facts of Kf made one, so that a long list is not many small steps.
+
+    What speaks of the same atom or term stays apart: there the order matters.
+    """
     found: list[f.Effect] = []
+    facts: list[f.Fact] = []
+    mentioned: set[object] = set()
+
+    def finish() -> None:
+        if facts:
+            found.append(f.Change("add", "Kf", tuple(facts), getattr(facts[0], "place", None)))
+        facts.clear()
+        mentioned.clear()
+
     for effect in effects:
-        last = found[-1] if found else None
-        if (
-            isinstance(effect, f.Change)
-            and isinstance(last, f.Change)
-            and (effect.operation, effect.database) == (last.operation, last.database)
-            and effect.database == "Kf"
-            and len(last.facts) < 100
-            and not _contradict(last, effect)
-        ):
-            found[-1] = f.Change(last.operation, last.database, last.facts + effect.facts, last.place)
+        simple = isinstance(effect, f.Change) and (effect.operation, effect.database) == ("add", "Kf")
+        about = [_about(fact) for fact in effect.facts] if isinstance(effect, f.Change) and simple else [None]
+        if None in about or len(facts) >= _FACTS_AT_ONCE or not mentioned.isdisjoint(about):
+            finish()
+        if isinstance(effect, f.Change) and None not in about:
+            facts += effect.facts
+            mentioned.update(about)
         else:
             found.append(effect)
+    finish()
     return tuple(found)
-
-
-def _contradict(first: f.Change, second: f.Change) -> bool:
-    """Whether the order of two updates matters: they may speak of the same atom or term."""
-    mentioned = {_about(fact) for fact in first.facts}
-    return any(about is None or about in mentioned for about in map(_about, second.facts)) or None in mentioned
 
 
 def _about(fact: f.Fact) -> f.Atom | f.Term | None:

@@ -79,7 +79,7 @@ def read_term(context: Context, node: Expression, wanted: Kinds | None = None) -
         return replace(bound.variable, place=place), bound.kinds
     if node.kind == "variable":
         return _free_variable(context, node, wanted)
-    if node.kind in ("name", "number") and node.text in vocabulary.objects:
+    if node.kind in ("name", "number") and node.text in vocabulary.objects and wanted != (NUMBER,):
         return term_of_object(vocabulary, node.text, place), (vocabulary.objects[node.text][1],)
     if node.kind == "number":
         value = float(node.text)
