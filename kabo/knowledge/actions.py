@@ -56,6 +56,11 @@ class GroundAction:
             return after
         return self.closure.complete(after, state ^ after)
 
+    def reasons(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """The bits from which something follows after the action."""
+        updated = self.effects.after(state, test)
+        return 0 if updated is None else _reasons(self.closure, state, updated)
+
     def needs(self, state: int, needed: int, test: GeometricOracle = optimistic) -> int:
         """Bits of `state` that let the action be applied and fix the bits `needed` of the state after."""
         if not self.closure.is_empty:
@@ -102,6 +107,11 @@ class Branching:
         made = state & (-1 if self.keeps else ~self.entry) | choice.make
         return made if self.closure.is_empty else self.closure.complete(made, state ^ made, trace)
 
+    def reasons(self, state: int, outcome: str) -> int:
+        """The bits from which something follows once the outcome is known."""
+        choice = next(choice for choice in self.choices if choice.outcome == outcome)
+        return _reasons(self.closure, state, state | choice.make)
+
     def needs(self, state: int, outcome: str, needed: int) -> int:
         """Bits of `state` that fix the bits `needed` of the state where the outcome is known."""
         choice = next(choice for choice in self.choices if choice.outcome == outcome)
@@ -124,6 +134,13 @@ class Branching:
             if self.after(state, choice, trace) is None:
                 reasons |= why_contradiction(trace) & ~(choice.make & ~state)
         return reasons
+
+
+def _reasons(closure: Closure, state: int, updated: int) -> int:
+    trace: Trace = []
+    if not closure.is_empty:
+        closure.complete(updated, state ^ updated, trace)
+    return union(reason for _, reason in trace)
 
 
 def branching_of(group: Group, closure: Closure, entry_of: Mapping[str, Entry]) -> Branching | None:

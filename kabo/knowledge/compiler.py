@@ -204,6 +204,9 @@ class Compiler:
     def _comparison(self, claim: Comparison, binding: Binding) -> Query:
         if plain(claim.left) == plain(claim.right) and claim.operator in ("=", "!="):
             return truth(claim.operator == "=")
+        if isinstance(claim.left, Variable | Constant) and isinstance(claim.right, Variable | Constant):
+            same = _object(claim.left, binding) == _object(claim.right, binding)
+            return truth(same == (claim.operator == "="))
         if self.is_number(claim.left) or self.is_number(claim.right):
             left, right = self.number(claim.left, binding), self.number(claim.right, binding)
             query = Compare(claim.operator, left, right)
@@ -311,6 +314,10 @@ class Compiler:
 
         reads = union(condition.reads | (bits.field if static is None else 0) for condition, bits in choices)
         return NumberTerm(reads, value)
+
+
+def _object(term: Variable | Constant, binding: Binding) -> str:
+    return binding[term.name] if isinstance(term, Variable) else term.name
 
 
 def plain(term: Term) -> Term:

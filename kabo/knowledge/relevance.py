@@ -6,7 +6,7 @@ differ in a fact which only dead actions read have the same plans; search nodes 
 (Whether a cup that was carried away may spill is such a fact: FORCE SENSING has 2^n such nodes instead of 3^n.)
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from kabo.knowledge.actions import Branching, GroundAction
@@ -79,8 +79,8 @@ class Relevance:
         makers = _Makers(actions, branchings, closure)
         deaths = {action.index: makers.death(action) for action in actions}
         self._droppable: list[_Droppable] = []
-        for group in groups:
-            readers = tuple(deaths[action.index] for action in actions if action.reads & group)
+        for group, reading in _readers(actions, groups):
+            readers = tuple(deaths[action.index] for action in reading)
             if not (goal.reads | closure.reads) & group and all(death.is_possible for death in readers):
                 deciding = union(death.reads for death in readers)
                 self._droppable.append(_Droppable(group, readers, deciding, {}))
@@ -97,6 +97,20 @@ class Relevance:
         if kept is None:
             kept = self._kept[deciding] = ~union(o.group for o in self._droppable if o.is_obsolete(state))
         return state & kept
+
+
+def _readers(
+    actions: Iterable[GroundAction], groups: Iterable[int]
+) -> Iterator[tuple[int, list[GroundAction]]]:
+    """Each group of bits with the actions that read any of them."""
+    groups = list(groups)
+    home = {bit: number for number, group in enumerate(groups) for bit in bits_of(group)}
+    reading: list[dict[int, GroundAction]] = [{} for _ in groups]
+    for action in actions:
+        for bit in bits_of(action.reads):
+            if bit in home:
+                reading[home[bit]][action.index] = action
+    return zip(groups, (list(found.values()) for found in reading), strict=True)
 
 
 class _Makers:

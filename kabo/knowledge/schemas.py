@@ -14,9 +14,10 @@ from kabo.knowledge.effects import WorldUpdate, compile_effects, compile_sensing
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import FALSE, TRUE, Query, conjunction
 from kabo.knowledge.runtime import without_runtime_variables
+from kabo.knowledge.statics import StaticFacts
 from kabo.knowledge.text import term_text
 from kabo.knowledge.worldly import compile_world_effects
-from kabo.language.formulas import Effect, Formula, GroundCall, Variable
+from kabo.language.formulas import Effect, Formula, GroundCall, Literal, Variable
 from kabo.language.problem import Action, Problem
 
 Result = TypeVar("Result")
@@ -38,8 +39,8 @@ class Draft:
 class Schema:
     """One action schema and what has been compiled of it."""
 
-    def __init__(self, compiler: Compiler, action: Action) -> None:
-        self.compiler, self.declared = compiler, action
+    def __init__(self, compiler: Compiler, statics: StaticFacts, action: Action) -> None:
+        self.compiler, self.statics, self.declared = compiler, statics, action
         self.action = without_runtime_variables(action)
         self._memo: dict[Hashable, Any] = {}
         self._free = {
@@ -50,7 +51,7 @@ class Schema:
         """All instances whose static preconditions hold, arguments in the order of declaration."""
         names = [parameter.name for parameter in self.action.parameters]
         objects = [self.compiler.problem.of_type(parameter.type) for parameter in self.action.parameters]
-        ready = self._preconditions_by_parameter()
+        joins, ready = self._preconditions_by_parameter()
 
         def bind(position: int, binding: dict[str, str], known: Query) -> Iterator[Draft]:
             queries = [self._query(formula, binding) for formula in ready[position]]
@@ -60,18 +61,30 @@ class Schema:
             if position == len(names):
                 yield self._draft(binding, known)
                 return
-            for name in objects[position]:
-                yield from bind(position + 1, {**binding, names[position]: name}, known)
+            name = names[position]
+            allowed = [self.statics.values(literal, name, binding) for literal in joins[position]]
+            for value in objects[position]:
+                if all(value in values for values in allowed):
+                    yield from bind(position + 1, {**binding, name: value}, known)
 
         return bind(0, {}, TRUE)
 
-    def _preconditions_by_parameter(self) -> list[list[Formula]]:
-        """Preconditions sorted by how many parameters must be bound before they can be compiled."""
+    def _preconditions_by_parameter(self) -> tuple[list[list[Literal]], list[list[Formula]]]:
+        """Preconditions by how many parameters must be bound before they can be compiled; static ones apart.
+
+        A static literal tells the values of the last of its parameters.
+        """
         places = {parameter.name: number for number, parameter in enumerate(self.action.parameters, start=1)}
         ready: list[list[Formula]] = [[] for _ in range(len(places) + 1)]
+        joins: list[list[Literal]] = [[] for _ in range(len(places) + 1)]
         for formula in self.action.preconditions:
-            ready[max((places.get(name, 0) for name in self._free[id(formula)]), default=0)].append(formula)
-        return ready
+            place = max((places.get(name, 0) for name in self._free[id(formula)]), default=0)
+            literal = self.statics.join(formula)
+            if literal is not None and place:
+                joins[place - 1].append(literal)
+            else:
+                ready[place].append(formula)
+        return joins, ready
 
     def _once(self, part: Effect | Formula, binding: Binding, compile_: Callable[[], Result]) -> Result:
         """What was compiled before for the same values of the part's own variables, or what is compiled now."""
@@ -106,8 +119,9 @@ class Schema:
 
 def drafts(compiler: Compiler, problem: Problem) -> Iterator[Draft]:
     """The ground actions of a problem: schemas in the order of the file."""
+    statics = StaticFacts(compiler)
     for action in problem.domain.actions.values():
-        yield from Schema(compiler, action).instances()
+        yield from Schema(compiler, statics, action).instances()
 
 
 def free_variables(tree: object) -> tuple[str, ...]:

@@ -57,14 +57,15 @@ def find_skeleton(
         KeyError: there is no search of that name.
     """
     counter = Counter(limits or Limits(), on_progress)
-    contingent = _Contingent(Space(task, geometry), search or DEFAULT_SEARCH, counter)
-    try:
-        outcome = _run(contingent.solve(contingent.space.start, []))
-    except BudgetSpent as spent:
-        return Exhausted(counter.statistics, spent.budget)
-    if isinstance(outcome, Failure):
-        return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
-    return Found(Skeleton(outcome.node), counter.statistics)
+    for may_wait in (False, True) if task.may_wait else (False,):
+        contingent = _Contingent(Space(task, geometry, may_wait), search or DEFAULT_SEARCH, counter)
+        try:
+            outcome = _run(contingent.solve(contingent.space.start, []))
+        except BudgetSpent as spent:
+            return Exhausted(counter.statistics, spent.budget)
+        if isinstance(outcome, Solved):
+            return Found(Skeleton(outcome.node), counter.statistics)
+    return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
 
 
 class _Contingent:

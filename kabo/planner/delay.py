@@ -51,9 +51,11 @@ def _pieces(space: Space, node: Node, steps: list[Step]) -> tuple[list[_Piece], 
         after = space.after(node, step)
         changed = node[0] ^ after[0]
         if isinstance(step, Decide):
-            pieces.append(_Piece(step, step.branching.mask, changed | step.branching.mask))
+            reads = step.branching.mask | step.branching.reasons(node[0], step.outcome)
+            pieces.append(_Piece(step, reads, changed | step.branching.mask))
         else:
-            pieces.append(_Piece(step, step.action.reads, changed | step.action.effects.writes))
+            reads = step.action.reads | step.action.reasons(node[0])
+            pieces.append(_Piece(step, reads, changed | step.action.effects.writes))
         node = after
     return pieces, node
 

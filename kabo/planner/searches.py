@@ -106,7 +106,7 @@ def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     root = graph.key(start)
     parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
     queues: tuple[_Queue[Node], _Queue[Node]] = (_Queue(), _Queue())
-    queues[0].push(0, root, start)
+    queues[0].push(0, 0, root, start)
     done: set[Hashable] = set()
     best: int | None = None
     while queues[0] or queues[1]:
@@ -127,32 +127,32 @@ def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
             parents[child_key] = key, move, child
             if graph.is_end(child):
                 return Search(_path(parents, child_key))
-            queues[0].push(value, child_key, child)
+            queues[0].push(value, -len(done), child_key, child)
             if graph.is_preferred(move, preferred):
-                queues[1].push(value, child_key, child)
+                queues[1].push(value, -len(done), child_key, child)
     return Search(None, parents.keys())
 
 
 class _Queue(Generic[Node]):
-    """Nodes by estimate, the oldest of equals first; `turns` counts what was taken out."""
+    """Nodes by estimate, of equals those with the youngest parent first; `turns` counts what was taken out."""
 
     def __init__(self) -> None:
-        self._heap: list[tuple[int, int, Hashable, Node]] = []
+        self._heap: list[tuple[int, int, int, Hashable, Node]] = []
         self._count = 0
         self.turns = 0
 
     def __bool__(self) -> bool:
         return bool(self._heap)
 
-    def push(self, value: int, key: Hashable, node: Node) -> None:
-        """Puts a node in."""
+    def push(self, value: int, age: int, key: Hashable, node: Node) -> None:
+        """Puts a node in; `age` counts down."""
         self._count += 1
-        heappush(self._heap, (value, self._count, key, node))
+        heappush(self._heap, (value, age, self._count, key, node))
 
     def pop(self) -> tuple[Hashable, Node]:
         """Takes the nearest node out."""
         self.turns += 1
-        _, _, key, node = heappop(self._heap)
+        *_, key, node = heappop(self._heap)
         return key, node
 
 

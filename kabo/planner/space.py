@@ -1,13 +1,13 @@
 """The nodes of the search: what is known, and the trace of the procedures that made the geometric state."""
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
 from kabo.knowledge.facts import open_entries
-from kabo.knowledge.queries import bits_of, split
+from kabo.knowledge.queries import Query, bits_of, split, union
 from kabo.language.formulas import GroundCall
 from kabo.planner.skeleton import Geometry, Trace
 
@@ -38,15 +38,25 @@ class Decide:
 Step = Act | Decide
 
 
+_Indexed = tuple[int, int, int, Query | None, GroundAction, Callable[..., int | None]]
+
+
 class Space:
     """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
 
-    def __init__(self, task: Task, geometry: Geometry | None) -> None:
+    def __init__(self, task: Task, geometry: Geometry | None, may_wait: bool = False) -> None:
         self.task = task
+        self.may_wait = may_wait  # whether what was sensed may stay open; else it is branched on at once
         self.geometry = geometry
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
         self._reduced = task.relevance.reduced
-        self._actions = [(*split(action.precondition), action, action.after) for action in task.actions]
+        self._by_bit: dict[int, list[_Indexed]] = {}
+        for action in task.actions:
+            mask, value, rest = split(action.precondition)
+            self._by_bit.setdefault(_rarest(value, self._by_bit), []).append(
+                (action.index, mask, value, rest, action, action.after)
+            )
+        self._indexed = union(self._by_bit)
 
     @cached_property
     def relaxation(self) -> "Relaxation":
@@ -75,8 +85,15 @@ class Space:
         """
         state, trace = node
         test = self.oracle(trace)
-        for mask, value, rest, action, after_of in self._actions:
-            if state & mask != value or (rest is not None and not rest.holds(state, test)):
+        found = [
+            entry
+            for bit in (0, *bits_of(state & self._indexed))
+            for entry in self._by_bit.get(bit, ())
+            if state & entry[1] == entry[2]
+        ]
+        found.sort(key=_place)
+        for _, _, _, rest, action, after_of in found:
+            if rest is not None and not rest.holds(state, test):
                 continue
             after = after_of(state, test)
             if after is None or (after == state and (self._is_free(action) or action.sense)):
@@ -124,7 +141,7 @@ class Space:
             if branching is None or self.is_goal(here):
                 found.append((decided, here))
                 continue
-            if self.task.may_wait:
+            if self.may_wait:
                 found.append((decided, here))
             outcomes = self.outcomes(here, branching)
             waiting += [((*decided, Decide(branching, name)), child) for name, child in reversed(outcomes)]
@@ -152,6 +169,15 @@ class Space:
         if self.geometry is None or action.call is None:
             return [(0, trace)]
         return list(self.geometry.options(action.call, trace))
+
+
+def _rarest(value: int, filed: Mapping[int, Sequence[_Indexed]]) -> int:
+    """The bit of a precondition under which fewest actions are filed; 0 if it asks for none."""
+    return min(bits_of(value), key=lambda bit: len(filed.get(bit, ())), default=0)
+
+
+def _place(entry: _Indexed) -> int:
+    return entry[0]
 
 
 @dataclass(frozen=True)

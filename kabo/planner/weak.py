@@ -98,7 +98,7 @@ class WeakGraph:
     def _moves(self, node: Node) -> Iterator[tuple[Try, Node]]:
         if self._space.task.open_branching(node[0]) is not None:
             yield None, node
-            if not self._space.task.may_wait:
+            if not self._space.may_wait:
                 return
         for action, attempt, after in self._space.moves(node):
             yield (action, attempt, after[1]), after
