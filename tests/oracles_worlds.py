@@ -15,7 +15,8 @@ from kabo.verify.draft import ContradictionError
 from kabo.verify.ground import NotVerifiableError, range_of, text_of
 from kabo.verify.interpreter import GroundAction, Interpreter, Thing, outcome_text, thing_text
 from kabo.verify.knowledge import Knowledge
-from kabo.verify.possible_worlds import Constraints
+from kabo.verify.linked import linked_groups
+from kabo.verify.possible_worlds import all_worlds
 from kabo.verify.questions import symbol_of
 
 Grounded = tuple[GroundAction, dict[str, "str | ValueOf"]]
@@ -183,8 +184,7 @@ def has_world(problem: Problem) -> bool:
     predicates, functions = problem.domain.predicates, problem.domain.functions
     kinds = {**predicates, **{name: function.arguments for name, function in functions.items()}}
     everything = [(name, args) for name, ks in kinds.items() for args in product(*map(problem.of_type, ks))]
-    constraints = Constraints(problem, interpreter.initial(), interpreter.rules, everything)
-    return constraints.enumerate(100_000) != []
+    return all_worlds(linked_groups(problem, interpreter.initial(), interpreter.rules, everything), 100_000) != []
 
 
 def verdict(problem: Problem, limit: int = 3000, *, at_once: bool = False) -> str:

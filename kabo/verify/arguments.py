@@ -1,14 +1,27 @@
 """What is wrong with a node before any knowledge is asked: unknown names, wrong arguments, wrong types."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Application
 from kabo.language.problem import Action, Problem
-from kabo.plan import Node, ValueOf
+from kabo.plan import Node, Plan, ValueOf
 from kabo.verify.ground import read_conjunction, read_symbol, text_of
 from kabo.verify.questions import symbol_of
 from kabo.verify.report import Finding
+
+
+def check_calls(plan: Plan, order: Iterable[str], problem: Problem) -> list[Finding]:
+    """The findings about all nodes; equal calls are looked at once."""
+    found: dict[object, tuple[str, ...]] = {}
+    result: list[Finding] = []
+    for name in order:
+        node = plan.nodes[name]
+        key = node.action, tuple(sorted(node.arguments.items(), key=lambda pair: pair[0])), node.on, node.delivers
+        if key not in found:
+            found[key] = tuple(finding.message for finding in check_call(name, node, problem))
+        result.extend(Finding(name, message) for message in found[key])
+    return result
 
 
 def check_call(name: str, node: Node, problem: Problem) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from kabo.language.problem import Problem
 from kabo.plan import Node, Plan
-from kabo.verify.arguments import check_call
+from kabo.verify.arguments import check_calls
 from kabo.verify.draft import ContradictionError
 from kabo.verify.ground import NotVerifiableError
 from kabo.verify.interpreter import Interpreter
@@ -30,8 +30,7 @@ class Replay:
 def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
     """Replays all branches of a plan whose nodes are given, each before its successors."""
     result = Replay()
-    for name in order:
-        result.findings.extend(check_call(name, plan.nodes[name], problem))
+    result.findings.extend(check_calls(plan, order, problem))
     if result.findings:
         return result
     try:

@@ -62,8 +62,8 @@ class World:
         mind: what the agent knows here, of which conditions on knowledge are asked.
         first: the world as it was at the start.
         failed: the `always` goals, by number, that were false somewhere on the way.
+        ramified: whether an update rule had to change the world.
         pending: what the last action says of the world after it, and that is still to be looked at.
-        ramified: whether update rules had to change the world.
     """
 
     known: dict[Symbol, Value]

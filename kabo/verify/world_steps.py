@@ -4,22 +4,21 @@ A step has three phases, so that one that comes upon an open value can go on whe
 world; what the action says of the world after it is compared with it; the plan branches.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from kabo.language.formulas import Change, Comparison, Conditional, Effect, FactForall, ForEach, Temporal
-from kabo.plan import Node, Plan
+from kabo.language.formulas import Formula, Temporal
+from kabo.plan import Plan
 from kabo.verify.ground import Binding, NotVerifiableError, Symbol, Value, claim_text, range_of
-from kabo.verify.interpreter import Interpreter, is_symbol, outcome_text
-from kabo.verify.knowledge import Facts, Frozen, Knowledge, truth
-from kabo.verify.relevance import Relevance, forget
-from kabo.verify.steps import Step, because, step
+from kabo.verify.interpreter import Interpreter, Thing, is_symbol, outcome_text
+from kabo.verify.knowledge import Facts, Knowledge, truth
+from kabo.verify.minds import Mind, Minds, depends_on_knowledge
+from kabo.verify.relevance import Relevance
+from kabo.verify.steps import because
 from kabo.verify.true_world import OpenError, Pending, Verdict, World, verdict
 from kabo.verify.updates import Assignment, Pair, Rule, Updates, When, fired, rules_of
 
 ROUNDS = 100  # of update rules in one world
-
-Mind = tuple[str, Frozen] | None  # a node and a knowledge state there
 
 
 class WrongError(Exception):
@@ -35,7 +34,7 @@ class Moved:
     """Where a step leads: the next node (None: the goal is reached), what is known there, and whether it acted."""
 
     successor: str | None
-    mind: Mind = None
+    mind: Mind | None = None
     counts: int = 0
 
 
@@ -43,8 +42,20 @@ class Moved:
 class _Act:
     """An action in worlds: verdicts on its preconditions, and its effects."""
 
-    preconditions: tuple[Verdict, ...]
+    preconditions: tuple[tuple[Formula, Verdict], ...]
     effects: tuple[Rule, ...]
+
+
+@dataclass(frozen=True)
+class _Ground:
+    """A node, its action ground and its outcomes as values."""
+
+    action: str | None
+    act: _Act | None
+    following: str | None
+    on: str | None
+    thing: Thing | None
+    branches: dict[str, str]
 
 
 class Player:
@@ -54,17 +65,16 @@ class Player:
     """
 
     def __init__(self, plan: Plan, interpreter: Interpreter, relevance: Relevance, start: Knowledge) -> None:
-        self.plan, self.interpreter, self.relevance = plan, interpreter, relevance
-        self.problem = interpreter.problem
+        self.plan, self.interpreter = plan, interpreter
+        self.problem, self.rules = interpreter.problem, interpreter.rules
+        self._nodes: dict[str, _Ground] = {}
         self._acts: dict[tuple[str, tuple[tuple[str, object], ...]], _Act] = {}
         self._always: list[Verdict] = []
-        self._goal = tuple(verdict(part, self.problem, {}, self._temporal) for part in self.problem.goal)
-        self._states: dict[tuple[str, Frozen], Knowledge] = {}
-        self._steps: dict[tuple[str, Frozen], Step] = {}
+        self._goal = tuple((part, verdict(part, self.problem, {}, self._temporal)) for part in self.problem.goal)
+        self._minds = Minds(plan, interpreter, relevance)
         names = {node.action for node in plan.nodes.values() if node.action is not None}
-        actions = [self.problem.domain.actions[name] for name in sorted(names)]
-        depends = interpreter.rules.rules or any(_depends_on_knowledge(a.effects) for a in actions)
-        self.root: Mind = self._mind(plan.root, start) if depends else None
+        depends = any(depends_on_knowledge(self.problem.domain.actions[name].effects) for name in sorted(names))
+        self.root: Mind | None = self._minds.at(plan.root, start) if depends else None
 
     def _temporal(self, formula: Temporal, binding: Binding) -> Verdict:
         inner = verdict(formula.body, self.problem, binding)
@@ -74,22 +84,8 @@ class Player:
         self._always.append(inner)
         return lambda world: False if number in world.failed else None
 
-    # ------------------------------------------------------------------------------------------------ knowledge
-    def _mind(self, name: str, state: Knowledge) -> tuple[str, Frozen]:
-        rest = forget(state, self.relevance.kept(name))
-        key = name, rest.frozen()
-        self._states.setdefault(key, rest)
-        return key
-
-    def _known_step(self, mind: Mind) -> Step | None:
-        if mind is None:
-            return None
-        if mind not in self._steps:
-            self._steps[mind] = step(self.interpreter, self.plan.nodes[mind[0]], self._states[mind])
-        return self._steps[mind]
-
     # ---------------------------------------------------------------------------------------------------- steps
-    def step(self, name: str, phase: int, world: World, mind: Mind) -> Moved:
+    def step(self, name: str, phase: int, world: World, mind: Mind | None) -> Moved:
         """Plays a node from one of its phases on; the world is changed in place.
 
         Raises:
@@ -97,28 +93,40 @@ class Player:
             WrongError: the plan is wrong for this world.
             RuledOutError: the world turns out to be impossible.
         """
-        node = self.plan.nodes[name]
-        if node.kind == "goal":
-            self._leaf(world)
-            return Moved(None)
-        known = self._known_step(mind)
+        node = self._nodes.get(name) or self._ground(name)
         try:
-            if phase == 0 and node.action is not None:
-                self._act(node, world, mind, known)
+            if node.act is not None and phase == 0:
+                self._act(node, node.act, world, mind)
             phase = max(phase, 1)
             if world.pending is not None:
-                self._agree(world, known)
+                self._agree(world, mind)
                 world.pending = None
             phase = 2
-            return self._go(name, node, world, known)
+            return self._go(node, world, mind)
         except OpenError as error:
             error.phase = phase
             raise
         except NotVerifiableError as error:
             raise WrongError(str(error)) from None
 
+    def _ground(self, name: str) -> _Ground:
+        node = self.plan.nodes[name]
+        act = None
+        if node.action is not None:
+            key = node.action, tuple(sorted(node.arguments.items(), key=lambda pair: pair[0]))
+            if key not in self._acts:
+                schema, binding = self.problem.domain.actions[node.action], dict(node.arguments)
+                self._acts[key] = _Act(
+                    tuple((part, verdict(part, self.problem, binding)) for part in schema.preconditions),
+                    tuple(rules_of(schema.effects, self.problem, binding)),
+                )
+            act = self._acts[key]
+        thing = None if node.on is None else self.interpreter.read(node.on)
+        self._nodes[name] = _Ground(node.action, act, node.next, node.on, thing, dict(node.branches))
+        return self._nodes[name]
+
     def _leaf(self, world: World) -> None:
-        for formula, judge in zip(self.problem.goal, self._goal, strict=True):
+        for formula, judge in self._goal:
             if judge(world) is False:
                 raise WrongError("the goal claims to know what is not so" + because(formula))
 
@@ -129,36 +137,25 @@ class Player:
             world.failed |= wrong
 
     # -------------------------------------------------------------------------------------------------- actions
-    def _act(self, node: Node, world: World, mind: Mind, known: Step | None) -> None:
-        act = self._ground(node)
-        schema = self.problem.domain.actions[str(node.action)]
-        for number, (formula, judge) in enumerate(zip(schema.preconditions, act.preconditions, strict=True), 1):
+    def _act(self, node: _Ground, act: _Act, world: World, mind: Mind | None) -> None:
+        for number, (formula, judge) in enumerate(act.preconditions, 1):
             if judge(world) is False:
-                raise WrongError(
-                    f'precondition {number} of "{node.action}" claims to know what is not so' + because(formula)
-                )
-        if mind is not None and known is not None:
-            if known.after is None:
-                raise WrongError("; ".join(known.messages) or f'"{node.action}" is not applicable')
-            world.mind = self._states[mind]
+                text = f'precondition {number} of "{node.action}" claims to know what is not so'
+                raise WrongError(text + because(formula))
+        after = None
+        if mind is not None:
+            after = mind.step.after
+            if after is None:
+                raise WrongError("; ".join(mind.step.messages) or f'"{node.action}" is not applicable')
+            world.mind = mind.state
         updates = fired(act.effects, world)
         happening = [
             outcome for effect in updates.worlds if _happens(effect, world) for outcome in effect.outcomes
         ]
         self._look_up([*happening, *updates.adds])
-        changed = self._change(world, updates, happening, None if known is None else known.after)
-        if updates.entries or updates.complete or (changed and self.interpreter.rules.rules):
+        changed = self._change(world, updates, happening, after)
+        if updates.entries or updates.complete or (changed and self.rules.rules):
             world.pending = Pending(tuple(updates.entries), tuple(updates.complete), frozenset(changed))
-
-    def _ground(self, node: Node) -> _Act:
-        key = str(node.action), tuple(sorted(node.arguments.items(), key=lambda pair: pair[0]))
-        if key not in self._acts:
-            schema, binding = self.problem.domain.actions[str(node.action)], dict(node.arguments)
-            self._acts[key] = _Act(
-                tuple(verdict(part, self.problem, binding) for part in schema.preconditions),
-                tuple(rules_of(schema.effects, self.problem, binding)),
-            )
-        return self._acts[key]
 
     def _look_up(self, assignments: Iterable[Assignment]) -> None:
         """What takes the value of an open term must know it."""
@@ -207,15 +204,14 @@ class Player:
             world.leave_open(symbol, kept.union(without))
 
     # ------------------------------------------------------------------------------ what is said of the world
-    def _agree(self, world: World, known: Step | None) -> None:
+    def _agree(self, world: World, mind: Mind | None) -> None:
         assert world.pending is not None
         pending = world.pending
         try:
-            if self.interpreter.rules.rules:
-                self._ramify(world, set(pending.changed))
+            self._obey_rules(world, set(pending.changed))
             for database, entry in pending.entries:
                 _check_entry(database, [truth(claim, world) for claim in entry], [claim[0] for claim in entry])
-            after: Facts | None = None if known is None else known.after
+            after: Facts | None = None if mind is None else mind.step.after
             for claims in pending.conjunctions:
                 if after is None or not all(truth(claim, after) for claim in claims):
                     _check_false([truth(claim, world) for claim in claims], [claim[0] for claim in claims])
@@ -223,67 +219,67 @@ class Player:
             world.pending = replace(pending, chosen=True)
             raise
 
-    def _ramify(self, world: World, changed: set[Symbol]) -> None:
-        """Update rules are truths about the world: what they conclude from all of it is made so."""
-        for symbol in sorted(changed, key=repr):
-            if symbol not in world.known and self.interpreter.rules.set_off_by([symbol]):
+    def _obey_rules(self, world: World, changed: set[Symbol]) -> None:
+        """Update rules are truths about the world: what they conclude from all of it is made so.
+
+        Inference takes the conclusion to have been true before, too. So what goes wrong in such a world later does
+        not speak against the plan: it is marked (`ramified`).
+        """
+        for symbol in sorted((symbol for symbol in changed if symbol not in world.known), key=repr):
+            if self.rules.set_off_by([symbol]):
                 raise OpenError(symbol)
         for _ in range(ROUNDS):
-            updates = fired(self.interpreter.rules.set_off_by(changed), world.as_known())
-            changed = set()
+            rules = self.rules.set_off_by(changed)
+            if not rules:
+                return
+            updates, changed = fired(rules, world.as_known()), set()
             for add in updates.adds:
                 if add.value is None or truth((add.symbol, add.value, add.positive), world):
                     continue
-                if not add.positive:
+                if not add.positive or add.symbol in changed:
                     raise RuledOutError
                 world.put(add.symbol, add.value)
                 world.ramified = True
                 changed.add(add.symbol)
             for database, entry in updates.entries:
                 _check_entry(database, [truth(claim, world) for claim in entry], [claim[0] for claim in entry])
-            if not changed:
-                return
         raise RuledOutError
 
     # --------------------------------------------------------------------------------------------------- onward
-    def _go(self, name: str, node: Node, world: World, known: Step | None) -> Moved:
-        counts = int(node.action is not None)
-        if node.action is not None:
+    def _go(self, node: _Ground, world: World, mind: Mind | None) -> Moved:
+        if node.thing is None:
+            if node.following is None:
+                self._leaf(world)
+                return Moved(None)
+            if node.act is not None:
+                self.watch(world)
+            return Moved(node.following, self._onward(None, world, mind), int(node.act is not None))
+        if node.act is not None:
             self.watch(world)
-        if node.on is None:
-            return Moved(node.next, self._onward(None, world, known), counts)
-        value = self._sensed(node.on, world)
+        value = self._sensed(node.thing, world)
         outcome = outcome_text(value)
         if outcome not in node.branches:
             raise WrongError(f"no branch for {node.on} = {outcome}, which is the case")
-        return Moved(node.branches[outcome], self._onward(value, world, known), counts)
+        return Moved(node.branches[outcome], self._onward(value, world, mind), int(node.act is not None))
 
-    def _sensed(self, text: str, world: World) -> Value:
-        thing = self.interpreter.read(text)
-        assert thing is not None  # check_call has read it
+    def _sensed(self, thing: Thing, world: World) -> Value:
         if is_symbol(thing):
             return world.value(thing)  # type: ignore[arg-type]
         return all(world.holds(claim) for claim in thing)  # type: ignore[arg-type]
 
-    def _onward(self, value: Value | None, world: World, known: Step | None) -> Mind:
-        """What is known at the next node; it must be true."""
-        if known is None:
+    def _onward(self, value: Value | None, world: World, mind: Mind | None) -> Mind | None:
+        """What is known at the next node; what of it is new must be true."""
+        if mind is None:
             return None
-        for way in known.ways:
-            if way.value == value:
-                self._check_knowledge(way.state, world)
-                return self._mind(way.successor, way.state)
-        if world.ramified:
-            raise RuledOutError
-        raise WrongError("; ".join(known.messages) or f"{value} was held to be impossible, and is the case")
-
-    def _check_knowledge(self, state: Knowledge, world: World) -> None:
-        for symbol, value in state.known.items():
+        following = self._minds.onward(mind, value)
+        if following is None:
+            text = "; ".join(mind.step.messages)
+            raise WrongError(text or f"{value} was held to be impossible, and is the case")
+        for symbol, known in following[1]:
             true = world.known.get(symbol)
-            if true is not None and true != value:
-                if world.ramified:
-                    raise RuledOutError
-                raise WrongError(f"{claim_text((symbol, value, True))} is known behind it, and is not so")
+            if true is not None and true != known:
+                raise WrongError(f"{claim_text((symbol, known, True))} is known behind it, and is not so")
+        return following[0]
 
 
 def _happens(effect: When, world: World) -> bool:
@@ -317,27 +313,3 @@ def _check_false(truths: list[bool | None], symbols: list[Symbol]) -> None:
     if None in truths:
         raise OpenError(symbols[truths.index(None)])
     raise RuledOutError
-
-
-def _depends_on_knowledge(effects: Iterable[Effect]) -> bool:
-    """Whether what an action does to the world depends on what is known."""
-    return any(map(_depends, _flat(effects)))
-
-
-def _flat(effects: Iterable[Effect]) -> Iterator[Effect]:
-    for effect in effects:
-        if isinstance(effect, ForEach):
-            yield from _flat(effect.effects)
-        else:
-            yield effect
-
-
-def _depends(effect: Effect) -> bool:
-    if isinstance(effect, Conditional):
-        return True
-    if not isinstance(effect, Change) or effect.database not in ("Kf", "LCW"):
-        return False
-    if effect.database == "LCW":
-        return effect.operation == "add"
-    facts = [fact.body if isinstance(fact, FactForall) else fact for fact in effect.facts]
-    return any(isinstance(f, Comparison) and (effect.operation == "del" or f.operator == "!=") for f in facts)

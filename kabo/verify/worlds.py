@@ -9,17 +9,20 @@ from dataclasses import dataclass, replace
 
 from kabo.language.problem import Problem
 from kabo.plan import Plan
-from kabo.verify.arguments import check_call
+from kabo.verify.arguments import check_calls
 from kabo.verify.draft import ContradictionError
 from kabo.verify.ground import NotVerifiableError, Symbol, Value
 from kabo.verify.interpreter import Interpreter
-from kabo.verify.possible_worlds import Constraints, PossibleWorlds, Stream, in_words, possible_worlds
+from kabo.verify.linked import linked_groups
+from kabo.verify.minds import Mind
+from kabo.verify.possible_worlds import PossibleWorlds, in_words, possible_worlds
 from kabo.verify.relevance import Relevance
 from kabo.verify.replay import relevance_of
 from kabo.verify.report import Finding, WorldReport
+from kabo.verify.streams import Stream
 from kabo.verify.structure import check_structure
 from kabo.verify.true_world import OpenError, World
-from kabo.verify.world_steps import Mind, Player, RuledOutError, WrongError
+from kabo.verify.world_steps import Player, RuledOutError, WrongError
 
 LIMIT = 3000  # worlds that are all tried; of more, only samples are
 SAMPLES = 300
@@ -40,8 +43,7 @@ def validate_worlds(
         seed: of the samples.
     """
     order, findings = check_structure(plan)
-    for name in order:
-        findings.extend(check_call(name, plan.nodes[name], problem))
+    findings.extend(check_calls(plan, order, problem))
     if findings or not order:
         return WorldReport(tuple(findings), exhaustive=False)
     try:
@@ -59,9 +61,10 @@ class _Run:
         self.plan, self.seed = plan, seed
         self.start = interpreter.initial()
         self.player = Player(plan, interpreter, relevance, self.start)
-        matters = {thing for thing in relevance.everything if not isinstance(thing, str)}
-        constraints = Constraints(interpreter.problem, self.start, interpreter.rules, matters)
-        self.constraints = constraints
+        kept = relevance.kept(plan.root)
+        matters = [thing for thing in relevance.everything if not isinstance(thing, str) and kept(thing)]
+        self.problem = interpreter.problem
+        self.groups = linked_groups(self.problem, self.start, interpreter.rules, matters)
         self.findings: dict[tuple[str, str], Finding] = {}
         self.lengths: list[int] = []
         self.ruled_out = 0
@@ -69,7 +72,7 @@ class _Run:
 
     def report(self, limit: int, samples: int) -> WorldReport:
         """Runs every world."""
-        possible = possible_worlds(self.constraints, limit, samples, self.seed)
+        possible = possible_worlds(self.groups, limit, samples, self.seed)
         if not possible.worlds:
             text = "no world agrees with all of the initial knowledge: it contradicts itself"
             if not possible.exhaustive:
@@ -84,6 +87,9 @@ class _Run:
         return self._summary(possible)
 
     def _summary(self, possible: PossibleWorlds) -> WorldReport:
+        if not self.lengths and not self.findings:
+            text = "no world is left: the update rules and what actions say rule out every one"
+            self.findings["", text] = Finding(None, text)
         lengths = self.lengths or [0]
         return WorldReport(
             tuple(self.findings.values()),
@@ -114,7 +120,10 @@ class _Run:
                 stack.extend(reversed(forks))
                 continue
             except WrongError as error:
-                self._wrong(place, str(error), values)
+                if place.world.ramified:
+                    self.ruled_out += 1
+                else:
+                    self._wrong(place, str(error), values)
             except RuledOutError:
                 if place.world.pending is not None and place.world.pending.chosen:
                     continue  # no world: a value that does not agree with what the action says
@@ -134,7 +143,7 @@ class _Run:
     def _forks(self, place: "_Place", error: OpenError) -> list["_Place"]:
         """The same place once for each value that an open term may have."""
         result = []
-        for value in place.world.possible(error.symbol, self.constraints.problem):
+        for value in place.world.possible(error.symbol, self.problem):
             world = place.world.copy()
             world.put(error.symbol, value)
             chosen = (*place.chosen, (error.symbol, value))
@@ -157,7 +166,7 @@ class _Place:
     name: str
     phase: int
     world: World
-    mind: Mind
+    mind: Mind | None
     length: int = 0
     chosen: tuple[tuple[Symbol, Value], ...] = ()
 
