@@ -21,15 +21,22 @@ class Relaxation:
     def __init__(self, task: Task) -> None:
         builder = _Builder(task)
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
-        goal = builder.facts_of(task.goal_query)
-        self.task = RelaxedTask(3 * task.width + builder.auxiliary, builder.operators, goal)
+        self._parts = [builder.facts_of(part.query) for part in task.goal]
+        self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
+        self.task = RelaxedTask(3 * task.width + builder.auxiliary, builder.operators, ())
 
-    def estimate(self, state: int) -> Estimate:
-        """The relaxed plan from a state."""
+    def estimate(self, state: int, parts: Sequence[int]) -> Estimate:
+        """The relaxed plan from a state to some conjuncts of the goal."""
+        chosen = tuple(parts)
+        goal = self._goals.get(chosen)
+        if goal is None:
+            goal = tuple(dict.fromkeys(fact for part in chosen for fact in self._parts[part]))
+            self._goals[chosen] = goal
         width = self._width
         unknown = self._sensed & ~(state << 1 | state << 2)
         pending = (unknown & state) >> 1
-        return self.task.evaluate(state | (~state & self._zeros) << width | (unknown | pending) << 2 * width)
+        facts = state | (~state & self._zeros) << width | (unknown | pending) << 2 * width
+        return self.task.evaluate(facts, goal)
 
 
 class _Builder:
@@ -55,7 +62,8 @@ class _Builder:
             for update in self._merged(action)
         ]
         rules = [(rule, self.facts_of(rule.condition)) for rule in task.closure.rules]
-        self.facts_of(task.goal_query)
+        for part in task.goal:
+            self.facts_of(part.query)
         for action, update, facts in effects:
             self._effect(action, update, facts)
         for rule, facts in rules:

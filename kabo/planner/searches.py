@@ -5,11 +5,12 @@ when there is none. All are deterministic: successors are taken in the order in 
 """
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import Generic, Protocol, TypeVar
 
+SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
 PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
 
 Node = TypeVar("Node")
@@ -32,8 +33,17 @@ class Graph(Protocol[Node, Made_co]):
         """Whether the search may stop here."""
         ...
 
-    def estimate(self, node: Node) -> "tuple[int | None, frozenset[int]]":
-        """How far an end seems (None: out of reach), and which actions seem to lead there."""
+    @property
+    def parts(self) -> Sequence[int]:
+        """The numbers of the conjuncts of the goal."""
+        ...
+
+    def holds(self, part: int, node: Node) -> bool:
+        """Whether a conjunct of the goal holds."""
+        ...
+
+    def estimate(self, node: Node, parts: Sequence[int]) -> "tuple[int | None, frozenset[int]]":
+        """How far these conjuncts seem (None: out of reach), and which actions seem to lead there."""
         ...
 
     def is_preferred(self, move: Made_co, preferred: frozenset[int]) -> bool:  # type: ignore[misc]
@@ -98,10 +108,54 @@ def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> Search[Node, M
 
 
 def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
-    """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge.
+    """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge."""
+    found = _greedy(start, graph, graph.is_end, graph.parts, None)
+    assert found is not None, "a search without a limit ends with an answer"
+    return found
+
+
+def serial(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+    """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
+
+    What is left of a contingent plan when one conjunct has been reached is then the same in all branches. Where a
+    conjunct cannot be reached soon without losing an earlier one, the goal is searched for as a whole.
+    """
+    node, path, reached = start, [], [part for part in graph.parts if graph.holds(part, start)]
+    for part in graph.parts:
+        if graph.holds(part, node) and all(graph.holds(other, node) for other in reached):
+            continue
+        wanted = [*reached, part] if part not in reached else reached
+        step = _greedy(node, graph, _all_hold(graph, wanted), wanted, SERIAL_EXPANSIONS)
+        if step is None or step.path is None:
+            return greedy(start, graph)
+        reached = wanted
+        if step.path:
+            path += step.path
+            node = path[-1][1]
+        if graph.is_end(node):
+            return Search(path)
+    return Search(path) if path and graph.is_end(node) else greedy(start, graph)
+
+
+def _all_hold(graph: Graph[Node, Move], parts: list[int]) -> Callable[[Node], bool]:
+    def reached(node: Node) -> bool:
+        return all(graph.holds(part, node) for part in parts) or graph.is_end(node)
+
+    return reached
+
+
+def _greedy(
+    start: Node,
+    graph: Graph[Node, Move],
+    is_end: Callable[[Node], bool],
+    parts: Sequence[int],
+    limit: int | None,
+) -> Search[Node, Move] | None:
+    """Greedy search for some conjuncts of the goal; None if `limit` expansions did not do.
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
-    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration].
+    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Of equals the youngest comes
+    first: a plateau is crossed in depth.
     """
     root = graph.key(start)
     parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
@@ -114,8 +168,10 @@ def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
         key, node = queue.pop()
         if key in done:
             continue
+        if limit is not None and len(done) >= limit:
+            return None
         done.add(key)
-        value, preferred = graph.estimate(node)
+        value, preferred = graph.estimate(node, parts)
         if value is None:
             continue
         if best is None or value < best:
@@ -125,7 +181,7 @@ def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
             if child_key in parents:
                 continue
             parents[child_key] = key, move, child
-            if graph.is_end(child):
+            if is_end(child):
                 return Search(_path(parents, child_key))
             queues[0].push(value, -len(done), child_key, child)
             if graph.is_preferred(move, preferred):
@@ -209,4 +265,5 @@ SEARCHES: dict[str, Algorithm] = {  # type: ignore[type-arg]
     "depth-first": depth_first,
     "iterative-deepening": iterative_deepening,
     "greedy": greedy,
+    "serial": serial,
 }

@@ -1,6 +1,6 @@
 """The graph that weak searches walk: every sensed outcome may be hoped for, what is known to fail is left out."""
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -86,9 +86,18 @@ class WeakGraph:
                 else:
                     self.blocked |= failure.blocked
 
-    def estimate(self, node: Node) -> tuple[int | None, frozenset[int]]:
+    @property
+    def parts(self) -> Sequence[int]:
+        """The numbers of the conjuncts of the goal."""
+        return range(len(self._space.task.goal))
+
+    def holds(self, part: int, node: Node) -> bool:
+        """Whether a conjunct of the goal holds."""
+        return self._space.task.goal[part].query.holds(node[0], self._space.oracle(node[1]))
+
+    def estimate(self, node: Node, parts: Sequence[int]) -> tuple[int | None, frozenset[int]]:
         """The value of a relaxed plan, and the actions that it begins with."""
-        found = self._space.relaxation.estimate(node[0])
+        found = self._space.relaxation.estimate(node[0], parts)
         return found.value, frozenset(found.preferred)
 
     def is_preferred(self, move: Move, preferred: frozenset[int]) -> bool:
