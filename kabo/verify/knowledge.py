@@ -3,9 +3,10 @@
 Written to be obvious, and on its own: the planner's bit sets must agree with it, not it with them.
 """
 
-from collections.abc import Iterable, Mapping, MutableMapping
+from collections.abc import Mapping, MutableMapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Protocol
 
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
@@ -108,9 +109,15 @@ def will_be_known(symbol: Symbol, state: Facts) -> bool:
     return symbol in state.known or symbol in state.whether
 
 
-def mentions_any(entry: Iterable[GroundClaim], symbols: AbstractSet[Symbol]) -> bool:
+@lru_cache(maxsize=1 << 16)
+def symbols_of(entry: Entry | tuple[GroundClaim, ...]) -> frozenset[Symbol]:
+    """What the members of an entry are about."""
+    return frozenset(claim[0] for claim in entry)
+
+
+def mentions_any(entry: Entry | tuple[GroundClaim, ...], symbols: AbstractSet[Symbol]) -> bool:
     """Whether a member of an entry is about one of the symbols."""
-    return any(claim[0] in symbols for claim in entry)
+    return not symbols_of(entry).isdisjoint(symbols)
 
 
 def exclude(excluded: MutableMapping[Symbol, frozenset[Value]], symbol: Symbol, value: Value) -> None:

@@ -6,7 +6,8 @@ States that agree on these behave alike from there on, and are replayed once.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass
+from itertools import compress
 from typing import Any
 
 from kabo.language.formulas import (
@@ -26,8 +27,8 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 from kabo.plan import Node, Plan, ValueOf
-from kabo.verify.ground import Binding, GroundClaim, Symbol, instances, read_symbol
-from kabo.verify.knowledge import Knowledge
+from kabo.verify.ground import Binding, Entry, GroundClaim, Symbol, Value, instances, read_symbol
+from kabo.verify.knowledge import Knowledge, symbols_of
 
 Mentions = Callable[[Node], Iterable["Symbol | str"]]
 
@@ -80,6 +81,11 @@ class Relevance:
                 mask |= self._of_name[name]
         return mask
 
+    @property
+    def has_rules(self) -> bool:
+        """Whether update rules relate anything."""
+        return bool(self._groups)
+
     def tied(self, mask: int) -> int:
         """With everything that update rules relate to what is in it."""
         for group in self._groups:
@@ -99,7 +105,14 @@ class Relevance:
     def kept_by(self, mask: int) -> "Kept":
         """The atoms and terms of a mask."""
         names = frozenset(str(thing) for thing, bit in self._names if bit & mask)
-        return Kept(self, mask, self._bits, names)
+        return Kept(self, mask, frozenset(compress(self._bits, map(int, f"{mask:b}"[::-1]))), names)
+
+    def bits_of(self, symbols: Iterable[Symbol]) -> int:
+        """The mask of atoms and terms; those that nobody mentions have no bit."""
+        mask = 0
+        for symbol in symbols:
+            mask |= self._bits.get(symbol, 0)
+        return mask
 
 
 @dataclass(frozen=True)
@@ -108,19 +121,23 @@ class Kept:
 
     relevance: Relevance
     mask: int
-    bits: Mapping["Symbol | str", int]
+    symbols: frozenset["Symbol | str"]
     names: frozenset[str]
 
     def __call__(self, symbol: Symbol) -> bool:  # noqa: D102 (the class says it)
-        return bool(self.bits.get(symbol, 0) & self.mask) or symbol[0] in self.names
+        return symbol in self.symbols or symbol[0] in self.names
 
-    def tied_to(self, symbols: set[Symbol]) -> "Kept":
+    def tied_to(self, symbols: Iterable[Symbol]) -> "Kept":
         """With what update rules relate these to."""
-        more = 0
-        for symbol in symbols:
-            more |= self.bits.get(symbol, 0)
-        wide = self.relevance.tied(self.mask | more)
+        wide = self.relevance.tied(self.mask | self.relevance.bits_of(symbols))
         return self if wide == self.mask else self.relevance.kept_by(wide)
+
+    def only(self, known: Mapping[Symbol, Value]) -> dict[Symbol, Value]:
+        """What matters of the known values."""
+        if self.names:
+            return {symbol: value for symbol, value in known.items() if self(symbol)}
+        symbols = self.symbols
+        return {symbol: value for symbol, value in known.items() if symbol in symbols}
 
 
 def _merged(groups: Iterable[int]) -> list[int]:
@@ -137,33 +154,34 @@ def _merged(groups: Iterable[int]) -> list[int]:
 
 def forget(state: Knowledge, kept: Kept) -> Knowledge:
     """The state without what nobody asks for any more."""
-    tied, keeps = _tied([*state.exclusive, *state.some, *state.conjunctions], kept)
-    return replace(
-        state,
-        known={symbol: value for symbol, value in state.known.items() if keeps(symbol)},
-        excluded={s: values for s, values in state.excluded.items() if s in tied or keeps(s)},
-        whether=frozenset(symbol for symbol in state.whether if symbol in tied or keeps(symbol)),
-        exclusive=frozenset(e for e in state.exclusive if _about(e, tied)),
-        some=frozenset(e for e in state.some if _about(e, tied)),
-        conjunctions=frozenset(e for e in state.conjunctions if _about(e, tied)),
+    entries: list[Entry | tuple[GroundClaim, ...]] = [*state.exclusive, *state.some, *state.conjunctions]
+    tied, keeps = _tied(entries, kept) if entries else (frozenset[Symbol](), kept)
+    return Knowledge(
+        keeps.only(state.known),
+        {s: values for s, values in state.excluded.items() if s in tied or keeps(s)},
+        frozenset(symbol for symbol in state.whether if symbol in tied or keeps(symbol)),
+        frozenset(e for e in state.exclusive if not symbols_of(e).isdisjoint(tied)),
+        frozenset(e for e in state.some if not symbols_of(e).isdisjoint(tied)),
+        frozenset(e for e in state.conjunctions if not symbols_of(e).isdisjoint(tied)),
+        state.start,
+        state.broken,
     )
 
 
-def _tied(entries: Sequence[Iterable[GroundClaim]], kept: Kept) -> tuple[set[Symbol], Kept]:
+def _tied(entries: Sequence[Entry | tuple[GroundClaim, ...]], kept: Kept) -> tuple[frozenset[Symbol], Kept]:
     """The atoms and terms of all entries that a chain of shared members ties to one that matters; and all that does."""
-    rest = [{claim[0] for claim in entry} for entry in entries]
-    tied: set[Symbol] = set()
+    rest = [symbols_of(entry) for entry in entries]
+    tied: frozenset[Symbol] = frozenset()
     while True:
-        near = [group for group in rest if group & tied or any(map(kept, group))]
+        near: list[frozenset[Symbol]] = []
+        far: list[frozenset[Symbol]] = []
+        for group in rest:
+            wanted = not group.isdisjoint(tied) or not group.isdisjoint(kept.symbols)
+            (near if wanted or (kept.names and any(map(kept, group))) else far).append(group)
         if not near:
             return tied, kept
-        rest = [group for group in rest if group not in near]
-        tied.update(*near)
-        kept = kept.tied_to(tied)
-
-
-def _about(entry: Iterable[GroundClaim], symbols: set[Symbol]) -> bool:
-    return any(claim[0] in symbols for claim in entry)
+        rest, tied = far, tied.union(*near)
+        kept = kept.tied_to(tied) if kept.relevance.has_rules else kept
 
 
 # ------------------------------------------------------------------------------------------------------ mentions
