@@ -24,17 +24,16 @@ from knowledge_peers import peers
 from table import Table, finish
 
 HERE = Path(__file__).resolve().parent
-VERIFICATION_S = 300.0  # what a process may take beyond solving
 
 
-def measure(instance: Instance, repeat: int, timeout: float, memory: float) -> dict[str, Any]:
+def measure(instance: Instance, repeat: int, timeout: float, memory: float, judges: float) -> dict[str, Any]:
     """What one instance told before it ended, and how it ended."""
     request = {"name": instance.name, "repeat": repeat, "timeout": timeout, "memory_gb": memory}
     command = [sys.executable, str(HERE / "knowledge_child.py"), json.dumps(request)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     ended = None
     try:
-        said, failed = process.communicate(timeout=2.0 * timeout + VERIFICATION_S)
+        said, failed = process.communicate(timeout=2.0 * timeout + judges)
     except subprocess.TimeoutExpired:
         process.kill()
         said, failed = process.communicate()
@@ -61,7 +60,7 @@ def judged(instance: Instance, figures: Mapping[str, Any]) -> list[str]:
     if instance.actions is not None and figures["actions"] != instance.actions:
         wrong.append("not optimal")
     if not figures.get("verified"):
-        wrong.append("NOT VERIFIED")
+        wrong.append("NOT VERIFIED" if "verified" in figures else "verification did not end")
     if not figures.get("worlds_ok"):
         wrong.append("FAILS IN A WORLD" if "worlds_ok" in figures else "worlds not tried")
     own = tuple(figures[name] for name in ("objects", "unknown", "sensing"))
@@ -121,6 +120,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--repeat", type=int, default=3, metavar="N", help="runs after the first (default: 3)")
     parser.add_argument("--timeout", type=float, default=120.0, metavar="S", help="of one run (default: 120)")
     parser.add_argument("--memory", type=float, default=6.0, metavar="GB", help="of one process (default: 6)")
+    parser.add_argument(
+        "--judges", type=float, default=180.0, metavar="S", help="for judging a plan (default: 180)"
+    )
     parser.add_argument("--peers", metavar="PYTHON", help="an interpreter that has planners to compare with")
     parser.add_argument("--no-calls", action="store_true", help="leave out the series of external calls")
     parser.add_argument("--output", type=Path, default=Path("knowledge.json"))
@@ -134,7 +136,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     speeds, counts = Table("Knowledge planner"), Table("Instances (the published ones at least)")
     measured = {}
     for instance in chosen:
-        figures = measure(instance, options.repeat, options.timeout, options.memory)
+        figures = measure(instance, options.repeat, options.timeout, options.memory, options.judges)
         speeds.add(instance.name, **row(instance, figures))
         counts.add(instance.name, **sizes_row(instance, figures))
         measured[instance.name] = figures
