@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from kabo.imports.connectives import conjunction, denied, disjunction, negated
 from kabo.imports.pddl_effects import Piece
-from kabo.imports.trees import renaming, substituted, variable_names
+from kabo.imports.trees import rebound, renaming, substituted, variable_names
 from kabo.imports.vocabulary import Types
 from kabo.language import formulas as f
 
@@ -78,7 +78,7 @@ def _renamed(addition: Piece, deletion: Piece) -> Piece:
     return replace(
         addition,
         variables=tuple(renamed.get(variable.name, variable) for variable in addition.variables),
-        condition=substituted(addition.condition, renamed),
+        condition=rebound(substituted(addition.condition, renamed), avoided),
         outcome=substituted(addition.outcome, renamed),
     )
 

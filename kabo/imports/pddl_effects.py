@@ -10,6 +10,7 @@ from kabo.imports.connectives import conjunction
 from kabo.imports.forms import Form, Node
 from kabo.imports.pddl_conditions import quantified_variables, read_condition
 from kabo.imports.pddl_terms import Context, read_atom, read_number, read_term
+from kabo.imports.trees import rebound
 from kabo.imports.vocabulary import NUMBER, Kinds
 from kabo.language import formulas as f
 
@@ -75,7 +76,8 @@ def _pieces(
         if head == "forall":
             for bound in quantified_variables(context, node):
                 more = tuple(each.variable for each in bound.values())
-                yield from _pieces(context.inside(bound), node.items[2], variables + more, condition)
+                before = rebound(condition, {variable.name for variable in more})
+                yield from _pieces(context.inside(bound), node.items[2], variables + more, before)
             return
         if head == "when":
             yield from _conditional(context, node, variables, condition)

@@ -8,6 +8,7 @@ from kabo.imports.connectives import conjunction
 from kabo.imports.pks_expressions import Expression
 from kabo.imports.pks_formulas import read_formula
 from kabo.imports.pks_terms import COMPARISONS, Context, bind, read_atom, read_claim, read_number, read_term
+from kabo.imports.trees import rebound
 from kabo.imports.vocabulary import NUMBER, Bound
 from kabo.language import formulas as f
 
@@ -77,7 +78,8 @@ def _pieces(
     elif node.kind == "forall":
         bound = bind(context, node.variables)
         more = tuple(each.variable for each in bound.values())
-        yield from _pieces(context.inside(bound), node.parts[0], variables + more, condition, conditional)
+        before = rebound(condition, {variable.name for variable in more})
+        yield from _pieces(context.inside(bound), node.parts[0], variables + more, before, conditional)
     else:
         change = _change(context, node)
         if change is not None:

@@ -67,6 +67,21 @@ def _inside_binder(tree: Any, terms: Mapping[str, f.Term]) -> Any:
     return replace(tree, variables=variables, **{body: substituted(getattr(tree, body), inner)})
 
 
+def rebound(tree: _Tree, avoided: set[str]) -> _Tree:
+    """The tree with other names for the variables that it binds and whose names are avoided."""
+    if isinstance(tree, tuple):
+        return tuple(rebound(part, avoided) for part in tree)  # type: ignore[return-value]
+    if isinstance(tree, _SPARED) or not is_dataclass(tree):
+        return tree
+    if isinstance(tree, _BINDERS):
+        own: Any = tree
+        renamed = renaming(own.variables, avoided, variable_names(own) | avoided)
+        variables = tuple(renamed.get(variable.name, variable) for variable in own.variables)
+        tree = replace(substituted(replace(own, variables=()), renamed), variables=variables)
+    changed = {each.name: rebound(getattr(tree, each.name), avoided) for each in fields(tree)}  # type: ignore[arg-type]
+    return replace(tree, **changed)  # type: ignore[type-var]
+
+
 def renaming(variables: Iterable[f.Variable], avoided: set[str], taken: set[str]) -> dict[str, f.Variable]:
     """New variables for those whose names are among `avoided`; their names are not among `taken`."""
     found: dict[str, f.Variable] = {}
