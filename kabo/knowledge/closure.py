@@ -75,6 +75,7 @@ class Closure:
             for bit in bits_of(propagator.watches):
                 self._watching.setdefault(bit, []).append(number)
         self._watched = union(self._watching)
+        self._active = [p.active if isinstance(p, Entry) else 0 for p in self.propagators]  # 0: always
         self._rule_watch = union(rule.watches for rule in self.rules)
         self._rules_of: dict[int, list[int]] = {}
         for number, rule in enumerate(self.rules):
@@ -104,7 +105,7 @@ class Closure:
                 return None
             changed |= state ^ after
             state = after
-            if not changed & self._rule_watch and self.rules:
+            if not self.rules or not changed & self._rule_watch:
                 break
             after = self._fired(state, changed, trace)
             if after is None:
@@ -117,16 +118,24 @@ class Closure:
         return self._monitored(state, trace)
 
     def _propagated(self, state: int, changed: int, trace: Trace | None) -> int | None:
-        waiting = {number: None for bit in bits_of(changed & self._watched) for number in self._watching[bit]}
-        while waiting:
-            number = next(iter(waiting))
-            del waiting[number]
+        waiting = [number for bit in bits_of(changed & self._watched) for number in self._watching[bit]]
+        waiting = list(dict.fromkeys(waiting))
+        queued = set(waiting)
+        for number in waiting:  # grows while it is worked on
+            queued.discard(number)
+            active = self._active[number]
+            if active and not state & active:
+                continue
             after = self.propagators[number].propagate(state, trace)
             if after is None:
                 return None
-            for bit in bits_of((state ^ after) & self._watched):
-                waiting.update(dict.fromkeys(self._watching[bit]))
-            state = after
+            if after != state:
+                for bit in bits_of((state ^ after) & self._watched):
+                    for other in self._watching[bit]:
+                        if other not in queued:
+                            queued.add(other)
+                            waiting.append(other)
+                state = after
         return state
 
     def _fired(self, state: int, changed: int, trace: Trace | None) -> int | None:
@@ -141,6 +150,8 @@ class Closure:
                 if state & rule.against:
                     return contradiction(reason | state & rule.against, trace)
                 clear, make = clear | rule.clear, make | rule.make
+        if not make and not clear:
+            return state
         for mask in self._exclusive:
             if make & mask and make & mask & ((make & mask) - 1):
                 return contradiction(reason, trace)

@@ -12,6 +12,7 @@ import math
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 Key = tuple[str, tuple[str, ...]]  # symbol and the names of its arguments
 
@@ -30,7 +31,7 @@ class Claim:
     def __hash__(self) -> int:
         return hash(self.holds)
 
-    @property
+    @cached_property
     def denied(self) -> "Claim":
         """The complement."""
         group = self.group

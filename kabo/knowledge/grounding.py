@@ -69,6 +69,7 @@ def ground(problem: Problem) -> Task:
         relevance=Relevance(actions, query, branchings, closure, [group.mask for group in compiler.fluents]),
         closure=closure,
         may_wait=bool(_learned(branchings, closure) & (asked | _denied(actions, query, closure))),
+        functional=union(group.known for group in compiler.fluents if isinstance(group, TermBits)),
         width=compiler.fluents.width,
     )
 

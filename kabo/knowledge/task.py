@@ -37,6 +37,7 @@ class Task:
     relevance: Relevance
     closure: Closure
     may_wait: bool  # whether more knowledge may be less: then it may be wise not to branch on what was sensed
+    functional: int  # the bits of known values of terms: of each term at most one is set
     width: int  # how many bits a state has
 
     def is_goal(self, state: int, test: GeometricOracle = optimistic) -> bool:

@@ -9,7 +9,7 @@ Plans are acyclic, so a node is not solved through its own ancestors. A failure 
 ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Hashable
 
 from kabo.knowledge import Task, unreachable_goals
 from kabo.planner.delay import delay_sensing
@@ -76,9 +76,10 @@ class _Contingent:
         self.search = SEARCHES[search]
         self.counter = counter
         self.explanation = Explanation(space)
-        self.memo = Memo()
+        self.memo = Memo(space.task.functional)
         self.failures = Failures()
         self.builder = SkeletonBuilder()
+        self.first: dict[Hashable, list[int]] = {}  # conjuncts of the goal to be seen to first, by node
 
     def solve(self, node: Node, plan: list[Step]) -> Solving:
         """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
@@ -120,7 +121,10 @@ class _Contingent:
         branching, needed = step.branching, 0
         outcomes = self.space.outcomes(node, branching)
         children: dict[str, Solved] = {}
+        hoped = dict(outcomes)[step.outcome]
         for outcome, child in sorted(outcomes, key=lambda pair: pair[0] != step.outcome):
+            if child is not hoped:
+                self.first[self.space.key(child)] = self.lost(hoped, child)
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
             if isinstance(solved, Failure):
                 return solved
@@ -137,7 +141,8 @@ class _Contingent:
 
     def weak_plan(self, node: Node) -> list[Step] | Failure:
         """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
-        graph = WeakGraph(self.space, self.failures, self.counter, lambda end: self.known(end) is not None)
+        first = self.first.pop(self.space.key(node), [])
+        graph = WeakGraph(self.space, self.failures, self.counter, lambda end: self.known(end) is not None, first)
         found = self.search(node, graph)
         self.counter.weak_searches += 1
         if found.path is None:
@@ -145,6 +150,14 @@ class _Contingent:
         steps = steps_of(found.path)
         delayed = delay_sensing(self.space, node, steps)
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
+
+    def lost(self, hoped: Node, node: Node) -> list[int]:
+        """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""
+        return [
+            number
+            for number in range(len(self.space.task.goal))
+            if self.space.holds(number, hoped) and not self.space.holds(number, node)
+        ]
 
     def serves(self, node: Node, after: Node, solved: Solved) -> bool:
         """Whether what continues from `after` continues from `node` as well: the step between is needless."""

@@ -27,11 +27,12 @@ class _Record:
 class Memo:
     """Continuations by needed bits.
 
-    Each is filed under one bit that must be set: of those that it needs the one under which fewest are filed. Only
-    the files of the bits of a state are searched.
+    Each is filed under one bit that must be set: of those that it needs one that says the value of a term, if there
+    is any, and the one under which fewest are filed. Only the files of the bits of a state are searched.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, functional: int = 0) -> None:
+        self._functional = functional
         self._files: dict[Hashable, dict[int, list[_Record]]] = {}
         self._known: set[tuple[Hashable, int, int]] = set()
         self._filed: dict[Hashable, int] = {}  # all bits under which something is filed
@@ -49,7 +50,7 @@ class Memo:
         record = _Record(len(self._known), ones, zeros, solved)
         self._known.add((geometry, ones, zeros))
         files = self._files.setdefault(geometry, {})
-        bit = min(bits_of(ones), key=lambda one: len(files.get(one, ())), default=0)
+        bit = min(bits_of(ones & self._functional or ones), key=lambda one: len(files.get(one, ())), default=0)
         files.setdefault(bit, []).append(record)
         self._filed[geometry] = self._filed.get(geometry, 0) | bit
 

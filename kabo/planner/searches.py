@@ -33,10 +33,7 @@ class Graph(Protocol[Node, Made_co]):
         """Whether the search may stop here."""
         ...
 
-    @property
-    def parts(self) -> Sequence[int]:
-        """The numbers of the conjuncts of the goal."""
-        ...
+    parts: Sequence[int]  # the numbers of the conjuncts of the goal, in the order to see to them
 
     def holds(self, part: int, node: Node) -> bool:
         """Whether a conjunct of the goal holds."""
@@ -124,7 +121,7 @@ def serial(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     for part in graph.parts:
         if graph.holds(part, node) and all(graph.holds(other, node) for other in reached):
             continue
-        wanted = [*reached, part] if part not in reached else reached
+        wanted = [part, *reached] if part not in reached else reached
         step = _greedy(node, graph, _all_hold(graph, wanted), wanted, SERIAL_EXPANSIONS)
         if step is None or step.path is None:
             return greedy(start, graph)

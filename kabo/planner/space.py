@@ -53,7 +53,8 @@ class Space:
         self._by_bit: dict[int, list[_Indexed]] = {}
         for action in task.actions:
             mask, value, rest = split(action.precondition)
-            self._by_bit.setdefault(_rarest(value, self._by_bit), []).append(
+            telling = value & task.functional or value & ~task.initial or value
+            self._by_bit.setdefault(_rarest(telling, self._by_bit), []).append(
                 (action.index, mask, value, rest, action, action.after)
             )
         self._indexed = union(self._by_bit)
@@ -77,6 +78,10 @@ class Space:
     def is_goal(self, node: Node) -> bool:
         """Whether the goal holds."""
         return self.task.is_goal(node[0], self.oracle(node[1]))
+
+    def holds(self, part: int, node: Node) -> bool:
+        """Whether a conjunct of the goal holds."""
+        return self.task.goal[part].query.holds(node[0], self.oracle(node[1]))
 
     def moves(self, node: Node) -> Iterator[Move]:
         """Every applicable action with every attempt that geometry allows, in the order of the file.

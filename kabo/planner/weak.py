@@ -60,7 +60,17 @@ class Counter:
 class WeakGraph:
     """Nodes and moves as a weak search sees them; `blocked` collects the ancestors that stood in its way."""
 
-    def __init__(self, space: Space, failures: Failures, counter: Counter, is_end: Callable[[Node], bool]) -> None:
+    def __init__(
+        self,
+        space: Space,
+        failures: Failures,
+        counter: Counter,
+        is_end: Callable[[Node], bool],
+        first: Sequence[int] = (),
+    ) -> None:
+        rest = (number for number in range(len(space.task.goal)) if number not in first)
+        self.parts = [*first, *rest]  # the numbers of the conjuncts of the goal, in the order to see to them
+        self.holds = space.holds
         self.blocked: set[Hashable] = set()
         self.key = space.key
         self.is_end = is_end
@@ -85,15 +95,6 @@ class WeakGraph:
                     yield leaf_key, (tried, decided), leaf
                 else:
                     self.blocked |= failure.blocked
-
-    @property
-    def parts(self) -> Sequence[int]:
-        """The numbers of the conjuncts of the goal."""
-        return range(len(self._space.task.goal))
-
-    def holds(self, part: int, node: Node) -> bool:
-        """Whether a conjunct of the goal holds."""
-        return self._space.task.goal[part].query.holds(node[0], self._space.oracle(node[1]))
 
     def estimate(self, node: Node, parts: Sequence[int]) -> tuple[int | None, frozenset[int]]:
         """The value of a relaxed plan, and the actions that it begins with."""
