@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "astar": "optimal_search",
     "bfws": "novelty_search",
     "breadth_first": "blind_search",
     "Budget": "compiled_task",

@@ -109,7 +109,7 @@ class _Memory:
             if kept + self.table.nbytes > most:  # both are there for a moment
                 return False
             larger = np.full(2 * len(self.table), EMPTY, np.uint64)
-            _kernels()[1](self.table, larger, self.states, np.empty((1, self.states.shape[1]), np.uint64))
+            _kernels()[1](self.table, larger, self.states, np.empty((1, self.states.shape[1]), np.uint64), False)
             self.table = larger
         return True
 

@@ -165,7 +165,7 @@ class _Memory:
             if self.bytes() + 2 * self.known.nbytes > most:
                 return False
             larger = np.full(2 * len(self.known), EMPTY, np.uint64)
-            move_table(self.known, larger, self.rooms["states"], np.empty_like(self.after))
+            move_table(self.known, larger, self.rooms["states"], np.empty_like(self.after), False)
             self.known = larger
         return True
 

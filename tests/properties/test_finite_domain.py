@@ -13,6 +13,7 @@ from kabo.finite_domain import (
     RelaxedOperator,
     RelaxedTask,
     Variable,
+    astar,
     bfws,
     breadth_first,
     validate,
@@ -222,3 +223,21 @@ def test_pairs_held_impossible_show_in_no_state_that_can_be_reached(task):
     pairs = {(f, g) for state in seen for f in compiled.relaxed.of(state) for g in compiled.relaxed.of(state)}
     held = sum(row.bit_count() for row in plain.together)
     event(f"{held - len(pairs)} pairs held possible too many")
+
+
+@settings(max_examples=EXAMPLES)
+@given(tasks(), st.data())
+def test_astar_finds_the_least_cost_and_its_bound_is_never_above_it(task, data):
+    start = data.draw(st.sampled_from([task.initial, tuple(v.size - 1 for v in task.variables)]))
+    forbidden = data.draw(st.sets(st.integers(0, 8), max_size=1)) & set(range(len(task.operators)))
+    banned = [int(i in forbidden) for i in range(len(task.operators))]
+    compiled, best = CompiledTask(task), brute_force(task, start, forbidden)
+    for work in (0, 1 << 30):
+        result = astar(compiled, start=start, forbidden=banned, plain_work=work)
+        assert result.status == ("unsolvable" if best is None else "solved")
+        if best is not None:
+            assert result.cost == best[1] == sum(task.operators[o].cost for o in result.plan)
+            assert executes(task, start, result.plan, forbidden)
+            if work == 0 and result.plan:
+                assert result.initial_estimate <= best[1]
+                event(f"cost {best[1]}, {best[1] - result.initial_estimate} more than the bound")

@@ -1,6 +1,6 @@
 """The set of states seen so far, in open addressing, at one visit to far memory for each look.
 
-A state of one word lies in the table itself; of longer ones its row, behind half of its hash. Growing runs through the
+A state of one word may lie in the table itself; else its row does, behind half of its hash. Growing runs through the
 old table in order, since the place of a state is the first bits of its hash: so the new one is filled in order, too.
 """
 
@@ -20,18 +20,9 @@ def place(mixed, size):
 
 
 @lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
-def find(table, states, candidates, r, mixed, new):
-    """The row of a candidate among the states (one word: 0 for any), or -1: it was new, and enters as row `new`."""
-    last, i = table.shape[0] - 1, place(mixed, table.shape[0])
-    if states.shape[1] == 1:
-        word = candidates[r, 0]
-        while table[i] != EMPTY:
-            if table[i] == word:
-                return 0
-            i = (i + 1) & last
-        table[i] = word
-        return -1
-    tag = mixed & ROW
+def find_row(table, states, candidates, r, mixed, new):
+    """The row of a candidate among the states, or -1: it was new, and enters as row `new`."""
+    last, i, tag = table.shape[0] - 1, place(mixed, table.shape[0]), mixed & ROW
     while table[i] != EMPTY:
         if table[i] >> np.uint64(32) == tag:
             row = np.int64(table[i] & ROW)
@@ -45,13 +36,27 @@ def find(table, states, candidates, r, mixed, new):
     return -1
 
 
-@lean_kernel  # (P,) u8, (Q,) u8, (S, W) u8, (1, W) u8
-def move_table(old, larger, states, one):
-    """Enters all of an old table into a larger one, empty so far."""
+@lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
+def find(table, states, candidates, r, mixed, new):
+    """As `find_row`, but states of one word lie in the table themselves, and their rows are not known: 0 for any."""
+    if states.shape[1] > 1:
+        return find_row(table, states, candidates, r, mixed, new)
+    last, i, word = table.shape[0] - 1, place(mixed, table.shape[0]), candidates[r, 0]
+    while table[i] != EMPTY:
+        if table[i] == word:
+            return 0
+        i = (i + 1) & last
+    table[i] = word
+    return -1
+
+
+@lean_kernel  # (P,) u8, (Q,) u8, (S, W) u8, (1, W) u8, bool
+def move_table(old, larger, states, one, by_row):
+    """Enters all of an old table into a larger one, empty so far; `by_row`: it was filled by `find_row`."""
     last = larger.shape[0] - 1
     for j in range(old.shape[0]):
         if old[j] != EMPTY:
-            if states.shape[1] == 1:
+            if states.shape[1] == 1 and not by_row:
                 one[0, 0] = old[j]
                 mixed = hashed(one, 0)
             else:

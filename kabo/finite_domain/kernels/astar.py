@@ -1,0 +1,125 @@
+"""A* over packed states with LM-cut, asked for a state when its turn comes; until then its parent answers for it.
+
+A state found at less cost than before is taken up again, since answers of LM-cut do not fall evenly along a path.
+"""
+
+from kabo.compilation import lean_kernel
+from kabo.finite_domain.kernels.landmark_cut import FAR, landmark_cut
+from kabo.finite_domain.kernels.seen import find_row
+from kabo.finite_domain.kernels.successors import applicable, apply, at_goal, hashed
+
+PARENT, OPERATOR, COST, BOUND, ASKED, CLOSED = 0, 1, 2, 3, 4, 5  # columns of `rows`
+COUNT, EXPANDED, GENERATED, WAITING, GOAL, EVALUATED, START_BOUND = 0, 1, 2, 3, 4, 5, 6  # places of `progress`
+RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
+
+
+@lean_kernel  # (Q, 3) i8, i8, i8 -> bool
+def _before(queue, i, j):
+    """Whether entry i comes before entry j: less in all, then nearer to the goal, then found later."""
+    if queue[i, 0] != queue[j, 0]:
+        return queue[i, 0] < queue[j, 0]
+    if queue[i, 1] != queue[j, 1]:
+        return queue[i, 1] < queue[j, 1]
+    return queue[i, 2] > queue[j, 2]
+
+
+@lean_kernel  # (Q, 3) i8, i8, i8
+def _swap(queue, i, j):
+    for c in range(3):
+        queue[i, c], queue[j, c] = queue[j, c], queue[i, c]
+
+
+@lean_kernel  # (Q, 3) i8, (X,) i8, i8, i8, i8
+def _push(queue, progress, total, bound, row):
+    """Queues a state; there must be room."""
+    i = progress[WAITING]
+    progress[WAITING] += 1
+    queue[i, 0], queue[i, 1], queue[i, 2] = total, bound, row
+    while i > 0 and _before(queue, i, (i - 1) // 2):
+        _swap(queue, i, (i - 1) // 2)
+        i = (i - 1) // 2
+
+
+@lean_kernel  # (Q, 3) i8, (X,) i8
+def _pop(queue, progress):
+    """Removes the first entry, which the caller has read."""
+    progress[WAITING] -= 1
+    size, i = progress[WAITING], 0
+    _swap(queue, 0, size)
+    while 2 * i + 1 < size:
+        child = 2 * i + 1
+        if child + 1 < size and _before(queue, child + 1, child):
+            child += 1
+        if _before(queue, i, child):
+            break
+        _swap(queue, i, child)
+        i = child
+
+
+@lean_kernel  # (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8, (1, W) u8, i8, i8, i8
+def _reach(states, rows, known, queue, progress, after, parent, operator, price):
+    """Takes note of a successor, if it is new or cheaper than before."""
+    cost, new = rows[parent, COST] + price, progress[COUNT]
+    row = find_row(known, states, after, 0, hashed(after, 0), new)
+    if row < 0:
+        row = new
+        for w in range(states.shape[1]):
+            states[row, w] = after[0, w]
+        rows[row, BOUND], rows[row, ASKED] = max(0, rows[parent, BOUND] - price), 0
+        progress[COUNT] += 1
+    elif cost >= rows[row, COST]:
+        return
+    rows[row, PARENT], rows[row, OPERATOR], rows[row, COST], rows[row, CLOSED] = parent, operator, cost, 0
+    if rows[row, BOUND] < FAR:
+        _push(queue, progress, cost + rows[row, BOUND], rows[row, BOUND], row)
+
+
+@lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (O,) i8, (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8, …
+def expand(
+    numbers, bits, never, costs, states, rows, known, queue, progress, able, after,
+    lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, limit,
+):  # fmt: skip
+    """Takes up to `limit` states from the queue; says whether it goes on, is solved, unsolvable, or needs room."""
+    if progress[COUNT] == 0:
+        find_row(known, states, states, 0, hashed(states, 0), 0)
+        progress[COUNT] = 1
+        rows[0, PARENT], rows[0, OPERATOR], rows[0, COST], rows[0, BOUND] = -1, -1, 0, 0
+        rows[0, ASKED], rows[0, CLOSED] = 0, 0
+        _push(queue, progress, 0, 0, 0)
+    for _ in range(limit):
+        if progress[WAITING] == 0:
+            return UNSOLVABLE
+        room = progress[COUNT] + able.shape[0]
+        if (
+            room > states.shape[0]
+            or 10 * room > 7 * known.shape[0]
+            or progress[WAITING] + able.shape[0] > queue.shape[0]
+        ):
+            return FULL
+        total, row = queue[0, 0], queue[0, 2]
+        _pop(queue, progress)
+        if rows[row, CLOSED] != 0 or total != rows[row, COST] + rows[row, BOUND]:
+            continue
+        if rows[row, ASKED] == 0:
+            bound = landmark_cut(
+                lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut
+            )
+            progress[EVALUATED] += 1
+            rows[row, ASKED] = 1
+            if row == 0:
+                progress[START_BOUND] = bound
+            if bound > rows[row, BOUND]:
+                rows[row, BOUND] = bound
+                if bound < FAR:
+                    _push(queue, progress, rows[row, COST] + bound, bound, row)
+                continue
+        rows[row, CLOSED] = 1
+        if at_goal(numbers, bits, states, row):
+            progress[GOAL] = row
+            return SOLVED
+        progress[EXPANDED] += 1
+        for i in range(applicable(numbers, bits, states, row, never, able)):
+            progress[GENERATED] += 1
+            apply(numbers, bits, states, row, able[i], after, 0)
+            _reach(states, rows, known, queue, progress, after, row, able[i], costs[able[i]])
+    return RUNNING

@@ -1,0 +1,248 @@
+"""LM-cut: a lower bound of what the goal costs, from landmarks with shared costs [Helmert, Domshlak 2009].
+
+A landmark is a set of operators of which every plan has one. An operator pays for several only until its cost is spent,
+so the sum is never too high. The relaxation has one operator with a cost for each operator of the task and axioms for
+its conditional effects, so that these share the cost [kabo.finite_domain.relaxed_facts].
+
+`lm` holds all tables, each behind a number that says where it begins [kabo.finite_domain.landmarks].
+"""
+
+from kabo.compilation import lean_kernel
+from kabo.finite_domain.kernels.successors import content
+
+FACTS, OPERATORS, GOAL, VARIABLES, GOALS, ENDS, FREE_COUNT, FIRST = 0, 1, 2, 3, 4, 5, 6, 7
+PRE_OF, PRE, ADD_OF, ADD, USE_OF, USE, MADE_OF, MADE = 8, 9, 10, 11, 12, 13, 14, 15
+FREE, PLACES, TESTS, THEN_OF, THEN = 16, 17, 18, 19, 20
+FAR = 1 << 60
+OUTSIDE, ZONE, BEFORE = 0, 1, 2  # marks of facts
+
+
+@lean_kernel  # (F,) i4, (F,) i4, (F,) i8, i8, i8 -> i8
+def _raise(heap, place, cost, size, f):
+    """Puts fact f, whose cost has just fallen, where it belongs in the heap; returns the size."""
+    i = place[f]
+    if i < 0:
+        i = size
+        size += 1
+    while i > 0:
+        parent = (i - 1) // 2
+        g = heap[parent]
+        if cost[g] < cost[f] or (cost[g] == cost[f] and g <= f):
+            break
+        heap[i] = g
+        place[g] = i
+        i = parent
+    heap[i] = f
+    place[f] = i
+    return size
+
+
+@lean_kernel  # (F,) i4, (F,) i4, (F,) i8, i8 -> i8
+def _drop(heap, place, cost, size):
+    """Removes the cheapest fact, of equals the first; returns the size."""
+    place[heap[0]] = -1
+    size -= 1
+    f, i = heap[size], 0
+    if size == 0:
+        return 0
+    while 2 * i + 1 < size:
+        child = 2 * i + 1
+        g = heap[child]
+        if child + 1 < size:
+            other = heap[child + 1]
+            if cost[other] < cost[g] or (cost[other] == cost[g] and other < g):
+                child += 1
+                g = other
+        if cost[f] < cost[g] or (cost[f] == cost[g] and f <= g):
+            break
+        heap[i] = g
+        place[g] = i
+        i = child
+    heap[i] = f
+    place[f] = i
+    return size
+
+
+@lean_kernel  # (L,) i4, (S, W) u8, i8, (F,) u1, (F,) i4
+def facts_that_hold(lm, states, row, holding, stack):
+    """Marks what holds in the state: values, and for each goal whether it can stay as it is to the end.
+
+    A goal that holds does not stay if something has to be done that needs it false: then it has to be made again.
+    """
+    facts, goals, ends = lm[FACTS], lm[GOALS], lm[ENDS]
+    for f in range(facts):
+        holding[f] = 0
+    for v in range(lm[VARIABLES]):
+        at = lm[PLACES] + 4 * v
+        holding[lm[at + 3] + content(lm, states, row, at)] = 1
+    depth = 0
+    for k in range(goals):
+        at = lm[TESTS] + 4 * k
+        if lm[lm[at + 3] + content(lm, states, row, at)] != 0:
+            holding[ends + k] = 1
+        else:
+            holding[ends + k] = 2  # has to be made; what has to be made is marked so for the moment
+            stack[depth] = ends + k
+            depth += 1
+    while depth > 0:
+        depth -= 1
+        f = stack[depth]
+        for i in range(lm[THEN] + lm[lm[THEN_OF] + f], lm[THEN] + lm[lm[THEN_OF] + f + 1]):
+            g = lm[i]
+            if holding[g] == 0 or (holding[g] == 1 and g >= ends):
+                holding[g] = 2
+                stack[depth] = g
+                depth += 1
+    for f in range(facts):
+        if holding[f] == 2:
+            holding[f] = 0
+
+
+@lean_kernel  # (L,) i4, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4, (F,) i4
+def costs_by_max(lm, holding, price, operator, cost, heap, place):
+    """h_max of all facts: an operator costs its price and its dearest precondition, its supporter."""
+    size = 0
+    for f in range(lm[FACTS]):
+        cost[f] = FAR
+        place[f] = -1
+    for f in range(lm[FACTS]):
+        if holding[f] != 0:
+            cost[f] = 0
+            size = _raise(heap, place, cost, size, f)
+    for o in range(lm[OPERATORS]):
+        operator[o, 0] = lm[lm[PRE_OF] + o + 1] - lm[lm[PRE_OF] + o]  # preconditions to come
+        operator[o, 1] = -1  # supporter
+    for i in range(lm[FREE], lm[FREE] + lm[FREE_COUNT]):
+        o = lm[i]
+        if price[o] < FAR:
+            for j in range(lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]):
+                if price[o] < cost[lm[j]]:
+                    cost[lm[j]] = price[o]
+                    size = _raise(heap, place, cost, size, lm[j])
+    while size > 0:
+        f = heap[0]
+        size = _drop(heap, place, cost, size)
+        for i in range(lm[USE] + lm[lm[USE_OF] + f], lm[USE] + lm[lm[USE_OF] + f + 1]):
+            o = lm[i]
+            operator[o, 0] -= 1
+            if operator[o, 0] == 0 and price[o] < FAR:
+                operator[o, 1] = f
+                total = cost[f] + price[o]
+                for j in range(lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]):
+                    if total < cost[lm[j]]:
+                        cost[lm[j]] = total
+                        size = _raise(heap, place, cost, size, lm[j])
+
+
+@lean_kernel  # (L,) i4, (O,) i8, (O, 2) i8, (F,) i4, (F,) i4
+def _goal_zone(lm, price, operator, mark, stack):
+    """Marks the facts from which the goal is reached for nothing, along supporters."""
+    for f in range(lm[FACTS]):
+        mark[f] = OUTSIDE
+    mark[lm[GOAL]] = ZONE
+    stack[0] = lm[GOAL]
+    depth = 1
+    while depth > 0:
+        depth -= 1
+        f = stack[depth]
+        for i in range(lm[MADE] + lm[lm[MADE_OF] + f], lm[MADE] + lm[lm[MADE_OF] + f + 1]):
+            o = lm[i]
+            supporter = operator[o, 1]
+            if price[o] == 0 and supporter >= 0 and mark[supporter] == OUTSIDE:
+                mark[supporter] = ZONE
+                stack[depth] = supporter
+                depth += 1
+
+
+@lean_kernel  # (L,) i4, i8, (F,) i4, (F,) i4, i8, (O,) i4, i8 -> i8, i8
+def _pass(lm, o, mark, stack, depth, cut, count):
+    """Goes through operator o from before the zone: into the cut if it leads into it, else to what it adds."""
+    first, end = lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]
+    for j in range(first, end):
+        if mark[lm[j]] == ZONE:
+            cut[count] = o
+            return depth, count + 1
+    for j in range(first, end):
+        if mark[lm[j]] == OUTSIDE:
+            mark[lm[j]] = BEFORE
+            stack[depth] = lm[j]
+            depth += 1
+    return depth, count
+
+
+@lean_kernel  # (L,) i4, (F,) u1, (O,) i8, (O, 2) i8, (F,) i4, (F,) i4, (O,) i4 -> i8
+def _cut(lm, holding, price, operator, mark, stack, cut):
+    """The operators that lead from before the goal's zone into it; returns how many."""
+    depth, count = 0, 0
+    for f in range(lm[FACTS]):
+        if holding[f] != 0 and mark[f] == OUTSIDE:
+            mark[f] = BEFORE
+            stack[depth] = f
+            depth += 1
+    for i in range(lm[FREE], lm[FREE] + lm[FREE_COUNT]):
+        if price[lm[i]] < FAR:
+            depth, count = _pass(lm, lm[i], mark, stack, depth, cut, count)
+    while depth > 0:
+        depth -= 1
+        f = stack[depth]
+        for i in range(lm[USE] + lm[lm[USE_OF] + f], lm[USE] + lm[lm[USE_OF] + f + 1]):
+            if operator[lm[i], 1] == f:
+                depth, count = _pass(lm, lm[i], mark, stack, depth, cut, count)
+    return count
+
+
+@lean_kernel  # (L,) i4, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4, (F,) i4, i8, i8 -> i8
+def _offer(lm, price, operator, cost, heap, place, o, size):
+    """Operator o offers its adds at what it costs now; returns the size of the heap."""
+    supporter = operator[o, 1]
+    total = price[o] + (cost[supporter] if supporter >= 0 else 0)
+    for j in range(lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]):
+        if total < cost[lm[j]]:
+            cost[lm[j]] = total
+            size = _raise(heap, place, cost, size, lm[j])
+    return size
+
+
+@lean_kernel  # (L,) i4, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4, (F,) i4, (O,) i4, i8
+def _lower(lm, price, operator, cost, heap, place, cut, count):
+    """Brings h_max up to date after the prices of the cut fell."""
+    size = 0
+    for i in range(count):
+        size = _offer(lm, price, operator, cost, heap, place, cut[i], size)
+    while size > 0:
+        f = heap[0]
+        size = _drop(heap, place, cost, size)
+        for i in range(lm[USE] + lm[lm[USE_OF] + f], lm[USE] + lm[lm[USE_OF] + f + 1]):
+            o = lm[i]
+            if operator[o, 1] != f:
+                continue
+            for j in range(lm[PRE] + lm[lm[PRE_OF] + o], lm[PRE] + lm[lm[PRE_OF] + o + 1]):
+                if cost[lm[j]] > cost[operator[o, 1]]:
+                    operator[o, 1] = lm[j]
+            size = _offer(lm, price, operator, cost, heap, place, o, size)
+
+
+@lean_kernel  # (L,) i4, (O,) i8, (S, W) u8, i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 … -> i8
+def landmark_cut(lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut):
+    """A lower bound of the cost from a state to the goal; FAR: there is no way.
+
+    `prices` are the costs of the relaxation's operators, FAR for those that must not be used.
+    """
+    facts_that_hold(lm, states, row, holding, stack)
+    for o in range(lm[OPERATORS]):
+        price[o] = prices[o]
+    costs_by_max(lm, holding, price, operator, cost, heap, place)
+    goal, bound = lm[GOAL], 0
+    if cost[goal] >= FAR:
+        return FAR
+    while cost[goal] > 0:
+        _goal_zone(lm, price, operator, mark, stack)
+        count = _cut(lm, holding, price, operator, mark, stack, cut)
+        least = price[cut[0]]
+        for i in range(1, count):
+            least = min(least, price[cut[i]])
+        bound += least
+        for i in range(count):
+            price[cut[i]] -= least
+        _lower(lm, price, operator, cost, heap, place, cut, count)
+    return bound
