@@ -82,11 +82,6 @@ def choices(
             yield Choice(action, arguments, tuple(delivered), None, ((None, after),))
 
 
-def is_goal(interpreter: Interpreter, state: Knowledge) -> bool:
-    """Whether every part of the goal holds."""
-    return all(holds(state) for holds in interpreter.goal)
-
-
 class Exploration:
     """All knowledge states that can be reached, and which of them a strong acyclic plan leads from to the goal."""
 
@@ -102,7 +97,7 @@ class Exploration:
     def _explore(self, limit: int) -> bool:
         actions = ground_actions(self.interpreter)
         for here, state in enumerate(self.states):  # grows while it is walked: breadth first
-            if is_goal(self.interpreter, state):
+            if self.interpreter.reaches_goal(state):
                 self._solve(here, None)
             elif here not in self.solved:
                 for choice in choices(self.interpreter, actions, state, self.at_once):

@@ -69,6 +69,8 @@ class Compiler:
         self.entries: dict[tuple[bool, frozenset[int]], Entry] = {}
         self.inferring = False  # while update rules are compiled: they change what is known, not the world
         self.asked = 0  # the bits that conditions of effects read
+        self._values: dict[str, tuple[str, ...]] = {}
+        self._types: dict[str, tuple[str, ...]] = {}
         self.starting = False  # while initial knowledge is compiled: its entries may be permanent
         self.temporal: Callable[[Temporal, Binding], Query] | None = None  # what a temporal goal asks
 
@@ -113,8 +115,14 @@ class Compiler:
     def instances(self, variables: tuple[Variable, ...], binding: Binding) -> Iterator[Binding]:
         """The binding extended by all instances of the variables, in order of declaration."""
         names = [variable.name for variable in variables]
-        for values in product(*(self.problem.of_type(variable.type) for variable in variables)):
+        for values in product(*(self.of_type(variable.type) for variable in variables)):
             yield {**binding, **dict(zip(names, values, strict=True))}
+
+    def of_type(self, kind: str) -> tuple[str, ...]:
+        """The objects of a type."""
+        if kind not in self._types:
+            self._types[kind] = self.problem.of_type(kind)
+        return self._types[kind]
 
     # --------------------------------------------------------------------------------------------------- groups
     def is_static(self, symbol: str) -> bool:
@@ -136,7 +144,9 @@ class Compiler:
     def term(self, name: str, arguments: tuple[str, ...]) -> TermBits:
         """The bits of a ground term with a finite range."""
         plain_name = name.rsplit(" ", 1)[-1]  # copies for temporal goals are called "initially f"
-        values = self.problem.values_of(plain_name) or ()
+        if plain_name not in self._values:
+            self._values[plain_name] = self.problem.values_of(plain_name) or ()
+        values = self._values[plain_name]
         return self._home(name).term(name, arguments, values, plain_name in self.symbols.excludable)
 
     def number_term(self, name: str, arguments: tuple[str, ...]) -> NumberBits:
@@ -217,12 +227,24 @@ class Compiler:
 
     def _equal(self, left: Term, right: Term, binding: Binding) -> Query:
         """K(left = right): both are known to be the same object."""
+        for one, other in ((left, right), (right, left)):
+            if isinstance(one, Application) and isinstance(other, Variable | Constant):
+                return self._has_value(one, _object(other, binding), binding)
         return disjunction(
             conjunction([one, other])
             for one, name in self.cases(left, binding)
             for other, same in self.cases(right, binding)
             if name == same
         )
+
+    def _has_value(self, term: Application, value: str, binding: Binding) -> Query:
+        """K(term = value) for one object."""
+
+        def ask(names: tuple[str, ...]) -> Query:
+            bit = self.term(term.function, names).equal.get(value)
+            return FALSE if bit is None else self._settled(term.function, AllOf(bit, bit))
+
+        return self._each(term.arguments, binding, ask)
 
     def _different(self, left: Term, right: Term, binding: Binding) -> Query:
         """K(left != right): one is known, and the other is known not to be that."""

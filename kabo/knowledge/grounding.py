@@ -49,12 +49,13 @@ def ground(problem: Problem) -> Task:
     if initial is None:
         raise _contradiction(problem)
     lexicon = Lexicon.of(compiler.fluents, compiler.entries.values())
-    actions = _numbered(_action(draft, lexicon, closure) for draft in found)
+    actions = tuple(_action(draft, index, lexicon, closure) for index, draft in enumerate(found))
     splits = _branchings(compiler, closure)
     reach = relaxed_reach(
         initial, actions, _open(splits, compiler.fluents.whether, initial, actions, rules), closure
     )
-    actions = _numbered(reach.actions)
+    if len(reach.actions) < len(actions):
+        actions = tuple(replace(action, index=index) for index, action in enumerate(reach.actions))
     branchings = _open(splits, compiler.fluents.whether, initial, actions, rules)
     query = conjunction(part.query for part in goal)
     return Task(
@@ -98,14 +99,10 @@ def _is_complete(compiler: Compiler, name: str) -> bool:
     return known == prod(len(problem.of_type(kind)) for kind in kinds)
 
 
-def _numbered(actions: Iterable[GroundAction]) -> tuple[GroundAction, ...]:
-    return tuple(replace(action, index=index) for index, action in enumerate(actions))
-
-
-def _action(draft: Draft, lexicon: Lexicon, closure: Closure) -> GroundAction:
+def _action(draft: Draft, index: int, lexicon: Lexicon, closure: Closure) -> GroundAction:
     effects = effects_of(draft.updates, lexicon)
     return GroundAction(
-        draft.name, draft.arguments, draft.call, draft.sense, draft.precondition, effects, closure, 0, draft.cost
+        draft.name, draft.arguments, draft.call, draft.sense, draft.precondition, effects, closure, index, draft.cost
     )
 
 

@@ -8,6 +8,7 @@ differ in a fact which only dead actions read have the same plans; search nodes 
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
@@ -77,13 +78,20 @@ class Relevance:
     ) -> None:
         actions = tuple(actions)
         makers = _Makers(actions, branchings, closure)
-        deaths = {action.index: makers.death(action) for action in actions}
+        deaths: dict[int, _Death] = {}
+
+        def death(action: GroundAction) -> _Death:
+            if action.index not in deaths:
+                deaths[action.index] = makers.death(action)
+            return deaths[action.index]
+
         self._droppable: list[_Droppable] = []
         for group, reading in _readers(actions, groups):
-            readers = tuple(deaths[action.index] for action in reading)
-            if not (goal.reads | closure.reads) & group and all(death.is_possible for death in readers):
-                deciding = union(death.reads for death in readers)
-                self._droppable.append(_Droppable(group, readers, deciding, {}))
+            if (goal.reads | closure.reads) & group or not all(death(action).is_possible for action in reading):
+                continue
+            readers = tuple(death(action) for action in reading)
+            deciding = union(reader.reads for reader in readers)
+            self._droppable.append(_Droppable(group, readers, deciding, {}))
         self._entries = union(branchings)
         self._deciding = union(one.deciding for one in self._droppable)
         self._kept: dict[int, int] = {}
@@ -119,41 +127,47 @@ class _Makers:
     def __init__(
         self, actions: tuple[GroundAction, ...], branchings: Mapping[int, Branching], closure: Closure
     ) -> None:
-        self._writers: dict[AllOf, list[GroundAction]] = {}
         self._by_sensing = (
             union(branching.mask for branching in branchings.values()) | closure.makes | closure.clears
         )
-        for action in actions:
-            made = union(update.make for update in action.effects.updates)
-            made |= union(update.assignment.bits.mask for update in action.effects.assigned if update.assignment)
-            cleared = action.effects.writes
+        self._written = [(action, *_written(action)) for action in actions]
+        self._made = union(made for _, made, _ in self._written)
+        self._cleared = union(cleared for *_, cleared in self._written)
+
+    @cached_property
+    def _writers(self) -> tuple[dict[int, list[GroundAction]], dict[int, list[GroundAction]]]:
+        """For each bit the actions that may set it, and those that may clear it."""
+        setting: dict[int, list[GroundAction]] = {}
+        clearing: dict[int, list[GroundAction]] = {}
+        for action, made, cleared in self._written:
             for bit in bits_of(made):
-                self._writers.setdefault(AllOf(bit, bit), []).append(action)
+                setting.setdefault(bit, []).append(action)
             for bit in bits_of(cleared):
-                self._writers.setdefault(AllOf(bit, 0), []).append(action)
+                clearing.setdefault(bit, []).append(action)
+        return setting, clearing
 
     def death(self, action: GroundAction) -> _Death:
         """When the action is dead."""
         final = self._final(action)
+        mask, value, _ = split(action.precondition)
+        setting, clearing = self._writers
         waiting = []
-        for literal in _literals(action):
-            if literal.mask & (final.mask | self._by_sensing):
-                continue
-            makers = tuple(self._final(maker) for maker in self._writers.get(literal, ()))
+        for bit in bits_of(mask & ~(final.mask | self._by_sensing)):
+            writers = (setting if value & bit else clearing).get(bit, ())
+            makers = tuple(self._final(maker) for maker in writers)
             if all(maker.mask for maker in makers):
-                waiting.append((literal, makers))
+                waiting.append((AllOf(bit, value & bit), makers))
         return _Death(final, tuple(waiting))
 
     def _final(self, action: GroundAction) -> AllOf:
         """The literals of the precondition that nothing can make hold again once they fail."""
-        lost = [
-            literal
-            for literal in _literals(action)
-            if literal not in self._writers and not literal.mask & self._by_sensing
-        ]
-        return AllOf(union(literal.mask for literal in lost), union(literal.value for literal in lost))
+        mask, value, _ = split(action.precondition)
+        lost = (value & ~self._made | mask & ~value & ~self._cleared) & ~self._by_sensing
+        return AllOf(lost, value & lost)
 
 
-def _literals(action: GroundAction) -> list[AllOf]:
-    mask, value, _ = split(action.precondition)
-    return [AllOf(bit, value & bit) for bit in bits_of(mask)]
+def _written(action: GroundAction) -> tuple[int, int]:
+    """The bits that an action may set, and those that it may clear."""
+    made = union(update.make for update in action.effects.updates)
+    made |= union(update.assignment.bits.mask for update in action.effects.assigned if update.assignment)
+    return made, action.effects.writes

@@ -50,7 +50,7 @@ class Schema:
     def instances(self) -> Iterator[Draft]:
         """All instances whose static preconditions hold, arguments in the order of declaration."""
         names = [parameter.name for parameter in self.action.parameters]
-        objects = [self.compiler.problem.of_type(parameter.type) for parameter in self.action.parameters]
+        objects = [self.compiler.of_type(parameter.type) for parameter in self.action.parameters]
         joins, ready = self._preconditions_by_parameter()
 
         def bind(position: int, binding: dict[str, str], known: Query) -> Iterator[Draft]:

@@ -31,6 +31,7 @@ class Draft:
         self.conjunctions = set(state.conjunctions)
         self.start = state.start
         self.broken = state.broken
+        self.settled = state.settled
         self.changed: set[Symbol] = set()
 
     @property
@@ -49,6 +50,7 @@ class Draft:
             frozenset(self.conjunctions),
             self.start,
             self.broken,
+            self.settled,
         )
 
     # ------------------------------------------------------------------------------------------------- learning

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
-from kabo.language.formulas import Temporal
+from kabo.language.formulas import And, Forall, Formula, Temporal
 from kabo.language.problem import Action, Problem
 from kabo.plan import ValueOf
 from kabo.verify.draft import ContradictionError, Draft
@@ -17,6 +17,7 @@ from kabo.verify.ground import (
     Symbol,
     Value,
     conjunction_text,
+    instances,
     range_of,
     read_conjunction,
     read_symbol,
@@ -24,8 +25,8 @@ from kabo.verify.ground import (
     value_text,
 )
 from kabo.verify.knowledge import Facts, Knowledge, truth, will_be_known
+from kabo.verify.mentions import mentions
 from kabo.verify.questions import Question, question
-from kabo.verify.relevance import mentions
 from kabo.verify.transition import change_world, note, settle
 from kabo.verify.update_rules import UpdateRules
 from kabo.verify.updates import Rule, Updates, fired, rules_of, sensing
@@ -44,6 +45,16 @@ class GroundAction:
     effects: tuple[Rule, ...]
 
 
+@dataclass(frozen=True)
+class GoalPart:
+    """A conjunct of the goal; `temporal`: it speaks of other states than the last."""
+
+    formula: Formula
+    holds: Question
+    mentioned: frozenset[Symbol | str]
+    temporal: bool
+
+
 class Interpreter:
     """What a problem's formulas and effects mean for knowledge."""
 
@@ -53,7 +64,32 @@ class Interpreter:
         self._actions: dict[tuple[str, tuple[tuple[str, object], ...]], GroundAction] = {}
         self._always: list[Question] = []
         self._remember: frozenset[str] = frozenset()
-        self.goal = tuple(question(part, problem, {}, self._temporal) for part in problem.goal)
+        self._looks_back = 0
+        self.goals = tuple(self._goal_part(formula, binding) for formula, binding in self._conjuncts())
+        self.traffic: dict[object, object] = {}  # of nodes, kept for `traffic_of`
+
+    def _conjuncts(self) -> Iterator[tuple[Formula, Binding]]:
+        """The goal without its outer conjunctions and universal quantifiers."""
+        waiting: list[tuple[Formula, Binding]] = [(formula, {}) for formula in reversed(self.problem.goal)]
+        while waiting:
+            formula, binding = waiting.pop()
+            if isinstance(formula, And):
+                waiting.extend((part, binding) for part in reversed(formula.parts))
+            elif isinstance(formula, Forall):
+                every = list(instances(self.problem, formula.variables, binding))
+                waiting.extend((formula.body, more) for more in reversed(every))
+            else:
+                yield formula, binding
+
+    def _goal_part(self, formula: Formula, binding: Binding) -> GoalPart:
+        before = len(self._always), self._looks_back
+        holds = question(formula, self.problem, binding, self._temporal)
+        temporal = (len(self._always), self._looks_back) != before
+        return GoalPart(formula, holds, frozenset(mentions(formula, self.problem, binding)), temporal)
+
+    def reaches_goal(self, state: Knowledge) -> bool:
+        """Whether every part of the goal holds."""
+        return all(part.holds(state) for part in self.goals)
 
     def _temporal(self, formula: Temporal, binding: Binding) -> Question:
         inner = question(formula.body, self.problem, binding)
@@ -66,6 +102,7 @@ class Interpreter:
             for thing in mentions(formula.body, self.problem, binding)
         }
         self._remember |= names
+        self._looks_back += 1
         return lambda state: isinstance(state, Knowledge) and inner(state.at_start())
 
     # --------------------------------------------------------------------------------------------------- states

@@ -49,6 +49,7 @@ class Knowledge:
         conjunctions: Kw entries that are conjunctions.
         start: of what an action has touched: what was known of it before, and so at the start.
         broken: the `always` goals, by number, that have not held somewhere on the way.
+        settled: a bit for each part of the goal that holds and that the rest of a plan cannot touch.
     """
 
     known: Mapping[Symbol, Value]
@@ -59,6 +60,7 @@ class Knowledge:
     conjunctions: frozenset[tuple[GroundClaim, ...]] = frozenset()
     start: Mapping[Symbol, Past] = field(default_factory=dict)
     broken: frozenset[int] = frozenset()
+    settled: int = 0
 
     @property
     def mind(self) -> "Knowledge":
@@ -76,6 +78,7 @@ class Knowledge:
             self.conjunctions,
             frozenset(self.start.items()),
             self.broken,
+            self.settled,
         )
 
     def at_start(self) -> "Knowledge":

@@ -11,7 +11,7 @@ from kabo.plan import Plan
 from kabo.verify.ground import Symbol, Value
 from kabo.verify.interpreter import Interpreter
 from kabo.verify.knowledge import Frozen, Knowledge
-from kabo.verify.relevance import Relevance, forget
+from kabo.verify.relevance import Relevance
 from kabo.verify.steps import Step, step
 
 
@@ -34,7 +34,7 @@ class Minds:
 
     def at(self, name: str, state: Knowledge) -> Mind:
         """What is known at a node, without what the rest of the plan does not ask for."""
-        rest = forget(state, self.relevance.kept(name))
+        rest = self.relevance.reduced(name, state)
         key = name, rest.frozen()
         if key not in self._minds:
             self._minds[key] = Mind(name, rest, step(self.interpreter, self.plan.nodes[name], rest))

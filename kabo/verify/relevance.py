@@ -1,78 +1,84 @@
 """Which facts the rest of a plan can ask for: all else may be forgotten, so that 2^n branches stay a few states.
 
-A node's continuation never sees more of the knowledge than the atoms and terms that its formulas and effects
-mention, what update rules relate them to, and entries of the state that a chain of shared members ties to them.
-States that agree on these behave alike from there on, and are replayed once.
+A node's continuation never sees more of the knowledge than the atoms and terms that it reads before it overwrites
+them, what update rules relate them to, and entries of the state that a chain of shared members ties to them. A part
+of the goal that holds, and that nothing in the continuation can touch, is settled: it is not asked again, so what it
+speaks of may be forgotten, too. States that agree on the rest behave alike from there on, and are replayed once.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import compress
-from typing import Any
 
-from kabo.language.formulas import (
-    Application,
-    Atom,
-    Change,
-    Constant,
-    ExactlyOne,
-    Exists,
-    FactForall,
-    Forall,
-    ForEach,
-    Literal,
-    Number,
-    TermFact,
-    Variable,
-)
-from kabo.language.problem import Problem
-from kabo.plan import Node, Plan, ValueOf
-from kabo.verify.ground import Binding, Entry, GroundClaim, Symbol, Value, instances, read_symbol
+from kabo.plan import Plan
+from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
+from kabo.verify.interpreter import Interpreter
 from kabo.verify.knowledge import Knowledge, symbols_of
-
-Mentions = Callable[[Node], Iterable["Symbol | str"]]
+from kabo.verify.traffic import Traffic, traffic_of
 
 
 class Relevance:
-    """For every node, what it and its continuation mention: a bit for each atom or term, and for each whole name.
+    """For every node, what it and its continuation read and touch: a bit for each atom or term, and each whole name.
 
     Bits, since a set for each of 25,000 nodes would not fit into memory.
     """
 
-    def __init__(
-        self, plan: Plan, order: Sequence[str], mentioned_by: Mentions, ties: Iterable[frozenset[Symbol | str]]
-    ) -> None:
-        """Collects what matters.
-
-        Args:
-            plan: the plan.
-            order: the reached nodes, each before its successors.
-            mentioned_by: gives what a node mentions itself.
-            ties: groups of atoms and terms of which each can tell about the others (update rules).
-        """
+    def __init__(self, plan: Plan, order: Sequence[str], interpreter: Interpreter) -> None:
+        """Collects what matters at each of the reached nodes, given each before its successors."""
+        self._goals = interpreter.goals
         self._bits: dict[Symbol | str, int] = {}
-        self._masks: dict[str, int] = {}
+        self._read: dict[str, int] = {}
+        self._touched: dict[str, int] = {}
+        asked = [self._mask(goal.mentioned) for goal in self._goals]
+        self._throughout = self._union(m for m, goal in zip(asked, self._goals, strict=True) if goal.temporal)
+        known: dict[Traffic, tuple[int, int, int]] = {}
         for name in reversed(order):
             node = plan.nodes[name]
-            mask = self._mask(mentioned_by(node))
-            for successor in node.successors:
-                mask |= self._masks.get(successor, 0)
-            self._masks[name] = mask
-        groups = [self._mask(group) for group in ties]
+            traffic = traffic_of(node, interpreter)
+            if traffic not in known:
+                known[traffic] = tuple(map(self._mask, (traffic.read, traffic.touched, traffic.overwritten)))  # type: ignore[assignment]
+            read, touched, overwritten = known[traffic]
+            following = [successor for successor in node.successors if successor in self._read]
+            later = self._union(self._read[successor] for successor in following)
+            self._read[name] = read | self._throughout | (later & ~overwritten)
+            self._touched[name] = touched | self._union(self._touched[successor] for successor in following)
+        self._close(asked, [self._mask(group) for group in interpreter.rules.mentioned])
+
+    def _close(self, asked: list[int], rules: list[int]) -> None:
+        """Adds what whole names and update rules stand for, and finds which goals nothing can touch any more."""
         self._names = [(thing, bit) for thing, bit in self._bits.items() if isinstance(thing, str)]
         self._of_name = {
             name: self._mask([t for t in self._bits if not isinstance(t, str) and t[0] == name])
             for name, _ in self._names
         }
-        self._groups = _merged([self._widened(group) for group in groups])
-        for name, mask in self._masks.items():
-            self._masks[name] = self.tied(self._widened(mask))
+        self._groups = _merged([self._widened(group) for group in rules])
+        self._asked = [self.tied(self._widened(mask)) for mask in asked]
+        self._read = {name: self.tied(self._widened(mask)) for name, mask in self._read.items()}
+        self._untouched: dict[str, int] = {}
+        found: dict[int, int] = {}
+        for name, mask in self._touched.items():
+            if mask not in found:
+                wide = self.tied(self._widened(mask))
+                free = [
+                    not goal.temporal and not a & wide for a, goal in zip(self._asked, self._goals, strict=True)
+                ]
+                found[mask] = sum(1 << number for number, is_free in enumerate(free) if is_free)
+            self._untouched[name] = found[mask]
+        self._kept: dict[tuple[str, int], Kept] = {}
+        self._owed: dict[int, int] = {}
 
     def _mask(self, group: Iterable[Symbol | str]) -> int:
         mask = 0
         for thing in group:
             mask |= self._bits.setdefault(thing, 1 << len(self._bits))
         return mask
+
+    @staticmethod
+    def _union(masks: Iterable[int]) -> int:
+        result = 0
+        for mask in masks:
+            result |= mask
+        return result
 
     def _widened(self, mask: int) -> int:
         """With all atoms and terms of the names in it, so that groups that share one meet."""
@@ -93,14 +99,36 @@ class Relevance:
                 mask |= group
         return mask
 
-    @property
-    def everything(self) -> Iterable[Symbol | str]:
-        """All that the plan and the update rules mention, in the order of first mention from the leaves."""
-        return self._bits.keys()
+    # ----------------------------------------------------------------------------------------------- what is kept
+    def mattering(self, name: str) -> list[Symbol]:
+        """The atoms and terms that matter at a node and behind it, in a fixed order."""
+        kept = self._at(name, 0)
+        return [thing for thing in self._bits if not isinstance(thing, str) and kept(thing)]
 
-    def kept(self, name: str) -> "Kept":
-        """What matters at a node and behind it."""
-        return self.kept_by(self._masks[name])
+    def reduced(self, name: str, state: Knowledge) -> Knowledge:
+        """A state that arrives at a node: without what nobody asks for any more."""
+        open_ = self._untouched[name] & ~state.settled
+        settled = state.settled
+        if open_:
+            entries = frozenset[Symbol]().union(*map(symbols_of, _entries(state)))
+            for number, goal in enumerate(self._goals):
+                if open_ >> number & 1 and entries.isdisjoint(goal.mentioned) and goal.holds(state):
+                    settled |= 1 << number
+        return forget(replace(state, settled=settled), self._at(name, settled))
+
+    def _at(self, name: str, settled: int) -> "Kept":
+        if settled not in self._owed:
+            numbers = [number for number in range(len(self._goals)) if not settled >> number & 1]
+            self._owed[settled] = self._union(self._asked[number] for number in numbers)
+        mask = self._read[name] | self._owed[settled]
+        if (name, settled) not in self._kept:
+            self._kept[name, settled] = self.kept_by(mask)
+        return self._kept[name, settled]
+
+    def leave(self, name: str) -> None:
+        """A node will not be asked about again."""
+        for key in [key for key in self._kept if key[0] == name]:
+            del self._kept[key]
 
     def kept_by(self, mask: int) -> "Kept":
         """The atoms and terms of a mask."""
@@ -154,7 +182,7 @@ def _merged(groups: Iterable[int]) -> list[int]:
 
 def forget(state: Knowledge, kept: Kept) -> Knowledge:
     """The state without what nobody asks for any more."""
-    entries: list[Entry | tuple[GroundClaim, ...]] = [*state.exclusive, *state.some, *state.conjunctions]
+    entries = _entries(state)
     tied, keeps = _tied(entries, kept) if entries else (frozenset[Symbol](), kept)
     return Knowledge(
         keeps.only(state.known),
@@ -165,7 +193,12 @@ def forget(state: Knowledge, kept: Kept) -> Knowledge:
         frozenset(e for e in state.conjunctions if not symbols_of(e).isdisjoint(tied)),
         state.start,
         state.broken,
+        state.settled,
     )
+
+
+def _entries(state: Knowledge) -> list[Entry | tuple[GroundClaim, ...]]:
+    return [*state.exclusive, *state.some, *state.conjunctions]
 
 
 def _tied(entries: Sequence[Entry | tuple[GroundClaim, ...]], kept: Kept) -> tuple[frozenset[Symbol], Kept]:
@@ -182,84 +215,3 @@ def _tied(entries: Sequence[Entry | tuple[GroundClaim, ...]], kept: Kept) -> tup
             return tied, kept
         rest, tied = far, tied.union(*near)
         kept = kept.tied_to(tied) if kept.relevance.has_rules else kept
-
-
-# ------------------------------------------------------------------------------------------------------ mentions
-def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    """Every atom and term that stands anywhere in a formula, effect or term, ground under the binding.
-
-    One whose arguments depend on knowledge is mentioned by its name, which stands for all of that name.
-    """
-    if isinstance(tree, Forall | Exists | ForEach | FactForall | ExactlyOne):
-        bodies: Iterable[Any] = tree.effects if isinstance(tree, ForEach) else (tree.body,)
-        for more in instances(problem, tree.variables, binding):
-            for body in bodies:
-                yield from mentions(body, problem, more)
-        return
-    if isinstance(tree, Atom | Application):
-        yield _ground(tree, binding)
-        for argument in tree.arguments:
-            yield from mentions(argument, problem, binding)
-        return
-    if isinstance(tree, Variable):
-        value = binding.get(tree.name)
-        symbol = read_symbol(value.term, problem) if isinstance(value, ValueOf) else None
-        if symbol is not None:
-            yield symbol
-        return
-    parts = tree if isinstance(tree, tuple | list) else ()
-    if is_dataclass(tree):
-        parts = [getattr(tree, field.name) for field in fields(tree) if field.name != "place"]
-    for part in parts:
-        yield from mentions(part, problem, binding)
-
-
-def reads(effect: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    """What an effect asks for: conditions, right sides and arguments, but not the facts of Kf that it writes."""
-    if isinstance(effect, ForEach):
-        for more in instances(problem, effect.variables, binding):
-            for inner in effect.effects:
-                yield from reads(inner, problem, more)
-    elif isinstance(effect, Change) and effect.database == "Kf" and effect.operation == "add":
-        for fact in effect.facts:
-            yield from _read_by_fact(fact, problem, binding)
-    elif hasattr(effect, "updates"):
-        yield from mentions(effect.condition, problem, binding)
-        for inner in effect.updates:
-            yield from reads(inner, problem, binding)
-    elif isinstance(effect, Change) and effect.database in ("Kf", "Kv"):
-        for fact in effect.facts:
-            yield from _read_by_fact(fact, problem, binding)
-    else:
-        yield from mentions(effect, problem, binding)
-
-
-def _read_by_fact(fact: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:
-    if isinstance(fact, FactForall):
-        for more in instances(problem, fact.variables, binding):
-            yield from _read_by_fact(fact.body, problem, more)
-    elif isinstance(fact, Literal):
-        yield from mentions(fact.atom.arguments, problem, binding)
-    elif isinstance(fact, TermFact):
-        yield from mentions(fact.term.arguments, problem, binding)
-    elif hasattr(fact, "right") and isinstance(fact.left, Application):
-        yield from mentions(fact.left.arguments, problem, binding)
-        yield from mentions(fact.right, problem, binding)
-    else:
-        yield from mentions(fact, problem, binding)
-
-
-def _ground(tree: Atom | Application, binding: Binding) -> Symbol | str:
-    name = tree.predicate if isinstance(tree, Atom) else tree.function
-    values = []
-    for argument in tree.arguments:
-        value = binding.get(argument.name) if isinstance(argument, Variable) else None
-        if isinstance(argument, Constant):
-            values.append(argument.name)
-        elif isinstance(argument, Number):
-            values.append(argument.value)  # type: ignore[arg-type]
-        elif value is not None and not isinstance(value, ValueOf):
-            values.append(value)  # type: ignore[arg-type]
-        else:
-            return name
-    return name, tuple(values)

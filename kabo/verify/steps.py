@@ -1,15 +1,14 @@
 """One node of a plan in one knowledge state: what is wrong there, and the states that follow."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from kabo.language.formulas import Formula
 from kabo.plan import Node
 from kabo.verify.draft import ContradictionError
-from kabo.verify.ground import NotVerifiableError, Symbol, Value
-from kabo.verify.interpreter import GroundAction, Interpreter, Thing, is_symbol, outcome_text
+from kabo.verify.ground import NotVerifiableError, Value
+from kabo.verify.interpreter import GroundAction, Interpreter, Thing, outcome_text
 from kabo.verify.knowledge import Knowledge, will_be_known
-from kabo.verify.relevance import mentions, reads
 
 
 @dataclass(frozen=True)
@@ -35,9 +34,9 @@ def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
     result = Step()
     try:
         if node.kind == "goal":
-            for formula, holds in zip(interpreter.problem.goal, interpreter.goal, strict=True):
-                if not holds(state):
-                    result.messages.append("the goal does not hold at this leaf" + because(formula))
+            for number, part in enumerate(interpreter.goals):
+                if not state.settled >> number & 1 and not part.holds(state):
+                    result.messages.append("the goal does not hold at this leaf" + because(part.formula))
             return result
         after: Knowledge | None = state
         if node.action is not None:
@@ -110,28 +109,3 @@ def _branch(interpreter: Interpreter, node: Node, state: Knowledge, result: Step
             result.messages.append(f"no branch for {node.on} = {outcome}, which is possible")
     if not possible:
         result.messages.append(f"no outcome of {node.on} is possible: what is known here contradicts itself")
-
-
-def mentioned(node: Node, interpreter: Interpreter) -> Iterator[Symbol | str]:
-    """All atoms and terms that a node asks for."""
-    problem = interpreter.problem
-    if node.kind == "goal":
-        yield from mentions(problem.goal, problem, {})
-    for text in (*([] if node.on is None else [node.on]), *node.delivers):
-        yield from _symbols(interpreter.read(text))
-    if node.action is None:
-        return
-    action, binding = problem.domain.actions[node.action], dict(node.arguments)
-    yield from mentions((action.preconditions, action.sense), problem, binding)
-    look = mentions if interpreter.rules.rules else reads  # rules may find a contradiction in what is written
-    for effect in action.effects:
-        yield from look(effect, problem, binding)
-    for _, symbol in interpreter.action(node.action, node.arguments).values:
-        if symbol is not None:
-            yield symbol
-
-
-def _symbols(thing: Thing | None) -> Iterable[Symbol]:
-    if thing is None:
-        return ()
-    return (thing,) if is_symbol(thing) else tuple(claim[0] for claim in thing)  # type: ignore

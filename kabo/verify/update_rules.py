@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from kabo.language.formulas import Effect, ForEach
 from kabo.language.problem import Problem
 from kabo.verify.ground import Binding, Symbol, instances
-from kabo.verify.relevance import mentions
+from kabo.verify.mentions import mentions
 from kabo.verify.updates import Rule, rules_of
 
 

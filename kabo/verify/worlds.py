@@ -17,7 +17,6 @@ from kabo.verify.linked import linked_groups
 from kabo.verify.minds import Mind
 from kabo.verify.possible_worlds import PossibleWorlds, in_words, possible_worlds
 from kabo.verify.relevance import Relevance
-from kabo.verify.replay import relevance_of
 from kabo.verify.report import Finding, WorldReport
 from kabo.verify.streams import Stream
 from kabo.verify.structure import check_structure
@@ -48,7 +47,7 @@ def validate_worlds(
         return WorldReport(tuple(findings), exhaustive=False)
     try:
         interpreter = Interpreter(problem)
-        relevance = relevance_of(plan, order, interpreter)
+        relevance = Relevance(plan, order, interpreter)
         return _Run(plan, interpreter, relevance, seed).report(limit, samples)
     except (NotVerifiableError, ContradictionError) as error:
         return WorldReport((Finding(None, f"the initial knowledge: {error}"),), exhaustive=False)
@@ -61,10 +60,8 @@ class _Run:
         self.plan, self.seed = plan, seed
         self.start = interpreter.initial()
         self.player = Player(plan, interpreter, relevance, self.start)
-        kept = relevance.kept(plan.root)
-        matters = [thing for thing in relevance.everything if not isinstance(thing, str) and kept(thing)]
         self.problem = interpreter.problem
-        self.groups = linked_groups(self.problem, self.start, interpreter.rules, matters)
+        self.groups = linked_groups(self.problem, self.start, interpreter.rules, relevance.mattering(plan.root))
         self.findings: dict[tuple[str, str], Finding] = {}
         self.lengths: list[int] = []
         self.ruled_out = 0
