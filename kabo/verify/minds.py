@@ -35,6 +35,7 @@ class Minds:
     def at(self, name: str, state: Knowledge) -> Mind:
         """What is known at a node, without what the rest of the plan does not ask for."""
         rest = self.relevance.reduced(name, state)
+        self.relevance.leave(name)
         key = name, rest.frozen()
         if key not in self._minds:
             self._minds[key] = Mind(name, rest, step(self.interpreter, self.plan.nodes[name], rest))

@@ -1,0 +1,77 @@
+"""What one node of a plan reads of the knowledge, what it may change, and what it overwrites whatever was known."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from kabo.language.formulas import Change, Comparison, Literal
+from kabo.plan import Node
+from kabo.verify.ground import Symbol
+from kabo.verify.interpreter import Interpreter, Thing, is_symbol
+from kabo.verify.mentions import mentions, reads
+from kabo.verify.questions import symbol_of
+from kabo.verify.update_rules import ground
+from kabo.verify.updates import unrolled
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """Atoms and terms, or names that stand for all of theirs, each once, in order of mention."""
+
+    read: tuple[Symbol | str, ...] = ()
+    touched: tuple[Symbol | str, ...] = ()
+    overwritten: tuple[Symbol | str, ...] = ()
+
+
+def traffic_of(node: Node, interpreter: Interpreter) -> Traffic:
+    """The traffic of a node; equal nodes share it."""
+    key = node.action, tuple(sorted(node.arguments.items(), key=lambda pair: pair[0])), node.on, node.delivers
+    if key not in interpreter.traffic:
+        things = [interpreter.read(text) for text in (*([] if node.on is None else [node.on]), *node.delivers)]
+        sensed = [symbol for thing in things for symbol in _symbols(thing)]
+        if node.action is None:
+            interpreter.traffic[key] = Traffic(tuple(sensed), tuple(sensed))
+        else:
+            interpreter.traffic[key] = _of_action(node, interpreter, sensed)
+    return interpreter.traffic[key]  # type: ignore[return-value]
+
+
+def _of_action(node: Node, interpreter: Interpreter, sensed: list[Symbol]) -> Traffic:
+    problem = interpreter.problem
+    action, binding = problem.domain.actions[str(node.action)], dict(node.arguments)
+    run_time = [symbol for _, symbol in interpreter.action(str(node.action), node.arguments).values if symbol]
+    read = [*sensed, *mentions((action.preconditions, action.sense), problem, binding), *run_time]
+    touched = [*sensed, *mentions((action.sense, action.effects), problem, binding)]
+    if interpreter.rules.rules:  # rules may find a contradiction in what is written: it is asked for, too
+        return Traffic(_once([*read, *touched]), _once(touched))
+    for effect in action.effects:
+        read.extend(reads(effect, problem, binding))
+    return Traffic(_once(read), _once(touched), _once(_overwritten(node, interpreter)))
+
+
+def _overwritten(node: Node, interpreter: Interpreter) -> Iterator[Symbol]:
+    """What `add(Kf, …)` without conditions sets."""
+    problem, binding = interpreter.problem, dict(node.arguments)
+    for effect, more in ground(problem.domain.actions[str(node.action)].effects, problem, binding):
+        if not isinstance(effect, Change) or effect.operation != "add" or effect.database != "Kf":
+            continue
+        for fact in effect.facts:
+            for group, inner in unrolled(fact, problem, more):
+                for part in group:
+                    if isinstance(part, Literal):
+                        named = symbol_of(part.atom, problem, inner)
+                    elif isinstance(part, Comparison) and part.operator == "=":
+                        named = symbol_of(part.left, problem, inner)
+                    else:
+                        continue
+                    if isinstance(named, tuple):
+                        yield named
+
+
+def _once(things: list[Symbol | str] | Iterator[Symbol]) -> tuple[Symbol | str, ...]:
+    return tuple(dict.fromkeys(things))
+
+
+def _symbols(thing: Thing | None) -> tuple[Symbol, ...]:
+    if thing is None:
+        return ()
+    return (thing,) if is_symbol(thing) else tuple(claim[0] for claim in thing)  # type: ignore
