@@ -90,7 +90,7 @@ INSTANCES = (
     Instance("safes-10", "safes", {"n": 10}),
     Instance("safes-10 with note", "safes", {"n": 10, "note": True}),
     Instance("poisonous-liquid-4", "poisonous_liquid", {"n": 4}),
-    Instance("painted-doors-4", "painted_doors", {"n": 4}),
+    Instance("painted-doors-3", "painted_doors", {"n": 3}),
     Instance("asking-bartender-10", "asking_bartender", {"n": 10}),
     Instance("rovers-8", "rovers", {"n": 8}),
     Instance("grid-5-2", "grid", {"n": 5, "shapes": 2}),
