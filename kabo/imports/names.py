@@ -25,12 +25,19 @@ class Names:
         self.originals[name] = original
         return name
 
+    @staticmethod
+    def plain(original: str) -> str:
+        """The name in kabo's spelling, whether or not it is free."""
+        fits = NAME.fullmatch(original) is not None and len(original) <= _LONGEST
+        spelled = original if fits else proper_name(original)
+        stem = spelled.removesuffix("_1")
+        return stem if stem in RESERVED else spelled
+
     def free(self, original: str, also_taken: Iterable[str] = ()) -> str:
         """A name that is free here and not among `also_taken`; not taken yet."""
         taken = set(also_taken)
-        fits = NAME.fullmatch(original) is not None and len(original) <= _LONGEST
-        stem = original if fits and original not in RESERVED else proper_name(original)
-        name, number = stem, 2
+        stem = self.plain(original)
+        name, number = (f"{stem}_1", 2) if stem in RESERVED else (stem, 2)
         while name in self._taken or name in taken:
             name, number = f"{stem}_{number}", number + 1
         return name

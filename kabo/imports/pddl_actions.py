@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from kabo.imports.connectives import conjunction, disjunction
 from kabo.imports.forms import Document, Form, Node, Word
 from kabo.imports.pddl_conditions import read_condition
-from kabo.imports.pddl_conflicts import Surroundings, additions_win
+from kabo.imports.pddl_conflicts import Surroundings, additions_win, may_be_same
 from kabo.imports.pddl_declarations import read_variables
 from kabo.imports.pddl_effects import Piece, read_effects
 from kabo.imports.pddl_terms import Context, read_atom
@@ -21,6 +21,7 @@ from kabo.language import formulas as f
 from kabo.language.problem import Action, Parameter
 
 _PARTS = (":parameters", ":precondition", ":effect", ":observe")
+_MOST_COMPARED = 100
 _REFUSED_PARTS = (":duration", ":condition", ":vars", ":only-in-expansions", ":expansion", ":probability", ":cost")
 
 
@@ -160,7 +161,9 @@ def build_action(schema: Schema, surmise: Surmise) -> Action:
     cost = [each for each in schema.pieces if each.symbol == surmise.cost]
     pieces = [each for each in schema.pieces if not (surmise.cost_only and each.symbol == surmise.cost)]
     around = Surroundings(vocabulary.types, sorts, tuple(schema.preconditions), surmise.known, report)
-    effects = updates_of(context, additions_win(summed(context, pieces), around), surmise.known)
+    pieces = summed(context, pieces)
+    _warn_of_meeting_numbers(context, pieces, around)
+    effects = updates_of(context, additions_win(pieces, around), surmise.known)
     for atom in schema.sensed:
         if any(each.symbol == atom.predicate for each in pieces):
             _report(context, atom, f"sensing what the same action changes is not supported {context.where}")
@@ -176,9 +179,11 @@ def build_action(schema: Schema, surmise: Surmise) -> Action:
 def summed(context: Context, pieces: list[Piece]) -> list[Piece]:
     """The pieces with several changes of one number made one: PDDL adds them up."""
     found: list[Piece] = []
+    numbers: dict[object, int] = {}  # term and condition -> where its first change is
     for piece in pieces:
-        rival = next((n for n, each in enumerate(found) if _same_number(each, piece)), None)
-        if rival is None:
+        key = (piece.outcome.left, piece.condition) if isinstance(piece.outcome, f.Comparison) else None
+        rival = None if key is None else numbers.setdefault(key, len(found))
+        if rival is None or rival == len(found):
             found.append(piece)
             continue
         first = found[rival]
@@ -186,18 +191,21 @@ def summed(context: Context, pieces: list[Piece]) -> list[Piece]:
         if simple and first.changes and piece.changes and _is_sum(first) and _is_sum(piece):
             found[rival] = _joined(first, piece)
         else:
-            term = context.document.source.name if piece.place is None else piece.symbol
-            _report(context, piece, f'"{term}" is changed twice by this action: not supported {context.where}')
+            message = f'"{piece.symbol}" is changed twice by this action: not supported {context.where}'
+            _report(context, piece, message)
     return found
 
 
-def _same_number(first: Piece, second: Piece) -> bool:
-    return (
-        isinstance(first.outcome, f.Comparison)
-        and isinstance(second.outcome, f.Comparison)
-        and first.outcome.left == second.outcome.left
-        and first.condition == second.condition
-    )
+def _warn_of_meeting_numbers(context: Context, pieces: list[Piece], around: Surroundings) -> None:
+    """Warns of changes of one function's values that may turn out to be of the same value."""
+    changed: dict[str, list[Piece]] = {}
+    for piece in pieces:
+        if isinstance(piece.outcome, f.Comparison):
+            rivals = changed.setdefault(piece.symbol, [])
+            if len(rivals) < _MOST_COMPARED and any(may_be_same(piece, each, around) for each in rivals):
+                message = "two effects may change the same value: then the action is not applicable here"
+                _report(context, piece, message, warning=True)
+            rivals.append(piece)
 
 
 def _is_sum(piece: Piece) -> bool:

@@ -13,6 +13,9 @@ from kabo.imports.trees import rebound, renaming, substituted, variable_names
 from kabo.imports.vocabulary import Types
 from kabo.language import formulas as f
 
+_MOST_PARTS = 64  # of one deletion
+_MOST_MEETINGS = 20_000  # of one action
+
 
 @dataclass(frozen=True)
 class Surroundings:
@@ -57,17 +60,35 @@ class Surroundings:
 
 def additions_win(pieces: list[Piece], around: Surroundings) -> list[Piece]:
     """The pieces of one action with deletions that no longer meet an addition."""
-    additions = [piece for piece in pieces if isinstance(piece.outcome, f.Literal) and piece.outcome.positive]
-    resolved: list[Piece] = []
+    additions: dict[str, list[Piece]] = {}
     for piece in pieces:
-        if isinstance(piece.outcome, f.Literal) and not piece.outcome.positive:
-            parts = [piece]
-            for rival in (each for each in additions if each.symbol == piece.symbol):
-                parts = [each for part in parts for each in _apart(part, _renamed(rival, part), around)]
-            resolved += parts
-        else:
+        if isinstance(piece.outcome, f.Literal) and piece.outcome.positive:
+            additions.setdefault(piece.symbol, []).append(piece)
+    resolved: list[Piece] = []
+    meetings = 0
+    for piece in pieces:
+        if not isinstance(piece.outcome, f.Literal) or piece.outcome.positive:
             resolved.append(piece)
+            continue
+        parts = [piece]
+        for rival in additions.get(piece.symbol, ()):
+            if _differ_plainly(piece, rival):
+                continue
+            meetings += len(parts)
+            if len(parts) > _MOST_PARTS or meetings > _MOST_MEETINGS:
+                around.report(piece, True)
+                return resolved
+            parts = [each for part in parts for each in _apart(part, _renamed(rival, part), around)]
+        resolved += parts
     return resolved
+
+
+def _differ_plainly(deletion: Piece, addition: Piece) -> bool:
+    """Whether some argument is one object here and another one there."""
+    for first, second in zip(deletion.arguments, addition.arguments, strict=True):
+        if first != second and isinstance(first, f.Constant) and isinstance(second, f.Constant):
+            return True
+    return False
 
 
 def _renamed(addition: Piece, deletion: Piece) -> Piece:
@@ -81,6 +102,11 @@ def _renamed(addition: Piece, deletion: Piece) -> Piece:
         condition=rebound(substituted(addition.condition, renamed), avoided),
         outcome=substituted(addition.outcome, renamed),
     )
+
+
+def may_be_same(first: Piece, second: Piece, around: Surroundings) -> bool:
+    """Whether two pieces may be about the same atom or term."""
+    return _equalities(first, second, around) is not None
 
 
 def _equalities(deletion: Piece, addition: Piece, around: Surroundings) -> list[tuple[f.Term, f.Term]] | None:

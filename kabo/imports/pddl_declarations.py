@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from kabo.imports.forms import Document, Form, Node, Word
-from kabo.imports.vocabulary import NUMBER, OBJECT, Bound, Kinds, Scope, Signature, Vocabulary
+from kabo.imports.vocabulary import ANY, NUMBER, OBJECT, Bound, Kinds, Scope, Signature, Vocabulary
 from kabo.language.formulas import Variable
 
 _MOST_ALTERNATIVES = 64
@@ -152,7 +152,7 @@ def _signature(
             hint = vocabulary.declared_at(taken[name])
             document.report(node.items[0], f'"{name}" is already the name of a {what}', hint)
             return None
-    arguments = tuple(each or (vocabulary.types.known[OBJECT],) for each in kinds)
+    arguments = tuple(ANY if each is None else each for each in kinds)
     return Signature(vocabulary.names.take(name), name, arguments, value, document.place(node.items[0]))
 
 
@@ -160,9 +160,7 @@ def _signature(
 def read_objects(document: Document, vocabulary: Vocabulary, section: Form | None, what: str) -> None:
     """Declares the objects of `(:objects …)` or `(:constants …)`."""
     for word, kind in typed_list(document, [] if section is None else section.rest):
-        kinds = read_kinds(document, vocabulary, kind)
-        if kinds is None:
-            continue
+        kinds = read_kinds(document, vocabulary, kind) or ("",)
         if word.text.startswith("?"):
             document.report(word, f'"{word.text}" is a variable, expected the name of {what}')
         elif len(kinds) > 1:
@@ -192,7 +190,8 @@ def read_variables(
     """
     alternatives: list[dict[str, Bound]] = [{}]
     for word, kind in typed_list(document, nodes):
-        kinds = read_kinds(document, vocabulary, kind) or (vocabulary.types.known[OBJECT],)
+        kinds = read_kinds(document, vocabulary, kind)
+        kinds = ANY if kinds is None else kinds
         if not word.text.startswith("?") or len(word.text) < 2:
             document.report(word, f'"{word.text}" is no variable', f'write "?{word.text}"')
             continue
@@ -202,7 +201,7 @@ def read_variables(
         taken = {bound.variable.name for bound in (*scope.values(), *alternatives[0].values())}
         name = vocabulary.names.free(word.text[1:], taken)
         place = document.place(word)
-        choices = [(each,) for each in kinds] if split else [kinds]
+        choices = [(each,) for each in kinds] if split and kinds else [kinds]
         if len(alternatives) * len(choices) > _MOST_ALTERNATIVES:
             document.report(word, "too many combinations of types (either …) in one list")
             choices = choices[:1]

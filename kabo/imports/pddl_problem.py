@@ -63,6 +63,7 @@ def read_pddl(
     only = cost is not None and not _asks_for(cost, schemas, goal)
     surmise = Surmise(vocabulary, frozenset(unknown), cost, only)
     built = _build(vocabulary, domain, schemas, surmise)
+    vocabulary.report_renamed()
     _warn_of_disjunctions(at_start, schemas, goal, surmise)
     _check_values(vocabulary, initial, problem)
     objects = dict(vocabulary.objects.values())
@@ -226,7 +227,9 @@ def _check_values(vocabulary: Vocabulary, initial: Initial, problem: PddlDefinit
         needed = 1
         for kinds in signature.arguments:
             instances = [
-                name for name, kind in vocabulary.objects.values() if vocabulary.types.fits((kind,), kinds)
+                name
+                for name, kind in vocabulary.objects.values()
+                if kind and vocabulary.types.fits((kind,), kinds)
             ]
             needed *= len(instances)
         if given.get(signature.name, 0) < needed:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from kabo.imports.forms import Document, Form, Node, Word
 from kabo.imports.trees import nodes
-from kabo.imports.vocabulary import NUMBER, Kinds, Scope, Signature, Vocabulary, term_of_object
+from kabo.imports.vocabulary import ANY, NUMBER, Kinds, Scope, Signature, Vocabulary, term_of_object
 from kabo.language import formulas as f
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?")
@@ -46,7 +46,7 @@ def read_term(context: Context, node: Node) -> tuple[f.Term, Kinds] | None:
         bound = context.scope[word]
         return replace(bound.variable, place=context.place(node)), bound.kinds
     if word in vocabulary.objects:
-        return term_of_object(vocabulary, word, context.place(node)), (vocabulary.objects[word][1],)
+        return term_of_object(vocabulary, word, context.place(node)), vocabulary.kinds_of_object(word)
     if _NUMBER.fullmatch(word):
         return _number(context, node, word)
     if word in vocabulary.functions and not vocabulary.functions[word].arguments:
@@ -117,7 +117,7 @@ def read_number(context: Context, node: Node) -> f.Term | None:
     if found is None:
         return None
     term, kinds = found
-    if kinds != (NUMBER,):
+    if kinds not in ((NUMBER,), ANY):
         context.report(node, f'"{context.document.text(node)}" is no number, expected one')
         return None
     return term
@@ -177,7 +177,7 @@ def read_comparison(context: Context, form: Form) -> f.Comparison | f.Truth | No
     (left, left_kinds), (right, right_kinds) = found[0], found[1]
     if operator != "=":
         for node, kinds in zip(form.rest, (left_kinds, right_kinds), strict=True):
-            if kinds != (NUMBER,):
+            if kinds not in ((NUMBER,), ANY):
                 context.report(node, f'"{operator}" compares numbers, "{context.document.text(node)}" is none')
                 return None
     elif not context.vocabulary.types.comparable(left_kinds, right_kinds):

@@ -113,6 +113,7 @@ class Pks:
         )  # fmt: skip
         if problem is None:
             return None
+        vocabulary.report_renamed()
         name = Names().take(problem.name or "problem")
         return Problem(
             name, built, dict(vocabulary.objects.values()), _initial(vocabulary, problem),

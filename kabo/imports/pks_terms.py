@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from kabo.imports.pks_expressions import Expression, Token, place_of
 from kabo.imports.pks_markup import Markup
-from kabo.imports.vocabulary import NUMBER, Bound, Kinds, Scope, Signature, Vocabulary, term_of_object
+from kabo.imports.vocabulary import ANY, NUMBER, OBJECT, Bound, Kinds, Scope, Signature, Vocabulary, term_of_object
 from kabo.language import formulas as f
 
 COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
@@ -51,21 +51,21 @@ def bind(context: Context, variables: list[tuple[Token, Token | None]]) -> dict[
         if token.text in found:
             context.report(token, f'the variable "{token.text}" stands twice in this list')
             continue
-        kinds = (kind_of(context, kind),)
+        kinds = kinds_of(context, kind)
         taken = [bound.variable.name for bound in (*context.scope.values(), *found.values())]
         name = vocabulary.names.free(token.text.lstrip("?"), taken)
-        found[token.text] = Bound(f.Variable(name, kinds[0], context.place(token)), kinds)
+        found[token.text] = Bound(f.Variable(name, vocabulary.types.common(kinds), context.place(token)), kinds)
     return found
 
 
-def kind_of(context: Context, token: Token | None) -> str:
-    """Name in kabo of the type that a token names; `object` if there is none, or after a report."""
+def kinds_of(context: Context, token: Token | None) -> Kinds:
+    """The type that a token names; `object` if there is none, ANY after a report."""
     types = context.vocabulary.types
     if token is None or token.text in types.known:
-        return types.known["object" if token is None else token.text]
+        return (types.known[OBJECT if token is None else token.text],)
     hint = context.vocabulary.findings.near(token.text, list(types.known))
     context.report(token, f'unknown type "{token.text}" {context.where}', hint)
-    return types.known["object"]
+    return ANY
 
 
 # --------------------------------------------------------------------------------------------------------- terms
@@ -80,7 +80,7 @@ def read_term(context: Context, node: Expression, wanted: Kinds | None = None) -
     if node.kind == "variable":
         return _free_variable(context, node, wanted)
     if node.kind in ("name", "number") and node.text in vocabulary.objects and wanted != (NUMBER,):
-        return term_of_object(vocabulary, node.text, place), (vocabulary.objects[node.text][1],)
+        return term_of_object(vocabulary, node.text, place), vocabulary.kinds_of_object(node.text)
     if node.kind == "number":
         value = float(node.text)
         if not math.isfinite(value):
@@ -104,7 +104,7 @@ def _free_variable(context: Context, node: Expression, wanted: Kinds | None) -> 
         return None
     if node.text not in context.free:
         types = context.vocabulary.types
-        kind = types.known["object"] if wanted is None or wanted == (NUMBER,) else types.common(wanted)
+        kind = types.known[OBJECT] if wanted is None or wanted == (NUMBER,) else types.common(wanted)
         taken = [bound.variable.name for bound in (*context.scope.values(), *context.free.values())]
         name = context.vocabulary.names.free(node.text.lstrip("?"), taken)
         context.free[node.text] = Bound(f.Variable(name, kind, context.place(node)), (kind,))
@@ -142,7 +142,7 @@ def _arithmetic(context: Context, node: Expression) -> tuple[f.Term, Kinds] | No
 def read_number(context: Context, node: Expression) -> f.Term | None:
     """A term whose value is a number."""
     found = read_term(context, node, (NUMBER,))
-    if found is not None and found[1] != (NUMBER,):
+    if found is not None and found[1] not in ((NUMBER,), ANY):
         context.report(node, f'"{context.text(node)}" is no number, expected one')
         return None
     return None if found is None else found[0]
@@ -208,7 +208,7 @@ def _comparison(context: Context, node: Expression) -> f.Comparison | f.Truth | 
         return None
     if node.kind not in ("=", "!="):
         for part, (_, kinds) in zip(node.parts, (left, right), strict=True):
-            if kinds != (NUMBER,):
+            if kinds not in ((NUMBER,), ANY):
                 context.report(part, f'"{node.kind}" compares numbers, "{context.text(part)}" is none')
                 return None
     elif not context.vocabulary.types.comparable(left[1], right[1]):

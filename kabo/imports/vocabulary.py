@@ -15,6 +15,7 @@ OBJECT = "object"
 NUMBER = "number"
 
 Kinds = tuple[str, ...]  # kabo's names of types, any of which is right; (NUMBER,) for numbers
+ANY: Kinds = ()  # what is unknown because of a mistake that was reported: fits everywhere
 
 
 class Types:
@@ -47,10 +48,14 @@ class Types:
 
     def fits(self, kinds: Kinds, wanted: Kinds) -> bool:
         """Whether a term of `kinds` may stand where `wanted` is asked for."""
-        return kinds == wanted or all(any(self.is_a(kind, each) for each in wanted) for kind in kinds)
+        if kinds == wanted or not wanted:
+            return True
+        return all(any(self.is_a(kind, each) for each in wanted) for kind in kinds)
 
     def common(self, kinds: Kinds) -> str:
         """The nearest type that contains all of `kinds`."""
+        if not kinds:
+            return self.known[OBJECT]
         shared = self.ancestors(kinds[0])
         for kind in kinds[1:]:
             others = self.ancestors(kind)
@@ -59,6 +64,8 @@ class Types:
 
     def comparable(self, first: Kinds, second: Kinds) -> bool:
         """Whether terms of these kinds can be equal (as kabo's checker judges it)."""
+        if not first or not second:
+            return True
         if NUMBER in first or NUMBER in second:
             return first == second
         one, other = self.common(first), self.common(second)
@@ -103,7 +110,7 @@ class Vocabulary:
     names: Names = field(default_factory=Names)
     predicates: dict[str, Signature] = field(default_factory=dict)  # by the name in the file
     functions: dict[str, Signature] = field(default_factory=dict)
-    objects: dict[str, tuple[str, str]] = field(default_factory=dict)  # name in the file -> kabo's, its type
+    objects: dict[str, tuple[str, str]] = field(default_factory=dict)  # name in the file -> kabo's, its type or ""
     places: dict[str, Place | None] = field(default_factory=dict)  # of objects
 
     def signatures(self) -> dict[str, tuple[str, Place | None]]:
@@ -116,6 +123,29 @@ class Vocabulary:
     def near(self, word: str, known: Iterable[str], *, all_if_few: bool = True) -> str | None:
         """The remedy `did you mean …` for an unknown name."""
         return self.findings.near(word, list(known), self.signatures(), all_if_few=all_if_few)
+
+    def kinds_of_object(self, original: str) -> Kinds:
+        """The type of an object; ANY if it was declared with one that does not exist."""
+        kind = self.objects[original][1]
+        return (kind,) if kind else ANY
+
+    def report_renamed(self) -> None:
+        """Warns of every name that is not what its spelling lets expect."""
+        places = {each.original: each.place for each in (*self.predicates.values(), *self.functions.values())}
+        for names, at in ((self.types.names, self.types.places), (self.names, {**places, **self.places})):
+            for name, original in names.originals.items():
+                place = at.get(original)
+                plain = names.plain(original)
+                if name == plain or place is None:
+                    continue
+                owner = names.originals.get(plain)
+                reason = (
+                    f'"{plain}" is taken by "{owner}"'
+                    if owner is not None
+                    else f'"{plain}" has a meaning of its own'
+                )
+                message = f'"{original}" is called "{name}" in kabo and in its plans'
+                self.findings.add(place, message, reason, warning=True)
 
     def declared_at(self, signature: Signature) -> str | None:
         """The remedy that shows a declaration."""

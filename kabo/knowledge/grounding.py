@@ -70,6 +70,7 @@ def ground(problem: Problem) -> Task:
         relevance=Relevance(actions, query, branchings, closure, [group.mask for group in compiler.fluents]),
         closure=closure,
         may_wait=bool(_learned(branchings, closure) & (asked | _denied(actions, query, closure))),
+        groups=tuple(compiler.fluents),
         functional=union(group.known for group in compiler.fluents if isinstance(group, TermBits)),
         width=compiler.fluents.width,
     )
@@ -102,7 +103,15 @@ def _is_complete(compiler: Compiler, name: str) -> bool:
 def _action(draft: Draft, index: int, lexicon: Lexicon, closure: Closure) -> GroundAction:
     effects = effects_of(draft.updates, lexicon)
     return GroundAction(
-        draft.name, draft.arguments, draft.call, draft.sense, draft.precondition, effects, closure, index, draft.cost
+        draft.name,
+        draft.arguments,
+        draft.call,
+        draft.sense,
+        draft.precondition,
+        effects,
+        closure,
+        index,
+        draft.cost,
     )
 
 

@@ -147,6 +147,8 @@ class Lexicon:
         default_factory=dict
     )  # bit -> bits that cannot both be made
 
+    switches: dict[tuple[int, ...], tuple[list[Update], Switch]] = field(default_factory=dict)  # made so far
+
     @staticmethod
     def of(groups: Iterable[Group], entries: Iterable[Entry] = ()) -> "Lexicon":
         """The lexicon of a vocabulary."""
@@ -191,20 +193,29 @@ def effects_of(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
 
 def _switches(updates: list[Update], lexicon: Lexicon) -> tuple[tuple[Switch, ...], tuple[Update, ...]]:
     """Updates that wait for one value of the same term as one look-up; equal conditions are one update."""
+    by_term: dict[int, list[Update]] = {}
+    for update in updates:
+        by_term.setdefault(_waits_for(update.condition, lexicon), []).append(update)
+    rest = _merged(by_term.pop(0, []))
+    switches = []
+    for mask, group in by_term.items():
+        if len(group) == 1:
+            rest += group
+            continue
+        key = tuple(map(id, group))  # actions share the updates that do not depend on all of their arguments
+        if key not in lexicon.switches:
+            table = {u.condition.reads: (u.clear, u.make, u.touch) for u in _merged(group)}
+            lexicon.switches[key] = group, Switch(mask, table)
+        switches.append(lexicon.switches[key][1])
+    return tuple(switches), tuple(rest)
+
+
+def _merged(updates: list[Update]) -> list[Update]:
     merged: dict[Query, Update] = {}
     for update in updates:
         other = merged.get(update.condition)
         merged[update.condition] = update if other is None else _both(other, update)
-    by_term: dict[int, list[Update]] = {}
-    for update in merged.values():
-        by_term.setdefault(_waits_for(update.condition, lexicon), []).append(update)
-    rest = by_term.pop(0, []) + [group[0] for group in by_term.values() if len(group) == 1]
-    switches = [
-        Switch(mask, {u.condition.reads: (u.clear, u.make, u.touch) for u in group})
-        for mask, group in by_term.items()
-        if len(group) > 1
-    ]
-    return tuple(switches), tuple(rest)
+    return list(merged.values())
 
 
 def _both(one: Update, other: Update) -> Update:

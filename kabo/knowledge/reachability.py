@@ -32,13 +32,14 @@ def relaxed_reach(
     layers = 0
     while True:
         now = ones, zeros, len(reached)
+        possible: dict[int, bool] = {}  # of updates; actions share many
         new_ones, new_zeros = ones, zeros
         for action in actions:
             if action.index in reached and not action.reads & learning.fresh:
                 continue
             if action.precondition.possible(ones, zeros):
                 reached.add(action.index)
-                made, cleared = _relaxed_effects(action, ones, zeros)
+                made, cleared = _relaxed_effects(action, ones, zeros, possible)
                 new_ones |= made
                 new_zeros |= cleared
         ones, zeros = learning.after(new_ones, new_zeros)
@@ -54,10 +55,13 @@ def unreachable_goals(task: Task) -> list[str]:
     return [part.text for part in task.goal if not part.query.possible(reach.ones, reach.zeros)]
 
 
-def _relaxed_effects(action: GroundAction, ones: int, zeros: int) -> tuple[int, int]:
+def _relaxed_effects(action: GroundAction, ones: int, zeros: int, possible: dict[int, bool]) -> tuple[int, int]:
     made, cleared = 0, union(entry.mask for entry in action.effects.entries)
     for update in action.effects.updates:
-        if update.condition.possible(ones, zeros):
+        known = possible.get(id(update))
+        if known is None:
+            known = possible[id(update)] = update.condition.possible(ones, zeros)
+        if known:
             made |= update.make | (update.assignment.bits.mask if update.assignment else 0)
             cleared |= update.clear
     return made, cleared

@@ -107,9 +107,7 @@ class Relevance:
         return state & kept
 
 
-def _readers(
-    actions: Iterable[GroundAction], groups: Iterable[int]
-) -> Iterator[tuple[int, list[GroundAction]]]:
+def _readers(actions: Iterable[GroundAction], groups: Iterable[int]) -> Iterator[tuple[int, list[GroundAction]]]:
     """Each group of bits with the actions that read any of them."""
     groups = list(groups)
     home = {bit: number for number, group in enumerate(groups) for bit in bits_of(group)}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
-from kabo.knowledge.facts import open_entries
+from kabo.knowledge.facts import Group, open_entries
 from kabo.knowledge.queries import GeometricOracle, Query, optimistic
 from kabo.knowledge.relevance import Relevance
 
@@ -37,6 +37,7 @@ class Task:
     relevance: Relevance
     closure: Closure
     may_wait: bool  # whether more knowledge may be less: then it may be wise not to branch on what was sensed
+    groups: tuple[Group, ...]  # the bits of all atoms and terms that can change
     functional: int  # the bits of known values of terms: of each term at most one is set
     width: int  # how many bits a state has
 

@@ -21,7 +21,7 @@ from kabo.language.vocabulary import Scope, Symbol
 PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "initial", "goal", "options")
 OPTION_KEYS = ("search", "seed", "epsilon", "geometry", "budget")
 BUDGET_KEYS = ("expansions", "samples", "seconds")
-SEARCHES = ("breadth-first", "depth-first", "iterative-deepening", "greedy", "astar")
+SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening")
 THINGS = ("robot", "body", "region")
 GEOMETRIES = ("bounding", "exact", "none")
 

@@ -30,7 +30,7 @@ from kabo.planner.skeleton import (
 from kabo.planner.space import Decide, Node, Space, Step
 from kabo.planner.weak import BudgetSpent, Counter, OnProgress, WeakGraph, choice_of, steps_of
 
-DEFAULT_SEARCH = "breadth-first"
+DEFAULT_SEARCH = "best"
 
 Outcome = Solved | Failure
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
@@ -56,9 +56,18 @@ def find_skeleton(
     Raises:
         KeyError: there is no search of that name.
     """
-    counter = Counter(limits or Limits(), on_progress)
+    limits, search = limits or Limits(), search or DEFAULT_SEARCH
+    if search in ("best", "astar", "breadth-first") and not task.branchings:
+        from kabo.planner.classical import classical_task
+        from kabo.planner.packed import packed_skeleton
+
+        compiled = classical_task(task)
+        found = None if compiled is None else packed_skeleton(task, compiled, search, geometry, limits)
+        if found is not None:
+            return found
+    counter = Counter(limits, on_progress)
     for may_wait in (False, True) if task.may_wait else (False,):
-        contingent = _Contingent(Space(task, geometry, may_wait), search or DEFAULT_SEARCH, counter)
+        contingent = _Contingent(Space(task, geometry, may_wait), search, counter)
         try:
             outcome = _run(contingent.solve(contingent.space.start, []))
         except BudgetSpent as spent:

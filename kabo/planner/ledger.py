@@ -88,6 +88,11 @@ class Ledger:
         """Geometric tests in formulas are taken to hold until they are asked."""
         return True
 
+    def refused_everywhere(self) -> "frozenset[GroundCall] | None":
+        """The refused calls if every refusal holds for all attempts in all situations."""
+        rows = [refusal for found in self.refusals.values() for refusal in found]
+        return frozenset(self.refusals) if all(r.attempt == 0 and not r.pattern for r in rows) else None
+
     # ------------------------------------------------------------------------------------------ keeping books
     def after(self, call: GroundCall, attempt: int, trace: Trace) -> Trace:
         """The trace after a call: what it moves has the lineage of the call and of what its samples depend on."""
@@ -172,6 +177,10 @@ class Interleaved:
     def test(self, call: GroundCall, trace: int) -> bool:
         """Geometric tests in formulas are taken to hold."""
         return True
+
+    def refused_everywhere(self) -> "frozenset[GroundCall] | None":
+        """Nothing is said of calls without a situation."""
+        return None
 
     def failures(self) -> list[tuple[GroundCall, Failure]]:
         """Every call that failed somewhere, with its first failure."""

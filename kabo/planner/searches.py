@@ -43,6 +43,10 @@ class Graph(Protocol[Node, Made_co]):
         """How far these conjuncts seem (None: out of reach), and which actions seem to lead there."""
         ...
 
+    def cost(self, move: Made_co) -> float:  # type: ignore[misc]
+        """What the move costs."""
+        ...
+
     def is_preferred(self, move: Made_co, preferred: frozenset[int]) -> bool:  # type: ignore[misc]
         """Whether the move is one of those actions."""
         ...
@@ -72,6 +76,28 @@ def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
                 if graph.is_end(child):
                     return Search(_path(parents, key))
                 queue.append((key, child))
+    return Search(None, parents.keys())
+
+
+def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+    """A path of least cost to an end (A* without a heuristic: knowledge that is sensed is not estimated admissibly)."""
+    root = graph.key(start)
+    parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
+    costs: dict[Hashable, float] = {root: 0.0}
+    queue: list[tuple[float, int, Hashable, Node]] = [(0.0, 0, root, start)]
+    done: set[Hashable] = set()
+    while queue:
+        cost, number, key, node = heappop(queue)
+        if key in done:
+            continue
+        if number and graph.is_end(node):
+            return Search(_path(parents, key))
+        done.add(key)
+        for child_key, move, child in graph.successors(node):
+            total = cost + graph.cost(move)
+            if child_key not in costs or total < costs[child_key]:
+                costs[child_key], parents[child_key] = total, (key, move, child)
+                heappush(queue, (total, len(queue) + len(done) + 1, child_key, child))
     return Search(None, parents.keys())
 
 
@@ -262,5 +288,6 @@ SEARCHES: dict[str, Algorithm] = {  # type: ignore[type-arg]
     "depth-first": depth_first,
     "iterative-deepening": iterative_deepening,
     "greedy": greedy,
-    "serial": serial,
+    "astar": cheapest_first,
+    "best": serial,
 }

@@ -31,6 +31,10 @@ class Geometry(Protocol):
         """A geometric test inside a formula; True where unknown."""
         ...
 
+    def refused_everywhere(self) -> "frozenset[GroundCall] | None":
+        """The refused calls, if each is refused whatever was done before; None if it depends on that for any."""
+        ...
+
 
 @dataclass(frozen=True)
 class Limits:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic p
     from kabo.planner.ledger import Interleaved, Ledger
 
 MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
-DEFAULT_SEARCH = "breadth-first"
+DEFAULT_SEARCH = "best"
 
 
 @dataclass(frozen=True)

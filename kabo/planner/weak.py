@@ -101,6 +101,10 @@ class WeakGraph:
         found = self._space.relaxation.estimate(node[0], parts)
         return found.value, frozenset(found.preferred)
 
+    def cost(self, move: Move) -> float:
+        """What the action costs; branching costs nothing."""
+        return 0.0 if move[0] is None else move[0][0].cost
+
     def is_preferred(self, move: Move, preferred: frozenset[int]) -> bool:
         """Whether the move is one of those actions, or only branches."""
         return move[0] is None or move[0][0].index in preferred

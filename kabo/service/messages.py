@@ -33,7 +33,7 @@ _IDENTIFIER = re.compile(r"[A-Za-z0-9_.-]{1,128}")
 class SolveOptions(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True, frozen=True):
     """The options of `solve`, as every door takes them; None leaves the choice to problem and scene."""
 
-    search: Literal["breadth-first", "depth-first", "iterative-deepening"] | None = None
+    search: Literal["best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening"] | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] | None = None
     epsilon: Annotated[float, msgspec.Meta(gt=0)] | None = None
     geometry: Literal["bounding", "exact", "none"] | None = None

@@ -1,0 +1,250 @@
+"""Tasks without sensing as finite-domain tasks: what is known of an atom or term is the value of a variable.
+
+Then the packed searches of `kabo.finite_domain` find the plan. What cannot be said so (numbers, inferences, exclusions
+of values, geometric tests, what is sensed) is left to the searches on knowledge states.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from math import lcm
+
+from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
+from kabo.knowledge import GroundAction, Query, Task
+from kabo.knowledge.facts import AtomBits, TermBits
+from kabo.knowledge.progression import Update
+from kabo.knowledge.queries import All, AllOf, AnyOf, Some
+
+Conditions = tuple[tuple[int, tuple[int, ...]], ...]
+ALTERNATIVES = 64  # a condition with more is left to the other searches
+
+
+class _Inexpressible(Exception):
+    """The task cannot be said in finite domains; never leaves this module."""
+
+
+def classical_task(task: Task) -> CompiledTask | None:
+    """The task for `kabo.finite_domain`, its operators owned by the actions' indices; None if it cannot be said."""
+    if task.branchings or not task.closure.is_empty:
+        return None
+    try:
+        converter = _Converter(task)
+        simple = CompiledTask(converter.converted())
+        if converter.claims and not all(_never(simple, claim) for claim in converter.claims):
+            converter.exact = True
+            return CompiledTask(converter.converted())
+    except _Inexpressible:
+        return None
+    return simple
+
+
+def _never(compiled: CompiledTask, claim: Conditions) -> bool:
+    """Whether the conditions never hold together; `mutexes` are those of all states reached from the first one.
+
+    The task was simplified as if they never did. Up to the first state in which they do, it is the task itself; and
+    in the simplified one there is no such state: so there is none.
+    """
+    offset = compiled.relaxed.offset
+    facts = [tuple(offset[number] + value for value in values) for number, values in claim]
+    never = compiled.mutexes.never_with(facts)
+    return any(all(never >> fact & 1 for fact in part) for part in facts)
+
+
+@dataclass
+class _Place:
+    """A variable: the bits of its group, and the patterns of them that are its values."""
+
+    number: int
+    text: str
+    mask: int
+    patterns: list[int]
+
+
+class _Converter:
+    """One conversion; equal updates are converted once."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.places: list[_Place] = []
+        self._home: dict[int, _Place] = {}
+        for group in task.groups:
+            if not isinstance(group, AtomBits | TermBits) or (isinstance(group, TermBits) and group.unequal):
+                raise _Inexpressible
+            place = _Place(len(self.places), group.text, group.mask, [task.initial & group.mask])
+            self.places.append(place)
+            mask = group.mask
+            while mask:
+                bit = mask & -mask
+                self._home[bit] = place
+                mask ^= bit
+        self._updates: dict[int, list[Effect]] = {}
+        self.exact = False
+        self.claims: list[Conditions] = []  # what must never hold together for the task to be right, unless exact
+        self._find_patterns()
+
+    def _find_patterns(self) -> None:
+        """All patterns that updates can make of those that there are."""
+        updates = {id(u): u for action in self.task.actions for u in action.effects.updates}
+        writing: dict[int, list[tuple[int, int]]] = {}
+        for update in updates.values():
+            if update.assignment is not None:
+                raise _Inexpressible
+            for place in self._touched(update.writes):
+                writing.setdefault(place.number, []).append((update.clear, update.make))
+        for number, pairs in writing.items():
+            place = self.places[number]
+            distinct = dict.fromkeys((clear & place.mask, make & place.mask) for clear, make in pairs)
+            known = set(place.patterns)
+            for pattern in place.patterns:  # grows while it is read
+                for clear, make in distinct:
+                    after = pattern & ~clear | make
+                    if after not in known:
+                        known.add(after)
+                        place.patterns.append(after)
+
+    def converted(self) -> FiniteTask:
+        """The finite-domain task."""
+        goals = self._alternatives(self.task.goal_query)
+        if len(goals) != 1:
+            raise _Inexpressible
+        scale = lcm(*(self._cost(action).denominator for action in self.task.actions))
+        operators = tuple(o for action in self.task.actions for o in self._operators(action, scale))
+        variables = tuple(Variable(place.text, len(place.patterns)) for place in self.places)
+        return FiniteTask(variables, (0,) * len(variables), operators, goals[0])
+
+    def _cost(self, action: GroundAction) -> Fraction:
+        return Fraction(action.cost).limit_denominator(1000)
+
+    def _operators(self, action: GroundAction, scale: int) -> Iterator[Operator]:
+        cost = int(self._cost(action) * scale)
+        for conditions in self._alternatives(action.precondition):
+            effects = self._effects(action, conditions)
+            yield Operator(str(action), conditions, effects, cost, action.index)
+
+    # ---------------------------------------------------------------------------------------------- conditions
+    def _alternatives(self, query: Query) -> list[Conditions]:
+        """The query as alternatives of conditions on variables; a part that nothing can meet has none."""
+        match query:
+            case AllOf(mask, value):
+                found = tuple(self._test(place, mask, value) for place in self._touched(mask))
+                return [found] if all(values for _, values in found) else []
+            case AnyOf(mask):
+                return [
+                    alternative
+                    for place in self._touched(mask)
+                    if (alternative := ((place.number, self._having(place, mask)),))[0][1]
+                ]
+            case Some():
+                alternatives = [one for part in query.parts for one in self._alternatives(part)]
+            case All():
+                parts = [self._alternatives(part) for part in query.parts]
+                alternatives = []
+                if sum(len(part) > 1 for part in parts) > 4:
+                    raise _Inexpressible
+                for chosen in product(*parts):
+                    alternatives.append(tuple(condition for one in chosen for condition in one))
+            case _:
+                raise _Inexpressible
+        if len(alternatives) > ALTERNATIVES:
+            raise _Inexpressible
+        return alternatives
+
+    def _test(self, place: _Place, mask: int, value: int) -> tuple[int, tuple[int, ...]]:
+        own = mask & place.mask
+        values = tuple(i for i, pattern in enumerate(place.patterns) if pattern & own == value & place.mask)
+        return place.number, values
+
+    def _having(self, place: _Place, mask: int) -> tuple[int, ...]:
+        return tuple(i for i, pattern in enumerate(place.patterns) if pattern & mask)
+
+    def _touched(self, mask: int) -> list[_Place]:
+        found = []
+        while mask:
+            place = self._home[mask & -mask]
+            found.append(place)
+            mask &= ~place.mask
+        return found
+
+    # ------------------------------------------------------------------------------------------------- effects
+    def _effects(self, action: GroundAction, conditions: Conditions) -> tuple[Effect, ...]:
+        by_variable: dict[int, list[tuple[Effect, bool]]] = {}
+        for update in action.effects.updates:
+            for effect in self._converted_update(update):
+                by_variable.setdefault(effect.variable, []).append((effect, bool(update.make)))
+        effects: list[Effect] = []
+        for found in by_variable.values():
+            if len({effect.value for effect, _ in found}) == 1:
+                effects += dict.fromkeys(effect for effect, _ in found)
+            else:
+                effects += self._add_wins(found, conditions)
+        return tuple(effects)
+
+    def _converted_update(self, update: Update) -> list[Effect]:
+        known = self._updates.get(id(update))
+        if known is None:
+            known = self._updates[id(update)] = [
+                effect
+                for conditions in self._alternatives(update.condition)
+                for place in self._touched(update.writes)
+                for effect in self._on_place(place, update, conditions)
+            ]
+        return known
+
+    def _on_place(self, place: _Place, update: Update, conditions: Conditions) -> Iterator[Effect]:
+        """What an update makes of one variable, whatever its value; by its old value where that makes a difference."""
+        clear, make = update.clear & place.mask, update.make & place.mask
+        allowed = set(range(len(place.patterns)))
+        for number, values in conditions:
+            if number == place.number:
+                allowed &= set(values)
+        after = {old: place.patterns.index(place.patterns[old] & ~clear | make) for old in sorted(allowed)}
+        if all(old == new for old, new in after.items()):
+            return
+        if len(set(after.values())) == 1:
+            yield Effect(conditions, place.number, next(iter(after.values())))
+            return
+        for old, new in after.items():
+            if old != new:
+                yield Effect((*conditions, (place.number, (old,))), place.number, new)
+
+    def _add_wins(self, found: Sequence[tuple[Effect, bool]], conditions: Conditions) -> Iterator[Effect]:
+        """Effects on one variable that differ: those that only forget wait for those that add not to happen.
+
+        If what adds seems never to happen together with the preconditions, that is claimed, and nothing waits.
+        """
+        adding = [effect for effect, adds in found if adds]
+        if not _exclude_each_other(adding):
+            raise _Inexpressible
+        if not self.exact and adding:
+            self.claims += [(*conditions, *effect.conditions) for effect in dict.fromkeys(adding)]
+            yield from dict.fromkeys(effect for effect, adds in found if not adds)
+            return
+        yield from dict.fromkeys(adding)
+        for effect in dict.fromkeys(effect for effect, adds in found if not adds):
+            waiting = [effect]
+            for other in adding:
+                waiting = [
+                    Effect((*one.conditions, (number, others)), one.variable, one.value)
+                    for one in waiting
+                    for number, values_ in other.conditions
+                    if (others := self._others(number, values_))
+                ]
+            if len(waiting) > ALTERNATIVES:
+                raise _Inexpressible
+            yield from waiting
+
+    def _others(self, number: int, values: Iterable[int]) -> tuple[int, ...]:
+        excluded = set(values)
+        return tuple(i for i in range(len(self.places[number].patterns)) if i not in excluded)
+
+
+def _exclude_each_other(effects: Sequence[Effect]) -> bool:
+    """Whether no two effects with different values can happen at once."""
+    tested = [dict(effect.conditions) for effect in effects]
+    return all(
+        one.value == other.value
+        or any(set(values).isdisjoint(tested[j].get(number, values)) for number, values in tested[i].items())
+        for i, one in enumerate(effects)
+        for j, other in enumerate(effects[:i])
+    )
