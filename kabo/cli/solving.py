@@ -15,7 +15,7 @@ SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterativ
 def add_search_arguments(parser: argparse.ArgumentParser) -> None:
     """The options that say how to search; each that is not given is left to the problem and the scene."""
     add_problem_argument(parser)
-    parser.add_argument("--search", choices=SEARCHES, help="how to search (default: best, the all-round one; astar: plans of least cost)")
+    parser.add_argument("--search", choices=SEARCHES, help="how to search (default: best; astar: least cost)")
     parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
     parser.add_argument(
         "--epsilon", type=positive, metavar="E", help="tolerance of geometric predicates in metres"

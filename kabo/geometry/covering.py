@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.spatial import ConvexHull, QhullError
 
-from kabo.geometry.nearness import looks_near
+from kabo.geometry.nearness import EVEN, judged, looks_near
 from kabo.geometry.parts import Array
 from kabo.geometry.solids import Solid
 
@@ -19,13 +19,43 @@ Members = tuple[int, ...]
 INSIDE = 1e-12  # m
 COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
 NEIGHBOURS = 8  # that are asked to take a cell
+CLIMBS = 12  # steps of a point away from the solid
+AGAIN = 6  # times a set may grow until its hull is not refuted
+SURE = 4_000  # tetrahedra after which it is not
+
+
+class Voids:
+    """Points found far outside a solid, which no hull near it may hold: samples of its surface miss closed hollows."""
+
+    def __init__(self, solid: Solid) -> None:
+        self.solid = solid
+        self._points, self._depths = np.empty((0, 3)), np.empty(0)
+
+    def meet(self, hull: ConvexHull, limit: float) -> bool:
+        """Whether a hull holds one that is farther than `limit` [m] from the solid."""
+        points = self._points[self._depths > limit]
+        return bool((points @ hull.equations[:, :3].T + hull.equations[:, 3] <= 0.0).all(axis=1).any())
+
+    def add(self, point: Array, hull: ConvexHull) -> None:
+        """Takes a point (3,) outside, moved to where it is farther from the solid, but still in the hull."""
+        depth = float(self.solid.outside_distances(point[None])[0])
+        step = depth
+        for _ in range(CLIMBS):
+            around = point + step * EVEN
+            around = around[(around @ hull.equations[:, :3].T + hull.equations[:, 3] <= -INSIDE).all(axis=1)]
+            depths = self.solid.outside_distances(around) if len(around) else np.zeros(1)
+            if depths.max() > depth:
+                point, depth = around[int(np.argmax(depths))], float(depths.max())
+            else:
+                step *= 0.5
+        self._points, self._depths = np.vstack([self._points, point]), np.r_[self._depths, depth]
 
 
 class Growth:
     """Grows sets of cells whose joint hull looks near a solid."""
 
-    def __init__(self, solid: Solid, limit: float, points: Sequence[Array]) -> None:
-        self.solid, self.limit = solid, limit
+    def __init__(self, solid: Solid, limit: float, points: Sequence[Array], voids: Voids) -> None:
+        self.solid, self.limit, self._voids = solid, limit, voids
         self.points = [thinned(each, 0.05 * limit) for each in points]
         self._volumes = [float(ConvexHull(each).volume) for each in self.points]
         self._middles = np.array([each.mean(axis=0) for each in self.points])
@@ -35,10 +65,25 @@ class Growth:
         self._touching: NDArray[np.bool_] = np.asarray(
             (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
         )
-        self._pairs: dict[tuple[int, int], bool] = {}
+        self._joints: dict[Members, bool] = {}
 
     def from_seed(self, seed: int, nearest: bool) -> Members:
-        """The cells of the set grown from one: always the nearest neighbour, or the one that adds least in vain."""
+        """The cells of the set grown from one: always the nearest neighbour, or the one that adds least in vain.
+
+        Where the hull is refuted for all that, the set grows again around the void that was found.
+        """
+        for _ in range(AGAIN):
+            members = self._grown(seed, nearest)
+            if len(members) == 1:
+                break
+            hull = ConvexHull(np.vstack([self.points[j] for j in members]))
+            far = judged(self.solid, hull.points, self.limit, SURE)[1]
+            if far is None:
+                break
+            self._voids.add(far, hull)
+        return members
+
+    def _grown(self, seed: int, nearest: bool) -> Members:
         members, hull = [seed], ConvexHull(self.points[seed])
         compared = np.zeros(len(self.points), np.int64)  # with how many of the members a cell is known to fit
         refused = np.zeros(len(self.points), bool)
@@ -60,7 +105,7 @@ class Growth:
                 candidates = best + candidates[COMPARED:]
             for j in candidates:
                 larger = joined[j] if j in joined else self._joined(corners, j)
-                if looks_near(self.solid, larger, self.limit):
+                if self._looks_near(larger):
                     hull = larger
                     members.append(j)
                     members += self._swallowed(hull, members)
@@ -89,34 +134,35 @@ class Growth:
         """The groups without one of them, whose cells the others have taken; None if they cannot."""
         others = [list(group) for index, group in enumerate(groups) if index != giver]
         for i in groups[giver]:
-            middles = [np.mean([self._middles[j] for j in group], axis=0) for group in others]
+            touched = [b for b, group in enumerate(others) if self._touching[i, group].any()]
+            middles = [self._middles[others[b]].mean(axis=0) for b in touched]
             away = [float(np.round(np.linalg.norm(middle - self._middles[i]), 9)) for middle in middles]
-            touched = [b for b in np.argsort(away, kind="stable").tolist() if self._touching[i, others[b]].any()]
-            for b in touched[:NEIGHBOURS]:
-                points = np.vstack([self.points[j] for j in sorted([*others[b], i])])
-                if looks_near(self.solid, ConvexHull(points), self.limit):
+            for b in [touched[k] for k in np.argsort(away, kind="stable")][:NEIGHBOURS]:
+                if self._joint(tuple(sorted([*others[b], i]))):
                     others[b].append(i)
                     break
             else:
                 return None
         return others
 
+    def _joint(self, members: Members) -> bool:
+        """Whether the hull of some cells looks near, or did before the latest voids were found; two: at a glance."""
+        if members not in self._joints:
+            hull = ConvexHull(np.vstack([self.points[j] for j in members]))
+            self._joints[members] = self._looks_near(hull, glance=len(members) == 2)
+        return self._joints[members]
+
+    def _looks_near(self, hull: ConvexHull, glance: bool = False) -> bool:
+        return not self._voids.meet(hull, self.limit) and looks_near(self.solid, hull, self.limit, glance)
+
     def _fits_all(
         self, members: list[int], j: int, compared: NDArray[np.int64], refused: NDArray[np.bool_]
     ) -> bool:
         known, compared[j] = compared[j], len(members)
-        if all(self._pair(i, j) for i in members[known:]):
+        if all(self._joint((min(i, j), max(i, j))) for i in members[known:]):
             return True
         refused[j] = True
         return False
-
-    def _pair(self, i: int, j: int) -> bool:
-        """Whether the hull of two cells looks near."""
-        pair = min(i, j), max(i, j)
-        if pair not in self._pairs:
-            hull = ConvexHull(np.vstack([self.points[pair[0]], self.points[pair[1]]]))
-            self._pairs[pair] = looks_near(self.solid, hull, self.limit)
-        return self._pairs[pair]
 
     def _swallowed(self, hull: ConvexHull, members: list[int]) -> list[int]:
         """Cells wholly inside a hull that are not members yet."""

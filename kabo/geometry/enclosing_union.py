@@ -11,24 +11,24 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.cells import Cell, cut
-from kabo.geometry.covering import Growth, Members, fewest_sets
-from kabo.geometry.nearness import proven_near
+from kabo.geometry.covering import Growth, Members, Voids, fewest_sets
+from kabo.geometry.nearness import judged, proven_near
 from kabo.geometry.parts import Array
-from kabo.geometry.reduction import PROOF, solid_points
+from kabo.geometry.reduction import PROOF
 from kabo.geometry.simplification import enclosing_part
 from kabo.geometry.solids import Solid
-from kabo.geometry.splitting import Atom, TooFine, atoms
+from kabo.geometry.splitting import Atom, TooFine, atoms, in_two
 
 CELLS = 0.4  # of epsilon: how far the hull of a cell may stick out
 JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
-CROWDED = 60  # cells above which only the last of these is tried
+CROWDED = 110  # cells above which only the last of these is tried
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
 MOST = 1000  # cells
 ENOUGH = 2  # sets of one kind that hold a cell
 ROUNDS = 6  # of choosing sets by what their parts turned out to cost
 SPARE = 1.5  # parts made for each that is used, after which no better choice is sought
-HALVINGS = 8  # of a cell whose part cannot be proven, or has too many corners
+HALVINGS = 8  # of a cell whose part has too many corners
+CUTS = 24  # of a cell whose part cannot be proven
 SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
 FEWER_PARTS = 2.0  # corners that one part less is worth
 
@@ -51,7 +51,7 @@ def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    return atoms(solid, CELLS * epsilon, np.empty((0, 4)), MOST)
+    return atoms(solid, CELLS * epsilon, MOST)
 
 
 def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
@@ -90,8 +90,9 @@ def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners
 def _sets(solid: Solid, cells: list[Atom], epsilon: float) -> list[Members]:
     """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
+    voids = Voids(solid)
     for share, nearest in JOINED if len(cells) <= CROWDED else JOINED[-1:]:
-        growth = Growth(solid, share * epsilon, [cell.points for cell in cells])
+        growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
         found |= _grown(growth, len(cells), nearest)
         sets = sorted(found)
         for weight in WEIGHTS:
@@ -181,27 +182,20 @@ def _cost(members: Members, made: dict[Members, Array | None], typical: float, c
 
 
 def _in_smaller_cells(solid: Solid, atom: Atom, epsilon: float, corners: int | None) -> list[tuple[Atom, Array]]:
-    """A cell that has no part, halved until all its halves have one."""
+    """A cell that has no part, cut until all that is left of it has one."""
     work, found = [(atom, 0)], []
     while work:
         current, depth = work.pop()
         part = enclosing_part(solid, current.points, epsilon)
-        few = corners is None or part is None or len(part) <= corners or depth == HALVINGS
+        few = corners is None or part is None or len(part) <= corners or depth >= HALVINGS
         if part is not None and few:
             found.append((current, part))
             continue
-        if depth == HALVINGS:
+        if depth == CUTS:
             raise Undecided
-        halves = [half for half in _halves(current.cell, current.points) if len(half.segments)]
-        work += [(Atom(solid_points(half.points, 2.5e-3 * epsilon), half), depth + 1) for half in halves]
+        far = judged(solid, current.points, CELLS * epsilon)[1]
+        work += [(half, depth + 1) for half in in_two(solid, current, CELLS * epsilon, far)]
     return found
-
-
-def _halves(cell: Cell, points: Array) -> tuple[Cell, Cell]:
-    """Both halves of a cell, cut in the middle of its longest side."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    axis = int(np.argmax(high - low))
-    return cut(cell, np.eye(3)[axis], float(0.5 * (low + high)[axis]))
 
 
 def _shrunk(

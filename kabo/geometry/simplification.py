@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.kernels.polytope_corners import all_near, contractions
+from kabo.geometry.kernels.polytope_corners import contractions, first_far
 from kabo.geometry.nearness import looks_near, proven_near
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import contains_proven, widened
@@ -173,4 +173,4 @@ def _star_is_near(
     samples = [0.5 * (spokes + place), 0.25 * spokes + 0.75 * place]
     if len(outer):
         samples += [(points[outer[:, 0]] + points[outer[:, 1]] + place) / 3.0]
-    return bool(all_near(np.vstack(samples), limit, *solid.tree, np.zeros(64, np.int64)))
+    return int(first_far(np.vstack(samples), limit, *solid.tree, np.zeros(64, np.int64))) < 0

@@ -2,8 +2,9 @@
 
 Two points of the solid block each other if the line between them leaves it by more than a limit; a convex part near
 the solid holds no such pair. The plane taken is the one that separates most blocked pairs for few others: unlike the
-volume of the hulls it sees what a first cut through a bore is good for. Candidates are planes along the faces of
-concave edges, across the cell's own axes, and any that are proposed.
+volume of the hulls it sees what a first cut through a bore is good for. A cell is cut because some point of its hull
+is too far from the solid: what is seen from there is looked at, too, so that a small hollow in a large cell is found.
+Candidates are planes along the faces of concave edges, and across the axes of the cell.
 """
 
 from dataclasses import dataclass
@@ -13,27 +14,22 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from kabo.geometry.cells import Cell, cut, whole
-from kabo.geometry.kernels.sight import blocked_pairs
-from kabo.geometry.nearness import proven_near
+from kabo.geometry.kernels.sight import blocked_pairs, first_crossings
+from kabo.geometry.nearness import EVEN, judged
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import solid_points
 from kabo.geometry.solids import Solid
 
 SIGHTS = 48  # points of a cell between which lines are drawn
+SEEN = 0.4  # of the limit: what a line may leave the solid by; less than the limit, since few lines pass the worst place
+CROSSINGS = 256  # of a line and the surface: more are not looked at
 POSITIONS = np.linspace(0.0, 1.0, 14)[1:-1]  # where a cell may be cut, along each of its axes
 CONCAVE = 60  # concave edges of a cell that propose planes, the greatest first
 FOR_THE_REST = 0.5  # what separating a pair that sees each other weighs against one that does not
 SLIVER = 0.2  # of the limit: nothing thinner is cut off
 LARGE = 4000  # points of a cell above which only some are looked at
 PROOF = 20_000  # tetrahedra after which a cell that looks near is taken for it
-
-
-@dataclass(frozen=True)
-class Atom:
-    """What the mesh keeps in a cell: its hull's corners (P, 3), near the solid."""
-
-    points: Array
-    cell: Cell
+THICK = 5e-3  # of the limit: a flat cell is made as thick
 
 
 @dataclass(frozen=True)
@@ -45,42 +41,67 @@ class Creases:
     right: Array
     weights: Array
 
-    def within(self, chosen: NDArray[np.bool_]) -> "Creases":
+    def within(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> "Creases":
         """Those chosen."""
         return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
+
+    def nearest(self, point: Array) -> "Creases":
+        """Those nearest to a point."""
+        away = ((self.middles - point) ** 2).sum(axis=1)
+        return self.within(np.argsort(np.round(away, 12), kind="stable")[:CONCAVE])
+
+
+@dataclass(frozen=True)
+class Atom:
+    """What the mesh keeps in a cell: its hull's corners (P, 3), and the concave edges."""
+
+    points: Array
+    cell: Cell
+    concave: Creases
 
 
 class TooFine(Exception):
     """More cells would be needed than were allowed; carries their number."""
 
 
-def atoms(solid: Solid, limit: float, proposed: Array, most: int) -> list[Atom]:
+def atoms(solid: Solid, limit: float, most: int) -> list[Atom]:
     """Cells whose hulls look near the solid within `limit` [m]; together they hold all of it.
 
     Args:
-        proposed: planes (N, 4), n·x = d, to consider besides its own.
         most: cells allowed.
 
     Raises:
         TooFine: more than `most` cells would be needed.
     """
-    work = [(whole(solid.vertices, solid.faces), creases(solid.vertices, solid.faces))]
+    cell = whole(solid.vertices, solid.faces)
+    work = [Atom(solid_points(cell.points, THICK * limit), cell, creases(solid.vertices, solid.faces))]
     found: list[Atom] = []
     while work:
-        cell, concave = work.pop()
-        points = solid_points(cell.points, 5e-3 * limit)
-        if proven_near(solid, points, limit, PROOF) is not False:
-            found.append(Atom(points, cell))
+        atom = work.pop()
+        near, far = judged(solid, atom.points, limit, PROOF)
+        if near is not False:
+            found.append(atom)
             continue
         if len(found) + len(work) >= most:
             raise TooFine(f"{most}")
-        plane = _best_plane(solid, cell, points, limit, concave, proposed)
-        normal, offset = plane[:3], float(plane[3])
-        above = concave.middles @ normal >= offset
-        for half, side in zip(cut(cell, normal, offset), (~above, above), strict=True):
-            if len(half.segments):
-                work.append((half, concave.within(side)))
+        work += in_two(solid, atom, limit, far)
     return found
+
+
+def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[Atom]:
+    """The parts of a cell on both sides of a plane.
+
+    Args:
+        far: a point (3,) of the cell's hull that is farther than `limit` [m] from the solid; None: any halves will do.
+    """
+    plane = _middle(atom.points) if far is None else _best_plane(solid, atom, limit, far)
+    normal, offset = plane[:3], float(plane[3])
+    above = atom.concave.middles @ normal >= offset
+    return [
+        Atom(solid_points(half.points, THICK * limit), half, atom.concave.within(side))
+        for half, side in zip(cut(atom.cell, normal, offset), (~above, above), strict=True)
+        if len(half.segments)
+    ]
 
 
 def creases(vertices: Array, faces: NDArray[np.int64]) -> Creases:
@@ -102,21 +123,51 @@ def creases(vertices: Array, faces: NDArray[np.int64]) -> Creases:
     return Creases(middles, normals[left], normals[right], angle * length).within(hollow)
 
 
-def _best_plane(solid: Solid, cell: Cell, points: Array, limit: float, concave: Creases, proposed: Array) -> Array:
+def _middle(points: Array) -> Array:
+    """The plane (4,) across the middle of the longest side."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    axis = int(np.argmax(high - low))
+    return np.r_[np.eye(3)[axis], 0.5 * (low + high)[axis]]
+
+
+def _best_plane(solid: Solid, atom: Atom, limit: float, far: Array) -> Array:
     """The plane (4,) that separates most blocked pairs for few others."""
-    sights = _spread(np.unique(np.vstack([points, cell.points]), axis=0), SIGHTS)
-    blocked = np.zeros((len(sights), len(sights)), np.int64)
-    blocked_pairs(sights, limit, *solid.tree, np.zeros(64, np.int64), blocked)
-    planes = np.vstack([_across(points), _along(concave), proposed])
+    points = atom.points
+    sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHTS)
+    blocked = _blocked(solid, sights, limit)
+    planes = np.vstack([_across(points), _along(atom.concave)])
+    if not blocked.any():  # too coarse a look
+        sights = np.ascontiguousarray(np.vstack([sights, _seen_from(solid, points, far)]))
+        blocked = _blocked(solid, sights, SEEN * limit)
+        planes = np.vstack([planes, _through(planes[:, :3], far), _along(atom.concave.nearest(far))])
     above = (sights @ planes[:, :3].T >= planes[:, 3]).astype(float)
     heights = points @ planes[:, :3].T - planes[:, 3]
     thickness = np.minimum(-heights.min(axis=0), heights.max(axis=0))
-    hidden = blocked.astype(float)
-    score = _separated(hidden, above) - FOR_THE_REST * _separated(1.0 - hidden, above)
+    score = _separated(blocked, above) - FOR_THE_REST * _separated(1.0 - blocked, above)
     if not blocked.any():
-        score = thickness  # too coarse a look: the middle is as good as any
+        score = thickness  # the middle is as good as any
     score = np.where(thickness >= min(SLIVER * limit, float(thickness.max())), score, -np.inf)
     return np.asarray(planes[int(np.argmax(np.round(score, 9)))], np.float64)
+
+
+def _blocked(solid: Solid, sights: Array, limit: float) -> Array:
+    """Which pairs of points (N, 3) cannot see each other: 1.0, others 0.0 (N, N)."""
+    blocked = np.zeros((len(sights), len(sights)), np.int64)
+    blocked_pairs(sights, limit, *solid.tree, np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS), blocked)
+    return blocked.astype(float)
+
+
+def _seen_from(solid: Solid, points: Array, far: Array) -> Array:
+    """The points (N, 3) of the surface that are seen from a point within the hull of others, and are in that hull."""
+    hull = ConvexHull(points).equations
+    room = np.maximum(-(hull[:, :3] @ far + hull[:, 3]), 0.0)
+    nearing = np.maximum(hull[:, :3] @ EVEN.T, 1e-12)  # of each face, in each direction
+    steps = np.ascontiguousarray(EVEN * (room[:, None] / nearing).min(axis=0)[:, None])
+    shares = np.ones(len(steps))
+    scratch = np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS)
+    first_crossings(far, steps, *solid.tree, *scratch, shares)
+    met = shares < 1.0
+    return np.asarray(far + steps[met] * shares[met, None])
 
 
 def _separated(pairs: Array, above: Array) -> Array:
@@ -130,6 +181,12 @@ def _across(points: Array) -> Array:
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
     offsets = low[:, None] + POSITIONS * (high - low)[:, None]
     return np.column_stack([np.repeat(axes, len(POSITIONS), axis=0), offsets.reshape(-1)])
+
+
+def _through(normals: Array, point: Array) -> Array:
+    """Planes through a point."""
+    normals = np.unique(np.round(normals, 9), axis=0)
+    return np.column_stack([normals, normals @ point])
 
 
 def _along(concave: Creases) -> Array:
@@ -152,8 +209,3 @@ def _spread(points: Array, many: int) -> Array:
         chosen.append(int(np.argmax(distances)))
         distances = np.minimum(distances, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
     return np.ascontiguousarray(points[chosen])
-
-
-def hull_volume(points: Array) -> float:
-    """The volume of the hull of points that are not flat [m^3]."""
-    return float(ConvexHull(points).volume)

@@ -22,6 +22,7 @@ from kabo.language.problem import Action, Parameter
 
 _PARTS = (":parameters", ":precondition", ":effect", ":observe")
 _MOST_COMPARED = 100
+_MOST_CHANGES = 30
 _REFUSED_PARTS = (":duration", ":condition", ":vars", ":only-in-expansions", ":expansion", ":probability", ":cost")
 
 
@@ -179,6 +180,7 @@ def build_action(schema: Schema, surmise: Surmise) -> Action:
 def summed(context: Context, pieces: list[Piece]) -> list[Piece]:
     """The pieces with several changes of one number made one: PDDL adds them up."""
     found: list[Piece] = []
+    joined: dict[int, int] = {}  # how many changes are one now, by where it is
     numbers: dict[object, int] = {}  # term and condition -> where its first change is
     for piece in pieces:
         key = (piece.outcome.left, piece.condition) if isinstance(piece.outcome, f.Comparison) else None
@@ -187,7 +189,11 @@ def summed(context: Context, pieces: list[Piece]) -> list[Piece]:
             found.append(piece)
             continue
         first = found[rival]
+        joined[rival] = joined.get(rival, 1) + 1
         simple = all(not each.variables and each.condition == f.Truth(True) for each in (first, piece))
+        if joined[rival] > _MOST_CHANGES:
+            _report(context, piece, f'"{piece.symbol}" is changed more than {_MOST_CHANGES} times {context.where}')
+            break
         if simple and first.changes and piece.changes and _is_sum(first) and _is_sum(piece):
             found[rival] = _joined(first, piece)
         else:

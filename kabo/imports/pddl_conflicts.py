@@ -61,6 +61,7 @@ class Surroundings:
 def additions_win(pieces: list[Piece], around: Surroundings) -> list[Piece]:
     """The pieces of one action with deletions that no longer meet an addition."""
     additions: dict[str, list[Piece]] = {}
+    pieces = list(dict.fromkeys(pieces))
     for piece in pieces:
         if isinstance(piece.outcome, f.Literal) and piece.outcome.positive:
             additions.setdefault(piece.symbol, []).append(piece)
@@ -71,6 +72,7 @@ def additions_win(pieces: list[Piece], around: Surroundings) -> list[Piece]:
             resolved.append(piece)
             continue
         parts = [piece]
+        avoided = variable_names((piece.variables, piece.condition, piece.outcome))
         for rival in additions.get(piece.symbol, ()):
             if _differ_plainly(piece, rival):
                 continue
@@ -78,7 +80,7 @@ def additions_win(pieces: list[Piece], around: Surroundings) -> list[Piece]:
             if len(parts) > _MOST_PARTS or meetings > _MOST_MEETINGS:
                 around.report(piece, True)
                 return resolved
-            parts = [each for part in parts for each in _apart(part, _renamed(rival, part), around)]
+            parts = [each for part in parts for each in _apart(part, _renamed(rival, avoided), around)]
         resolved += parts
     return resolved
 
@@ -91,9 +93,8 @@ def _differ_plainly(deletion: Piece, addition: Piece) -> bool:
     return False
 
 
-def _renamed(addition: Piece, deletion: Piece) -> Piece:
-    """The addition with variables of its own, none of which the deletion uses."""
-    avoided = variable_names((deletion.variables, deletion.condition, deletion.outcome))
+def _renamed(addition: Piece, avoided: set[str]) -> Piece:
+    """The addition with variables of its own, none of which is to be avoided."""
     own = variable_names((addition.variables, addition.condition, addition.outcome))
     renamed = renaming(addition.variables, avoided, avoided | own)
     return replace(
@@ -167,7 +168,9 @@ def _restricted(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Ite
         guard = disjunction([*meeting.different, *map(negated, meeting.parts)], deletion.place)
         if meeting.variables and not isinstance(guard, f.Truth):
             guard = f.Forall(meeting.variables, guard, deletion.place)
-        if guard != f.Truth(False):
+        if guard in own:
+            yield deletion
+        elif guard != f.Truth(False):
             yield _under(deletion, [guard])
     elif not around.known(deletion.condition):
         around.report(deletion, False)

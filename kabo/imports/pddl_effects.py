@@ -4,7 +4,7 @@ What becomes of a piece in kabo depends on what may be unknown; that is decided 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from kabo.imports.connectives import conjunction
 from kabo.imports.forms import Form, Node
@@ -40,7 +40,7 @@ class Piece:
     condition: f.Formula
     outcome: Outcome
     changes: bool = False
-    place: f.Place | None = None
+    place: f.Place | None = field(default=None, compare=False)
 
     @property
     def symbol(self) -> str:

@@ -15,25 +15,30 @@ PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estima
 
 Node = TypeVar("Node")
 Move = TypeVar("Move")
-Made_co = TypeVar("Made_co", covariant=True)
+Made = TypeVar("Made")
 
 
-class Graph(Protocol[Node, Made_co]):
+class Graph(Protocol[Node, Made]):
     """What a search needs; `successors` counts the expansion and raises when the budget is spent."""
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart."""
         ...
 
-    def successors(self, node: Node) -> Iterable[tuple[Hashable, Made_co, Node]]:
-        """The nodes one move away, each with its key."""
+    def successors(
+        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
+    ) -> Iterable[tuple[Hashable, Made, Node]]:
+        """The nodes one move away, each with its key; if so wanted by some actions only, or by all others."""
         ...
 
     def is_end(self, node: Node) -> bool:
         """Whether the search may stop here."""
         ...
 
-    parts: Sequence[int]  # the numbers of the conjuncts of the goal, in the order to see to them
+    @property
+    def parts(self) -> Sequence[int]:
+        """The numbers of the conjuncts of the goal, in the order to see to them."""
+        ...
 
     def holds(self, part: int, node: Node) -> bool:
         """Whether a conjunct of the goal holds."""
@@ -43,12 +48,8 @@ class Graph(Protocol[Node, Made_co]):
         """How far these conjuncts seem (None: out of reach), and which actions seem to lead there."""
         ...
 
-    def cost(self, move: Made_co) -> float:  # type: ignore[misc]
+    def cost(self, move: Made) -> float:
         """What the move costs."""
-        ...
-
-    def is_preferred(self, move: Made_co, preferred: frozenset[int]) -> bool:  # type: ignore[misc]
-        """Whether the move is one of those actions."""
         ...
 
 
@@ -177,62 +178,72 @@ def _greedy(
     """Greedy search for some conjuncts of the goal; None if `limit` expansions did not do.
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
-    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Of equals the youngest comes
-    first: a plateau is crossed in depth.
+    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Where all other actions lead
+    is not even looked at before their turn comes. Of equals the youngest comes first: a plateau is crossed in depth.
     """
     root = graph.key(start)
     parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
     queues: tuple[_Queue[Node], _Queue[Node]] = (_Queue(), _Queue())
-    queues[0].push(0, 0, root, start)
-    done: set[Hashable] = set()
+    queues[0].push(0, 0, (root, start, None))
+    expanded = 0
     best: int | None = None
     while queues[0] or queues[1]:
         queue = min((queue for queue in queues if queue), key=lambda one: one.turns)
-        key, node = queue.pop()
-        if key in done:
-            continue
-        if limit is not None and len(done) >= limit:
-            return None
-        done.add(key)
-        value, preferred = graph.estimate(node, parts)
-        if value is None:
-            continue
-        if best is None or value < best:
-            best = value
-            queues[1].turns -= PREFERRED_TURNS
-        for child_key, move, child in graph.successors(node):
+        value, key, node, preferred = queue.pop()
+        if preferred is None:
+            if limit is not None and expanded >= limit:
+                return None
+            expanded += 1
+            estimate, preferred = graph.estimate(node, parts)
+            if estimate is None:
+                continue
+            value = estimate
+            if best is None or value < best:
+                best = value
+                queues[1].turns -= PREFERRED_TURNS
+            successors = graph.successors(node, among=preferred)
+            queues[0].push(value, -expanded, (key, node, preferred))
+            target = queues[1]
+        else:
+            successors = graph.successors(node, without=preferred)
+            target = queues[0]
+        for child_key, move, child in successors:
             if child_key in parents:
                 continue
             parents[child_key] = key, move, child
             if is_end(child):
                 return Search(_path(parents, child_key))
-            queues[0].push(value, -len(done), child_key, child)
-            if graph.is_preferred(move, preferred):
-                queues[1].push(value, -len(done), child_key, child)
+            target.push(value, -expanded, (child_key, child, None))
     return Search(None, parents.keys())
 
 
+_Waiting = tuple[Hashable, Node, frozenset[int] | None]
+
+
 class _Queue(Generic[Node]):
-    """Nodes by estimate, of equals those with the youngest parent first; `turns` counts what was taken out."""
+    """Nodes by estimate, of equals those with the youngest parent first; `turns` counts what was taken out.
+
+    With a node waits nothing if it is to be expanded, and what was preferred if the rest of its successors is due.
+    """
 
     def __init__(self) -> None:
-        self._heap: list[tuple[int, int, int, Hashable, Node]] = []
+        self._heap: list[tuple[int, int, int, _Waiting[Node]]] = []
         self._count = 0
         self.turns = 0
 
     def __bool__(self) -> bool:
         return bool(self._heap)
 
-    def push(self, value: int, age: int, key: Hashable, node: Node) -> None:
+    def push(self, value: int, age: int, waiting: "_Waiting[Node]") -> None:
         """Puts a node in; `age` counts down."""
         self._count += 1
-        heappush(self._heap, (value, age, self._count, key, node))
+        heappush(self._heap, (value, age, self._count, waiting))
 
-    def pop(self) -> tuple[Hashable, Node]:
-        """Takes the nearest node out."""
+    def pop(self) -> "tuple[int, Hashable, Node, frozenset[int] | None]":
+        """Takes the nearest node out, with its estimate."""
         self.turns += 1
-        *_, key, node = heappop(self._heap)
-        return key, node
+        value, _, _, (key, node, preferred) = heappop(self._heap)
+        return value, key, node, preferred
 
 
 def _depth_limited(

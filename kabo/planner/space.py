@@ -83,8 +83,12 @@ class Space:
         """Whether a conjunct of the goal holds."""
         return self.task.goal[part].query.holds(node[0], self.oracle(node[1]))
 
-    def moves(self, node: Node) -> Iterator[Move]:
+    def moves(
+        self, node: Node, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
+    ) -> Iterator[Move]:
         """Every applicable action with every attempt that geometry allows, in the order of the file.
+
+        Only actions `among` these indices, if that is given, and none of those `without` which.
 
         Left out is what cannot help: what changes neither knowledge nor geometry, and sensing what is known.
         """
@@ -97,7 +101,9 @@ class Space:
             if state & entry[1] == entry[2]
         ]
         found.sort(key=_place)
-        for _, _, _, rest, action, after_of in found:
+        for index, _, _, rest, action, after_of in found:
+            if index in without or (among is not None and index not in among):
+                continue
             if rest is not None and not rest.holds(state, test):
                 continue
             after = after_of(state, test)

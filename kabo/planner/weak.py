@@ -76,11 +76,17 @@ class WeakGraph:
         self.is_end = is_end
         self._space, self._failures, self._counter = space, failures, counter
 
-    def successors(self, node: Node) -> Iterator[tuple[Hashable, Move, Node]]:
-        """Every node that one action may lead to, all it senses decided one way or another."""
-        self._counter.expand()
+    def successors(
+        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
+    ) -> Iterator[tuple[Hashable, Move, Node]]:
+        """Every node that one action may lead to, all it senses decided one way or another.
+
+        Only actions `among` these are looked at if that is given (and branching), and none of those `without` which.
+        """
+        if not without:
+            self._counter.expand()
         key = self.key(node)
-        for tried, after in self._moves(node):
+        for tried, after in self._moves(node, among, without):
             failure = self._failures.of_choice(key, None if tried is None else (tried[0].index, tried[1]))
             if failure is not None:
                 self.blocked |= failure.blocked
@@ -105,16 +111,15 @@ class WeakGraph:
         """What the action costs; branching costs nothing."""
         return 0.0 if move[0] is None else move[0][0].cost
 
-    def is_preferred(self, move: Move, preferred: frozenset[int]) -> bool:
-        """Whether the move is one of those actions, or only branches."""
-        return move[0] is None or move[0][0].index in preferred
-
-    def _moves(self, node: Node) -> Iterator[tuple[Try, Node]]:
+    def _moves(
+        self, node: Node, among: frozenset[int] | None, without: frozenset[int]
+    ) -> Iterator[tuple[Try, Node]]:
         if self._space.task.open_branching(node[0]) is not None:
-            yield None, node
+            if not without:
+                yield None, node
             if not self._space.may_wait:
                 return
-        for action, attempt, after in self._space.moves(node):
+        for action, attempt, after in self._space.moves(node, among, without):
             yield (action, attempt, after[1]), after
 
 

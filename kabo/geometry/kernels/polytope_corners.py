@@ -192,12 +192,12 @@ def contractions(
         places[e, 0], places[e, 1], places[e, 2] = px, py, pz
 
 
-@lean_kernel  # (N, 3) f8, f8 [m], tree, (64,) i8 -> bool
-def all_near(points, limit, boxes, children, triangles, stack):
-    """Whether every point is inside the solid or within `limit` of it."""
+@lean_kernel  # (N, 3) f8, f8 [m], tree, (64,) i8 -> i8
+def first_far(points, limit, boxes, children, triangles, stack):
+    """The first point that is neither inside the solid nor within `limit` of it; -1 if there is none."""
     for i in range(points.shape[0]):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         _, near = nearest_triangle(boxes, children, triangles, x, y, z, limit * limit, stack)
         if near < 0 and not inside(boxes, children, triangles, x, y, z, stack):
-            return False
-    return True
+            return i
+    return -1

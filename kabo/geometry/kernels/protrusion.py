@@ -10,6 +10,8 @@ from kabo.compilation import lean_kernel
 from kabo.geometry.kernels.solids import inside
 from kabo.geometry.kernels.triangle_tree import to_box_squared, to_triangle_squared
 
+SMALL = 0.1  # of the limit: in smaller tetrahedra the corners are asked, too
+
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
 def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
@@ -42,9 +44,10 @@ def reaches_beyond(cells, top, limit, boxes, children, triangles, stack, most):
 
     A row is four corners, 1 if all of it is known to be outside, and a triangle that may be near. A tetrahedron is
     settled when its corners are within the limit of one triangle, or when its middle is inside the solid and no
-    corner farther away than the surface and the limit together. Others are halved across their longest edge.
+    corner farther away than the surface and the limit together. Others are halved across their longest edge. A point
+    that is farther than the limit is left in the first three columns of row 0.
     """
-    enough = limit * limit
+    enough, small = limit * limit, (SMALL * limit) ** 2
     for _ in range(most):
         if top == 0:
             return 0
@@ -58,23 +61,29 @@ def reaches_beyond(cells, top, limit, boxes, children, triangles, stack, most):
         if t < 0:
             t = known
         cells[top, 13] = t
-        radius, within = 0.0, True
+        radius, far = 0.0, -1
         for c in range(4):
             px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
             radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
-            within = within and to_triangle_squared(px, py, pz, triangles, t) <= enough
-        if within:
+            if far < 0 and to_triangle_squared(px, py, pz, triangles, t) > enough:
+                far = c
+        if far < 0:
             continue
+        if radius < small:  # its middle may stay near for ever, however near the corner that is not
+            px, py, pz = cells[top, 3 * far], cells[top, 3 * far + 1], cells[top, 3 * far + 2]
+            _, near = nearest_triangle(boxes, children, triangles, px, py, pz, enough, stack)
+            if near < 0 and not inside(boxes, children, triangles, px, py, pz, stack):
+                cells[0, 0], cells[0, 1], cells[0, 2] = px, py, pz
+                return 1
         distance, radius = np.sqrt(squared), np.sqrt(radius)
         if cells[top, 12] == 0.0:
             if inside(boxes, children, triangles, x, y, z, stack):
                 if radius <= distance + limit:
                     continue
-            elif distance > limit:
-                return 1
-            elif distance > radius:
+            elif distance > min(limit, radius):
                 cells[top, 12] = 1.0
-        elif distance > limit:
+        if cells[top, 12] == 1.0 and distance > limit:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
             return 1
         if top + 2 > cells.shape[0] or radius < 1e-6 * limit:
             return 2
