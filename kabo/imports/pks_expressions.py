@@ -7,6 +7,7 @@ body reaches as far as it can. Statements end with `;` or where the next one beg
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from kabo.imports.pks_markup import Markup
 from kabo.language.formulas import Place
@@ -14,8 +15,8 @@ from kabo.language.formulas import Place
 MAX_DEPTH = 60
 
 _TOKEN = re.compile(
-    r"\s+|(?P<variable>\?[A-Za-z_][\w']*)|(?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)"
-    r"|(?P<name>K\*(?=\s*\()|[A-Za-z_][\w']*)|(?P<sign>=>|->|!=|<=|>=|==|&&|\|\||[-+*/()<>=!~&^|,;:⊕])"
+    r"(?P<variable>\?[A-Za-z_][\w']*)|(?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)"
+    r"|(?P<name>K\*(?=\s*\()|[A-Za-z_][\w']*)|(?P<sign>=>|->|!=|<=|>=|==|&&|\|\||[-+*/()<>=!~&^|,;:⊕])|(?P<other>\S)"
 )
 _SIGNS = {"->": "=>", "==": "=", "&&": "and", "||": "or", "&": "and", "^": "and", "|": "or", "~": "!", "⊕": "xor"}
 _WORDS = {"and": "and", "or": "or", "xor": "xor", "not": "!"}
@@ -24,11 +25,10 @@ _LEVELS = (("=>",), ("or", "xor"), ("and",), ("=", "!=", "<", "<=", ">", ">="), 
 _LEVEL_OF = {sign: level for level, signs in enumerate(_LEVELS) for sign in signs}
 
 
-@dataclass(frozen=True)
-class Token:
-    """A word or sign; signs by one spelling each."""
+class Token(NamedTuple):
+    """A word or sign; signs by one spelling each. The kinds are variable, number, name, sign and end."""
 
-    kind: str  # variable, number, name, sign, end
+    kind: str
     text: str
     start: int
     end: int
@@ -57,22 +57,17 @@ class Broken(Exception):
 def tokens_of(markup: Markup, start: int, end: int) -> list[Token]:
     """The tokens between two offsets, and an end token; unknown characters are reported."""
     found: list[Token] = []
-    position = start
-    while position < end:
-        match = _TOKEN.match(markup.text, position, end)
-        if match is None:
-            character = markup.text[position]
-            shown = character if character.isprintable() else f"U+{ord(character):04X}"
-            markup.findings.add(markup.source.place(position), f'unexpected character "{shown}"')
-            position += 1
+    for match in _TOKEN.finditer(markup.text, start, end):
+        kind, text = match.lastgroup or "", match[0]
+        if kind == "other":
+            shown = text if text.isprintable() else f"U+{ord(text):04X}"
+            markup.findings.add(markup.source.place(match.start()), f'unexpected character "{shown}"')
             continue
-        if match.lastgroup is not None:
-            text = match[0]
-            kind = match.lastgroup
-            if kind == "name" and text in _WORDS:
-                kind, text = "sign", _WORDS[text]
-            found.append(Token(kind, _SIGNS.get(text, text), match.start(), match.end()))
-        position = match.end()
+        if kind == "sign":
+            text = _SIGNS.get(text, text)
+        elif text in _WORDS:
+            kind, text = "sign", _WORDS[text]
+        found.append(Token(kind, text, match.start(), match.end()))
     return [*found, Token("end", "the end", end, end)]
 
 
@@ -105,12 +100,15 @@ class _Parser:
 
     def _take(self) -> Token:
         token = self._tokens[self._at]
-        if token.kind != "end":
-            self._at += 1
+        self._at += token.kind != "end"
         return token
 
     def _accept(self, text: str) -> Token | None:
-        return self._take() if self._next.kind == "sign" and self._next.text == text else None
+        token = self._tokens[self._at]
+        if token.text != text or token.kind != "sign":
+            return None
+        self._at += 1
+        return token
 
     def _expect(self, text: str) -> Token:
         token = self._accept(text)

@@ -1,7 +1,11 @@
 """PDDL domains: declarations, conditions, effects, costs, and what is refused by name."""
 
+import time
+from contextlib import suppress
+
 import pytest
 
+from kabo.errors import InputError
 from kabo.language.spelling import spell
 from tests.imports.written import effects, initial, preconditions, read, refused, warnings
 
@@ -328,6 +332,57 @@ def test_numbers_that_may_be_changed_twice_are_refused(tmp_path):
     given = domain(":parameters (?x) :effect (and (increase (fuel ?x) 2) (assign (fuel ?x) 1))", more=NUMBERS)
     (finding,) = refused(tmp_path, given, problem())
     assert "is changed twice by this action" in finding.message
+
+
+def test_numbers_that_may_be_the_same_one_are_warned_of(tmp_path):
+    pour = ":parameters (?x ?y) {} :effect (and (decrease (fuel ?x) 1) (increase (fuel ?y) 1))"
+    found = warnings(tmp_path, domain(pour.format(""), more=NUMBERS), problem())
+    assert [each.message for each in found] == [
+        "two effects may change the same value: then the action is not applicable here"
+    ]
+    assert not warnings(tmp_path, domain(pour.format(":precondition (not (= ?x ?y))"), more=NUMBERS), problem())
+
+
+def test_names_that_are_not_as_expected_are_warned_of(tmp_path):
+    given = domain(more="(:types then) (:constants a-b at_b when p)", predicates="(r) (at-b ?x)")
+    found = warnings(tmp_path, given, problem(objects="a_b x", initial="(at-b a_b)"))
+    assert [(each.message, each.hint) for each in found] == [
+        ('"then" is called "then_1" in kabo and in its plans', '"then" has a meaning of its own'),
+        ('"at_b" is called "at_b_2" in kabo and in its plans', '"at_b" is taken by "at-b"'),
+        ('"when" is called "when_1" in kabo and in its plans', '"when" has a meaning of its own'),
+        ('"a_b" is called "a_b_2" in kabo and in its plans', '"a_b" is taken by "a-b"'),
+    ]
+
+
+def test_an_unknown_type_gives_one_finding(tmp_path):
+    given = domain(
+        ":parameters (?x - vann) :precondition (p ?x) :effect (forall (?y - vann) (p ?y))", more=TYPES,
+        predicates="(r) (p ?x - van)",
+    )  # fmt: skip
+    found = refused(tmp_path, given, problem(objects="o - vam", initial="(p o)"))
+    assert [(each.message, each.hint) for each in found] == [
+        ('unknown type "vann"', 'did you mean "van"?'), ('unknown type "vann"', 'did you mean "van"?'),
+        ('unknown type "vam"', 'did you mean "van"?'),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "effect",
+    ["(and " + "(not (p ?x)) (p ?y) " * 3000 + ")",
+     "(and (not (p ?x)) (not (p ?y))" + "".join(f"(p o{n})" for n in range(400)) + ")",
+     "(and " + "".join(f"(not (p o{n})) (p o{n + 1})" for n in range(400)) + ")",
+     "(and " + "(increase (fuel ?x) 1) " * 3000 + ")", "(when (and " + "(or (r) (p ?x)) " * 50 + ") (p ?y))",
+     "(forall (?z) " * 50 + "(p ?z)" + ")" * 50],
+    ids=["same", "meetings", "ground", "sums", "cases", "nested"],
+)  # fmt: skip
+def test_large_effects_are_answered_soon(tmp_path, effect):
+    objects = " ".join(f"o{n}" for n in range(500))
+    given = domain(f":parameters (?x ?y) :effect {effect}", more=NUMBERS)
+    began = time.process_time()
+    for initial_ in ("", "(unknown (r)) (unknown (p o1))"):
+        with suppress(InputError):
+            read(tmp_path, given, problem(objects=objects, initial=initial_), written=False)
+    assert time.process_time() - began < 10.0
 
 
 def test_all_findings_of_both_files_are_reported_at_once(tmp_path):

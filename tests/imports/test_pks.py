@@ -272,7 +272,7 @@ def test_places_are_exact_behind_entities_and_comments(tmp_path):
     "text",
     ["<pks>" + "<a " * 1_000_000, "<" * 3_000_000, "<!--" * 500_000, "<pks>" + "(" * 100_000 + "</pks>",
      pks(preconds="(" * 10_000), pks(preconds="!" * 10_000), pks(preconds="K(" * 10_000), pks(effects="a=>" * 10_000),
-     pks(preconds="K(r) ^ " * 20_000 + "K(r)"), pks(init="add(Kf, p(a)); " * 20_000), pks(goal="1+" * 50_000),
+     pks(preconds="K(r) ^ " * 20_000 + "K(r)"), pks(init="add(Kf, p(a)); " * 10_000), pks(goal="1+" * 50_000),
      '<pks a="' * 200_000],
 )  # fmt: skip
 def test_large_and_deep_texts_are_answered_soon(tmp_path, text):

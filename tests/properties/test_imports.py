@@ -104,7 +104,7 @@ def test_effects_on_an_unknown_world_do_what_they_do_in_pddl(effect, states):
     """The same for world effects, if nothing had to be left as it stands or refused."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            problem = loaded(folder, *texts("(r)", effect, "(unknown (p a)) (unknown (r))"))
+            problem = loaded(folder, *texts("(and )", effect, "(unknown (p a)) (unknown (r))"))
         except InputError as error:
             event("refused: " + error.diagnostics[0].message.split(":")[0][:60])
             assert all("not supported" in each.message or "cases" in each.message for each in error.diagnostics)
