@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from kabo.errors import MeshError
 from kabo.geometry import bounding_decomposition, enclosing_union, stored_decompositions
@@ -161,3 +162,23 @@ def test_a_writer_that_is_killed_leaves_a_whole_file(tmp_path: Path) -> None:
     after = stored_decompositions.read(tmp_path, NAME)
     assert after is not None
     assert np.array_equal(after[0][0], _corners(int(after[1][0])))
+
+
+def hollow_block(radius: float) -> Mesh:
+    """A block with a closed spherical hollow in it."""
+    block = trimesh.creation.box((0.2, 0.16, 0.12))
+    hollow = trimesh.creation.icosphere(subdivisions=1, radius=radius)
+    hollow.invert()
+    hollow.apply_translation((0.041, -0.027, 0.013))
+    return mesh_of(trimesh.util.concatenate([block, hollow]))
+
+
+@pytest.mark.parametrize("share", [1.1, 1.3])
+def test_a_small_closed_hollow_in_a_large_block_is_kept_out_of_all_parts(share: float, tmp_path: Path) -> None:
+    epsilon = 0.0028
+    block = hollow_block(share * epsilon)
+    made = bounding_decomposition(block, epsilon, cache=tmp_path)
+    middle = np.array([0.041, -0.027, 0.013])
+    planes = [ConvexHull(part).equations for part in made.parts]
+    assert not any((own[:, :3] @ middle + own[:, 3] <= 0.0).all() for own in planes)
+    assert made.hausdorff_upper_bound <= epsilon
