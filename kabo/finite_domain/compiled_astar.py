@@ -14,7 +14,7 @@ from kabo.finite_domain.result import SearchResult
 
 expand: Any = _expand
 SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # as in the kernel
-BETWEEN_LOOKS = 1000  # states between two questions whether to stop
+BETWEEN_LOOKS = 500_000  # operators and facts, times states, between two questions whether to stop
 FAR = 1 << 60
 EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
 
@@ -22,8 +22,9 @@ EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
 def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> SearchResult:
     """A* with LM-cut."""
     memory = _Memory(compiled, start, never)
+    size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:
-        limit = budget.left(int(memory.progress[1]), BETWEEN_LOOKS)
+        limit = budget.left(int(memory.progress[1]), max(1, min(1000, BETWEEN_LOOKS // size)))
         if not limit:
             return memory.without_plan("exhausted")
         if budget.stopped():
@@ -57,7 +58,7 @@ class _Memory:
             "queue": np.empty((2 * room, 3), np.int64),
         }
         self.known = np.full(1 << (2 * room).bit_length(), EMPTY, np.uint64)
-        self.progress = np.zeros(7, np.int64)
+        self.progress = np.zeros(8, np.int64)
         self.rooms["states"][0] = compiled.packing.array(start)
         self.costs = np.array([o.cost for o in compiled.task.operators], np.int64)
         self.after = np.empty((1, words), np.uint64)

@@ -8,20 +8,21 @@ from numpy.typing import NDArray
 from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never
 from kabo.finite_domain.kernels.novelty import expand as _expand
 from kabo.finite_domain.kernels.seen import move_table
-from kabo.finite_domain.novelty_search import MOST_PLAN_FACTS, pair_partitions
+from kabo.finite_domain.novelty_search import MOST_PLAN_FACTS, pair_partitions, pair_words
 from kabo.finite_domain.result import SearchResult
 
 expand: Any = _expand
 SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # as in the kernel
-BETWEEN_LOOKS = 2000  # expansions between two questions whether to stop
+BETWEEN_LOOKS = 1_000_000  # operators and facts, times expansions, between two questions whether to stop
 EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> SearchResult:
     """The same search as the plain one."""
     memory = _Memory(compiled, start)
+    size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:
-        limit = budget.left(int(memory.progress[1]), BETWEEN_LOOKS)
+        limit = budget.left(int(memory.progress[1]), max(1, min(2000, BETWEEN_LOOKS // size)))
         if not limit:
             return memory.without_plan("exhausted")
         if budget.stopped():
@@ -92,7 +93,7 @@ class _Memory:
             "plans": np.empty((room, 2), np.int32),
             "plan_facts": np.empty(room * MOST_PLAN_FACTS, np.int32),
             "facts_seen": np.zeros((room, facts), np.uint8),
-            "pairs_seen": np.zeros((min(room, self.most_pairs), (facts * (facts + 1) // 2 + 63) // 64), np.uint64),
+            "pairs_seen": np.zeros((min(room, self.most_pairs), pair_words(facts)), np.uint64),
         }
         self.known = np.full(1 << (2 * room).bit_length(), EMPTY, np.uint64)
         goals = len(compiled.normal.goal)
@@ -104,6 +105,7 @@ class _Memory:
         variables = len(compiled.normal.sizes)
         self.true, self.holding = np.empty(variables, np.int32), np.full(compiled.relaxed.facts, -1, np.int64)
         self.done, self.changing = np.empty(goals, np.int32), np.empty((2, variables), np.int32)
+        self.fact_bits = np.zeros((facts + 63) // 64, np.uint64)
         self.after = np.empty((1, words), np.uint64)
 
     def arguments(self, never: Never) -> tuple[Any, ...]:
@@ -133,6 +135,7 @@ class _Memory:
             np.empty(0, np.uint64),
             self.done,
             self.changing,
+            self.fact_bits,
             self.able,
             self.after,
         )

@@ -63,12 +63,13 @@ def normal_form(task: FiniteTask) -> NormalTask:
 
 
 def _sorted_operator(o: Operator, tests: Tests, sizes: Sequence[int], intern) -> NormalOperator:  # type: ignore[no-untyped-def]
-    always: list[tuple[int, int]] = []
+    always: dict[int, int] = {}
+    met: dict[int, int] = {}  # by the preconditions: these count before what has no condition
     by_variable: dict[int, list[tuple[tuple[int, ...], int, int]]] = {}
     guarded: dict[tuple[tuple[int, tuple[int, ...]], ...], list[tuple[int, int]]] = {}
     for e in o.effects:
         if not e.conditions:
-            always.append((e.variable, e.value))
+            always[e.variable] = e.value
             continue
         if len(e.conditions) == 1:  # most effects, quickly
             ((v, values),) = e.conditions
@@ -79,7 +80,7 @@ def _sorted_operator(o: Operator, tests: Tests, sizes: Sequence[int], intern) ->
         if left is None:
             continue
         if not left:
-            always.append((e.variable, e.value))
+            met[e.variable] = e.value
         elif len(left) == 1:
             ((v, values),) = left.items()
             by_variable.setdefault(v, []).append((values, e.variable, e.value))
@@ -87,7 +88,7 @@ def _sorted_operator(o: Operator, tests: Tests, sizes: Sequence[int], intern) ->
             guarded.setdefault(tuple(sorted(left.items())), []).append((e.variable, e.value))
     return NormalOperator(
         tests,
-        tuple(always),
+        tuple({**always, **met}.items()),
         tuple(intern(v, rules) for v, rules in sorted(by_variable.items())),
         tuple((dict(conditions), tuple(assignments)) for conditions, assignments in guarded.items()),
         o.cost,

@@ -48,9 +48,15 @@ def bfws(
     return found
 
 
+def pair_words(facts: int) -> int:
+    """Words for a bit for each pair of so many facts, in rows of whole words."""
+    whole, rest = divmod(facts, 64)
+    return 32 * whole * (whole + 1) + rest * (whole + 1)
+
+
 def pair_partitions(facts: int) -> int:
     """How many partitions may remember pairs of so many facts."""
-    return PAIR_BYTES // max(8, facts * (facts + 1) // 16)
+    return PAIR_BYTES // max(8, 8 * pair_words(facts))
 
 
 class _Plain:

@@ -5,6 +5,7 @@ that an operator is done, and that something is done that has some effect if its
 once, and what many of them do alike is told once.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -44,6 +45,8 @@ class _Builder:
         self.task = task
         *self.offset, self.facts = accumulate(task.sizes, initial=0)
         self.count, self.found = self.facts, list[RelaxedOperator]()
+        self._users = Counter(s for o in task.operators if o is not None for s in o.switches)
+        self._switches: dict[int, tuple[int, ...]] = {}
         self._effects: dict[tuple[int, int, Assignments], int] = {}
         self._any: dict[tuple[int, tuple[int, ...]], int] = {}
 
@@ -53,8 +56,7 @@ class _Builder:
                 continue
             adds = list(self.facts_of(o.always))
             for s in o.switches:
-                switch = self.task.switches[s]
-                adds += [self.effect(switch.variable, x, made) for x, made in switch.outcomes.items()]
+                adds += self.switch(s)
             if o.guarded:
                 adds.append(self.new())
             for tests, assignments in o.guarded:
@@ -62,6 +64,18 @@ class _Builder:
             self.found.append(RelaxedOperator(self.conditions(o.tests), tuple(adds), o.cost, i))
         goals = self.conditions(self.task.goal)
         return RelaxedFacts(tuple(self.offset), self.facts, self.count, tuple(self.found), goals)
+
+    def switch(self, s: int) -> tuple[int, ...]:
+        """The facts that the effects of a switch may count; one for all of them where operators share it."""
+        if s not in self._switches:
+            switch = self.task.switches[s]
+            effects = tuple(self.effect(switch.variable, x, made) for x, made in switch.outcomes.items())
+            if self._users[s] > 1:
+                shared = self.new()
+                self.axiom((shared,), effects)
+                effects = (shared,)
+            self._switches[s] = effects
+        return self._switches[s]
 
     def effect(self, v: int, x: int, assignments: Assignments) -> int:
         """The fact that something is done that makes these assignments if variable v has value x."""

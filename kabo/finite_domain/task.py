@@ -30,7 +30,10 @@ class Effect:
 
 @dataclass(frozen=True)
 class Operator:
-    """Something that can be done. No two effects may ever set one variable differently at once."""
+    """Something that can be done. Of effects that set one variable at once, those with conditions count.
+
+    No two with conditions may ever set one variable differently at once, nor two without.
+    """
 
     name: str
     preconditions: Conditions
@@ -57,7 +60,7 @@ def holds(conditions: Conditions, state: Sequence[int]) -> bool:
 def successor(operator: Operator, state: tuple[int, ...]) -> tuple[int, ...]:
     """The values after an operator whose preconditions are met: the definition, not the fast way."""
     after = list(state)
-    for effect in operator.effects:
+    for effect in sorted(operator.effects, key=lambda e: len(e.conditions) > 0):
         if holds(effect.conditions, state):
             after[effect.variable] = effect.value
     return tuple(after)
@@ -93,7 +96,12 @@ def _operator_faults(o: Operator, sizes: list[int]) -> Iterator[str]:
         by_variable.setdefault(e.variable, []).append(e)
     for effects in by_variable.values():
         for one, other in combinations(effects, 2):
-            if one.value != other.value and compatible(o.preconditions + one.conditions + other.conditions):
+            alike = bool(one.conditions) == bool(other.conditions)
+            if (
+                alike
+                and one.value != other.value
+                and compatible(o.preconditions + one.conditions + other.conditions)
+            ):
                 yield f"operator {o.name} may set variable {one.variable} to {one.value} and {other.value} at once"
 
 

@@ -8,7 +8,7 @@ def stacked(n: int) -> FiniteTask:
     below, highest = range(n), range(n, 2 * n + 3)  # variables; things are blocks, then stacks
     variables = [Variable(f"one_below({b})", n + 3) for b in range(n)]
     variables += [Variable(f"highest({x})", 2) for x in range(n + 3)]
-    uncovered = [[Effect(((below[b], (x,)),), highest[x], 1) for x in range(n + 3)] for b in range(n)]
+    freed = [tuple(Effect(((below[b], (x,)),), highest[x], 1) for x in range(n + 3) if x != b) for b in range(n)]
     operators = []
     for b in range(n):
         for x in range(n + 3):
@@ -16,8 +16,7 @@ def stacked(n: int) -> FiniteTask:
                 continue
             needed = ((highest[b], (1,)), (highest[x], (1,)))
             moved = (Effect((), highest[x], 0), Effect((), below[b], x))
-            freed = [uncovered[b][y] for y in range(n + 3) if y not in {b, x}]
-            operators.append(Operator(f"move({b}, {x})", needed, (*moved, *freed)))
+            operators.append(Operator(f"move({b}, {x})", needed, (*moved, *freed[b])))
     start = [n + 1, n, *range(1, n - 1)]
     covered = set(start)
     initial = (*start, *(int(x not in covered) for x in range(n + 3)))

@@ -9,7 +9,16 @@ from kabo.finite_domain.kernels.seen import find_row
 from kabo.finite_domain.kernels.successors import applicable, apply, at_goal, hashed
 
 PARENT, OPERATOR, COST, BOUND, ASKED, CLOSED = 0, 1, 2, 3, 4, 5  # columns of `rows`
-COUNT, EXPANDED, GENERATED, WAITING, GOAL, EVALUATED, START_BOUND = 0, 1, 2, 3, 4, 5, 6  # places of `progress`
+COUNT, EXPANDED, GENERATED, WAITING, GOAL, EVALUATED, START_BOUND, NEAREST = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+)  # places of `progress`
 RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
 
 
@@ -102,11 +111,17 @@ def expand(
             continue
         if rows[row, ASKED] == 0:
             bound = landmark_cut(
-                lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut
-            )
+                lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut,
+                progress[NEAREST] != 0,
+            )  # fmt: skip
             progress[EVALUATED] += 1
             rows[row, ASKED] = 1
-            if row == 0:
+            if row == 0:  # once both ways, to see which is better
+                other = landmark_cut(
+                    lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, True
+                )
+                progress[NEAREST] = other > bound
+                bound = max(bound, other)
                 progress[START_BOUND] = bound
             if bound > rows[row, BOUND]:
                 rows[row, BOUND] = bound

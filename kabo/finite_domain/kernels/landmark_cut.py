@@ -223,10 +223,14 @@ def _lower(lm, price, operator, cost, heap, place, cut, count):
 
 
 @lean_kernel  # (L,) i4, (O,) i8, (S, W) u8, i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 … -> i8
-def landmark_cut(lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut):
+def landmark_cut(
+    lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first
+):
     """A lower bound of the cost from a state to the goal; FAR: there is no way.
 
-    `prices` are the costs of the relaxation's operators, FAR for those that must not be used.
+    `prices` are the costs of the relaxation's operators, FAR for those that must not be used. The first landmark is
+    that of the dearest goal, or of the nearest: its landmarks are small, and leave costs for those of the others. Either
+    way may give the better bound.
     """
     facts_that_hold(lm, states, row, holding, stack)
     for o in range(lm[OPERATORS]):
@@ -235,9 +239,16 @@ def landmark_cut(lm, prices, states, row, holding, price, operator, cost, heap, 
     goal, bound = lm[GOAL], 0
     if cost[goal] >= FAR:
         return FAR
+    last = lm[OPERATORS] - 1  # asks that all goals hold
     while cost[goal] > 0:
+        dearest = operator[last, 1]
+        if nearest_first:
+            for i in range(lm[ENDS], goal):
+                if 0 < cost[i] < cost[operator[last, 1]]:
+                    operator[last, 1] = i
         _goal_zone(lm, price, operator, mark, stack)
         count = _cut(lm, holding, price, operator, mark, stack, cut)
+        operator[last, 1] = dearest
         least = price[cut[0]]
         for i in range(1, count):
             least = min(least, price[cut[i]])

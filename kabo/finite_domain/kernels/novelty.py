@@ -77,28 +77,46 @@ def _plan(layout, rows, reached, row, plans, plan_facts, progress, table, scratc
     return value >= 0
 
 
-@lean_kernel  # (V,) i4, (V,) i4, i8, bool, (Z,) u8 -> bool
-def _new_pair(now, before, count, same, pairs):
+@lean_kernel  # i8 -> i8
+def _first_word(f):
+    """Where the row of fact f begins: it has a bit for every fact up to f."""
+    whole = f >> 6
+    return 32 * whole * (whole + 1) + (f & 63) * (whole + 1)
+
+
+@lean_kernel  # (V,) i4, (V,) i4, i8, bool, (C,) u8, (Z,) u8 -> bool
+def _new_pair(now, before, count, same, bits, pairs):
     """Remembers the pairs that the state shows; whether any is new. In the partition of its parent: of what changed."""
     new = False
+    for i in range(count):
+        bits[now[i] >> 6] |= ONE << np.uint64(now[i] & 63)
     for i in range(count):
         f = now[i]
         if same and before[i] == f:
             continue
-        for j in range(count if same else i):
-            if j == i:
-                continue
-            g = now[j]
-            at = f * (f + 1) // 2 + g if g < f else g * (g + 1) // 2 + f
-            bit = ONE << np.uint64(at & 63)
-            if pairs[at >> 6] & bit == 0:
-                pairs[at >> 6] |= bit
-                new = True
+        row, last = _first_word(f), f >> 6
+        fresh = np.uint64(0)
+        for w in range(last):
+            fresh |= bits[w] & ~pairs[row + w]
+            pairs[row + w] |= bits[w]
+        below = bits[last] & ((ONE << np.uint64(f & 63)) - ONE)
+        fresh |= below & ~pairs[row + last]
+        pairs[row + last] |= below
+        new = new or fresh != 0
+        if same:  # else the greater facts look at this one themselves
+            bit = ONE << np.uint64(f & 63)
+            for j in range(count):
+                if now[j] > f:
+                    at = _first_word(now[j]) + last
+                    new = new or pairs[at] & bit == 0
+                    pairs[at] |= bit
+    for i in range(count):
+        bits[now[i] >> 6] = 0
     return new
 
 
-@lean_kernel  # (L,) i4, (S, W) u8, (S, 7) i4, i8, i8, (Y, C) u1, (Z, D) u8, (2, V) i4 -> i8
-def _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing):
+@lean_kernel  # (L,) i4, (S, W) u8, (S, 7) i4, i8, i8, (Y, C) u1, (Z, D) u8, (2, V) i4, (C,) u8 -> i8
+def _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing, fact_bits):
     """1, 2 or 3, after remembering what the state shows."""
     partition = rows[row, PARTITION]
     same = parent >= 0 and rows[parent, PARTITION] == partition
@@ -116,7 +134,9 @@ def _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing
         if facts_seen[partition, f] == 0:
             facts_seen[partition, f] = 1
             new = True
-    paired = partition < pairs_seen.shape[0] and _new_pair(now, before, count, same, pairs_seen[partition])
+    paired = partition < pairs_seen.shape[0] and _new_pair(
+        now, before, count, same, fact_bits, pairs_seen[partition]
+    )
     if new:
         return 1
     return 2 if paired else 3
@@ -125,7 +145,7 @@ def _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing
 @lean_kernel  # see `expand`
 def _enter(
     layout, states, rows, reached, row, parent, operator, plans, plan_facts, numbered, facts_seen, pairs_seen,
-    queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing,
+    queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
 ):  # fmt: skip
     """Keeps a new state and queues it, unless the goal is out of its reach; whether it fulfils the goal."""
     rows[row, PARENT], rows[row, OPERATOR], rows[row, AFTER] = parent, operator, -1
@@ -152,7 +172,7 @@ def _enter(
         numbered[key] = progress[PARTITIONS]
         progress[PARTITIONS] += 1
     rows[row, PARTITION] = numbered[key]
-    novelty = _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing)
+    novelty = _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing, fact_bits)
     queue = (novelty - 1) * (layout[GOALS] + 1) + goals
     if queues[queue, 0] < 0:
         queues[queue, 0] = row
@@ -165,7 +185,8 @@ def _enter(
 @lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (L,) i4, (S, W) u8, (S, 7) i4, (S, 4) u8, (H,) u8, (P, 2) i4, (Q,) i4, …
 def expand(
     numbers, bits, never, layout, states, rows, reached, known, plans, plan_facts, numbered, facts_seen, pairs_seen,
-    queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, able, after, limit, most_pairs,
+    queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
+    able, after, limit, most_pairs,
 ):  # fmt: skip
     """Expands up to `limit` states more; says whether it goes on, is solved, unsolvable, or needs more room.
 
@@ -176,7 +197,7 @@ def expand(
         progress[COUNT] = 1
         if _enter(
             layout, states, rows, reached, 0, -1, -1, plans, plan_facts, numbered, facts_seen, pairs_seen,
-            queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing,
+            queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
         ):  # fmt: skip
             progress[GOAL] = 0
             return SOLVED
@@ -211,7 +232,7 @@ def expand(
             progress[COUNT] = new + 1
             if _enter(
                 layout, states, rows, reached, new, row, able[i], plans, plan_facts, numbered, facts_seen, pairs_seen,
-                queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing,
+                queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
             ):  # fmt: skip
                 progress[GOAL] = new
                 return SOLVED
