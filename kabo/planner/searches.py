@@ -179,12 +179,12 @@ def _greedy(
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
     more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Where all other actions lead
-    is not even looked at before their turn comes. Of equals the youngest comes first: a plateau is crossed in depth.
+    is not even looked at before their turn comes.
     """
     root = graph.key(start)
     parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
     queues: tuple[_Queue[Node], _Queue[Node]] = (_Queue(), _Queue())
-    queues[0].push(0, 0, (root, start, None))
+    queues[0].push(0, (root, start, None))
     expanded = 0
     best: int | None = None
     while queues[0] or queues[1]:
@@ -202,7 +202,7 @@ def _greedy(
                 best = value
                 queues[1].turns -= PREFERRED_TURNS
             successors = graph.successors(node, among=preferred)
-            queues[0].push(value, -expanded, (key, node, preferred))
+            queues[0].push(value, (key, node, preferred))
             target = queues[1]
         else:
             successors = graph.successors(node, without=preferred)
@@ -213,7 +213,7 @@ def _greedy(
             parents[child_key] = key, move, child
             if is_end(child):
                 return Search(_path(parents, child_key))
-            target.push(value, -expanded, (child_key, child, None))
+            target.push(value, (child_key, child, None))
     return Search(None, parents.keys())
 
 
@@ -221,28 +221,28 @@ _Waiting = tuple[Hashable, Node, frozenset[int] | None]
 
 
 class _Queue(Generic[Node]):
-    """Nodes by estimate, of equals those with the youngest parent first; `turns` counts what was taken out.
+    """Nodes by estimate, the oldest of equals first; `turns` counts what was taken out.
 
     With a node waits nothing if it is to be expanded, and what was preferred if the rest of its successors is due.
     """
 
     def __init__(self) -> None:
-        self._heap: list[tuple[int, int, int, _Waiting[Node]]] = []
+        self._heap: list[tuple[int, int, _Waiting[Node]]] = []
         self._count = 0
         self.turns = 0
 
     def __bool__(self) -> bool:
         return bool(self._heap)
 
-    def push(self, value: int, age: int, waiting: "_Waiting[Node]") -> None:
-        """Puts a node in; `age` counts down."""
+    def push(self, value: int, waiting: "_Waiting[Node]") -> None:
+        """Puts a node in."""
         self._count += 1
-        heappush(self._heap, (value, age, self._count, waiting))
+        heappush(self._heap, (value, self._count, waiting))
 
     def pop(self) -> "tuple[int, Hashable, Node, frozenset[int] | None]":
         """Takes the nearest node out, with its estimate."""
         self.turns += 1
-        value, _, _, (key, node, preferred) = heappop(self._heap)
+        value, _, (key, node, preferred) = heappop(self._heap)
         return value, key, node, preferred
 
 

@@ -155,7 +155,7 @@ class Space:
             if self.may_wait:
                 found.append((decided, here))
             outcomes = self.outcomes(here, branching)
-            waiting += [((*decided, Decide(branching, name)), child) for name, child in reversed(outcomes)]
+            waiting += [((*decided, Decide(branching, name)), child) for name, child in outcomes]
         return found
 
     def geometry_key(self, node: Node) -> Hashable:
