@@ -60,7 +60,9 @@ def calls(n: int = 20, seeds: int = 3, timeout: float = 120.0) -> Table:
 
 def _row(problem: kabo.Problem, share: float, seed: int, order: str, timeout: float) -> dict[str, Any]:
     procedure = Counted(share, seed)
-    result = kabo.solve(problem, procedures={PROCEDURE: procedure}, geometry_order=order, timeout=timeout)
+    result = kabo.solve(
+        problem, search="best", procedures={PROCEDURE: procedure}, geometry_order=order, timeout=timeout
+    )
     length = None if result.plan is None else plan_statistics(result.plan).plan_actions
     search = float(result.statistics["symbolic_s"])
     allowed = None if length is None else length + 5 * procedure.failures

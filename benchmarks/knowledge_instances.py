@@ -38,7 +38,8 @@ class Instance:
 
 
 def _stacked(n: int, seconds: float | None, search: str | None = None, best: bool = True) -> Instance:
-    options = {} if search is None else {"search": search, "max_expansions": 10**9}
+    # The problem file asks for breadth-first search.
+    options = {"search": "best"} if search is None else {"search": search, "max_expansions": 10**9}
     name = f"stacked-{n}" + (f" {search}" if search else "")
     return Instance(name, "stacked", {"n": n}, seconds, 2 * n if best else None, 2 * n - 1, options)
 
