@@ -323,3 +323,65 @@ def test_initial_knowledge_that_contradicts_itself_is_said(judged):
     assert "the initial knowledge: " in text and "exclude each other" in text
     ruled = "add(Kf, not fuse, light(hall))"
     assert "which is known not to hold" in judged(HOUSE, HOUSE_PROBLEM.format(ruled, "true"))(GOAL)
+
+
+def test_an_exclusive_set_of_which_all_members_are_false_is_a_contradiction(judged):
+    start = "add(Kx, cat(hall), cat(attic))\n  - add(Kf, not cat(hall), not cat(attic))"
+    assert "no member is left" in judged(HOUSE, HOUSE_PROBLEM.format(start, "true"))(GOAL)
+
+
+def test_an_outcome_that_may_have_held_before_tells_only_what_its_absence_means(judged):
+    """Without knowing that the lawn lived: alive means not poisonous, dead means nothing."""
+    problem = LIQUID_PROBLEM.replace("add(Kf, not dead)", "add(Kf, not wet)")
+    judge = judged(LIQUID, problem + "K(dead) or K(not poisonous(a))")
+    seen = look("look_at_lawn", "dead", {"true": GOAL, "false": GOAL})
+    assert judge(do("pour", seen, l="a")) == NOTHING
+    both = judged(LIQUID, problem + "Kw(poisonous(a))")
+    assert "the goal does not hold" in both(do("pour", seen, l="a"))
+
+
+TUG = """types: [end]
+predicates: {pulled: [end], left: []}
+actions:
+  pull:
+    parameters: {a: end, b: end}
+    effects:
+      - when pulled(a) then left
+      - when pulled(b) then not left
+  look:
+    sense: left
+"""
+
+
+def test_an_outcome_that_is_pulled_both_ways_tells_nothing(judged):
+    start = "objects: {end: [x, y]}\ninitial:\n  - add(Kf, not left)\ngoal: "
+    judge = judged(TUG, start + "not K(left) or K(pulled(x))")
+    seen = look("look", "left", {"true": GOAL, "false": GOAL})
+    assert "the goal does not hold" in judge(do("pull", seen, a="x", b="y"))
+    assert judge(do("pull", seen, a="x", b="x")) != NOTHING
+    judge = judged(TUG, start.replace("not left", "not left, not pulled(y)") + "not K(left) or K(pulled(x))")
+    assert judge(do("pull", seen, a="x", b="y")) == NOTHING
+
+
+CHAIN = """types: [pump]
+constants: {pump: [one]}
+predicates: {wet: [], runs: [pump], loud: []}
+update_rules:
+  - K(runs(one)) and K(loud) => add(Kf, wet)
+actions:
+  listen:
+    sense: wet
+"""
+
+
+def test_facts_that_only_a_rule_behind_an_entry_asks_for_are_not_forgotten(judged):
+    """Not q: the pump runs, and since it is loud, r: which is known to be false, so q holds."""
+    domain = CHAIN.replace("wet: [], ", "wet: [], dry: [], ").replace("sense: wet", "sense: dry")
+    start = "initial:\n  - add(Kf, loud, not wet)\n  - add(Kor, dry, runs(one))\ngoal: Kw(dry)"
+    assert judged(domain, start)(look("listen", "dry", {"true": GOAL})) == NOTHING
+
+
+def test_a_part_of_the_goal_is_asked_again_if_something_may_touch_it(judged):
+    judge = judged(HOUSE, HOUSE_PROBLEM.format("add(Kf, not asleep, fuse)", "K(not asleep) and K(fuse)"))
+    assert judge(do("call", GOAL)) == NOTHING
+    assert "n1: the goal does not hold" in judge(do("rest", GOAL))
