@@ -25,7 +25,7 @@ def breadth_first(
     start: Sequence[int] | None = None,
     forbidden: Sequence[int] | NDArray[Any] | None = None,
     budget: Budget | None = None,
-    plain_work: int = PLAIN_WORK,
+    plain_work: int | None = None,
 ) -> SearchResult:
     """A plan of fewest actions; costs do not count.
 
@@ -34,14 +34,16 @@ def breadth_first(
         start: values of all variables, instead of the task's initial ones.
         forbidden: 1 for each operator that must not be used.
         budget: how long; a search that it ends is "exhausted" or "stopped".
-        plain_work: how many states plain Python generates before the compiled search starts over; the answer is the
-            same.
+        plain_work: how many states plain Python generates before the compiled search starts over; None: as many as
+            take as long as loading it, over all searches of this task. The answer is the same.
     """
     budget = budget or Budget()
     packed, never = compiled.start(start), compiled.never(forbidden)
     if compiled.plain.at_goal(packed):
         return SearchResult("solved", (), 0, 0, 0, 1, optimal=True)
-    found = _plain(compiled, packed, never, budget, plain_work)
+    work = compiled.plain_left("breadth-first", PLAIN_WORK) if plain_work is None else plain_work
+    found = _plain(compiled, packed, never, budget, work)
+    compiled.spend("breadth-first", found.generated if found else work)
     return found or _compiled(compiled, packed, never, budget)
 
 

@@ -36,10 +36,22 @@ class ChangingFacts:
 
 
 class CompiledTask:
-    """A task, packed. What is cached here depends on the task alone, not on starts or forbidden operators."""
+    """A task, packed. What is cached here depends on the task alone, not on starts or forbidden operators.
+
+    It also counts what searches did in plain Python, since after a while the compiled twins are the quicker way.
+    """
 
     def __init__(self, task: FiniteTask) -> None:
         self.task = task
+        self._plain_spent: dict[str, int] = {}
+
+    def plain_left(self, search: str, most: int) -> int:
+        """How much of its work a search may still do in plain Python, over all searches of this task."""
+        return max(0, most - self._plain_spent.get(search, 0))
+
+    def spend(self, search: str, work: int) -> None:
+        """Takes note of work done in plain Python."""
+        self._plain_spent[search] = self._plain_spent.get(search, 0) + work
 
     @cached_property
     def normal(self) -> NormalTask:

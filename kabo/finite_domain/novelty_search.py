@@ -25,7 +25,7 @@ def bfws(
     start: Sequence[int] | None = None,
     forbidden: Sequence[int] | NDArray[Any] | None = None,
     budget: Budget | None = None,
-    plain_work: int = PLAIN_WORK,
+    plain_work: int | None = None,
 ) -> SearchResult:
     """A plan, seldom a long one; or the proof that there is none.
 
@@ -34,13 +34,16 @@ def bfws(
         start: values of all variables, instead of the task's initial ones.
         forbidden: 1 for each operator that must not be used.
         budget: how long; a search that it ends is "exhausted" or "stopped".
-        plain_work: how many states plain Python enters before the compiled search starts over; the answer is the same.
+        plain_work: how many states plain Python enters before the compiled search starts over; None: as many as take
+            as long as loading it, over all searches of this task. The answer is the same.
     """
     budget = budget or Budget()
     packed, never = compiled.start(start), compiled.never(forbidden)
     if compiled.plain.at_goal(packed):
         return SearchResult("solved", (), 0, 0, 0, 1)
-    found = _Plain(compiled, never, plain_work).search(packed, budget)
+    work = compiled.plain_left("novelty", PLAIN_WORK) if plain_work is None else plain_work
+    found = _Plain(compiled, never, work).search(packed, budget)
+    compiled.spend("novelty", found.states if found else work)
     if found is None:
         from kabo.finite_domain.compiled_novelty import search
 

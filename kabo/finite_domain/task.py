@@ -38,7 +38,7 @@ class Operator:
     name: str
     preconditions: Conditions
     effects: tuple[Effect, ...]
-    cost: int = 1  # >= 0
+    cost: int = 1  # from 0 to 2^31 - 1
     owner: int = -1  # the caller's number; searches do not look at it
 
 
@@ -84,8 +84,8 @@ def _faults(task: FiniteTask) -> Iterator[str]:
 
 
 def _operator_faults(o: Operator, sizes: list[int]) -> Iterator[str]:
-    if o.cost < 0:
-        yield f"operator {o.name} costs {o.cost}, less than nothing"
+    if not 0 <= o.cost < 1 << 31:
+        yield f"operator {o.name} costs {o.cost}, not from 0 to 2^31 - 1"
     yield from _condition_faults(f"operator {o.name}", o.preconditions, sizes)
     for e in o.effects:
         yield from _condition_faults(f"an effect of {o.name}", e.conditions, sizes)
