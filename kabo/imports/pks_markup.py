@@ -17,6 +17,7 @@ MAX_ELEMENTS = 100_000
 _ASIDE = re.compile(r"<!--|<\?|<!DOCTYPE|<!\[CDATA\[|\]\]>", re.IGNORECASE)
 _ENDS = {"<!--": "-->", "<?": "?>", "<!doctype": ">"}
 _TAG = re.compile(r"""<(/?)([A-Za-z_][\w.:-]*)((?:\s+[\w.:-]+\s*=\s*(?:"[^"<>]*"|'[^'<>]*'))*)\s*(/?)>""")
+_WORD = re.compile(r"\S+")
 _ATTRIBUTE = re.compile(r"""([\w.:-]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 # What comes before a sign stays behind it, so that "&lt;=" and "=&gt;" become one sign each.
 _ENTITIES = {"&lt;": "   <", "&gt;": ">   ", "&amp;": "&    ", "&quot;": '"     ', "&apos;": "'     "}
@@ -59,15 +60,12 @@ class Markup:
 
     def stray_text(self, element: Element) -> tuple[int, int] | None:
         """The first word of the element's own text, outside of its children; None if there is only space."""
-        position = element.inside
-        for child in [*element.children, None]:
-            end = element.end if child is None else child.start
-            word = re.compile(r"\S+").search(self.text, position, end)
+        starts = [element.inside, *(child.end for child in element.children)]  # tags are blanks in the text
+        ends = [*(child.start for child in element.children), element.end]
+        for start, end in zip(starts, ends, strict=True):
+            word = _WORD.search(self.text, start, end)
             if word is not None:
                 return word.span()
-            if child is not None:
-                position = self.text.find(">", child.end) + 1 if child.end > child.inside else child.end
-                position = max(position, child.end)
         return None
 
 

@@ -252,6 +252,7 @@ def test_what_cannot_be_read_is_refused_with_its_place(tmp_path, parts, message)
         ("<robot/>", "unexpected <robot>, expected <domain> or <problem>"),
         (pks().replace("preconds>", "preconditions>"), "unexpected <preconditions> in <action>"),
         (pks().replace("<actions>", "<actions>word"), 'unexpected "word" in <actions>'),
+        (pks().replace("</actions>", "<!-- > --> word </actions>"), 'unexpected "word" in <actions>'),
         (pks().replace('action name="act"', "action"), 'an action needs a name: name="…"'),
         (pks().replace("<goal>K(r)</goal>", ""), "a problem needs <goal>"),
         ("<a>" * 13, "the file is refused here: elements nested deeper than 12"),
