@@ -359,7 +359,7 @@ def test_an_outcome_that_is_pulled_both_ways_tells_nothing(judged):
     seen = look("look", "left", {"true": GOAL, "false": GOAL})
     assert "the goal does not hold" in judge(do("pull", seen, a="x", b="y"))
     assert judge(do("pull", seen, a="x", b="x")) != NOTHING
-    other = judged(TUG, start + "not K(left) or K(not pulled(y))")
+    other = judged(TUG, start + "K(left) or K(not pulled(x))")
     assert "the goal does not hold" in other(do("pull", seen, a="x", b="y"))
     judge = judged(TUG, start.replace("not left", "not left, not pulled(y)") + "not K(left) or K(pulled(x))")
     assert judge(do("pull", seen, a="x", b="y")) == NOTHING
