@@ -111,24 +111,45 @@ def _unknown(context: Context, initial: Initial, form: Form, members: list[f.Lit
 
 
 def _oneof(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
-    literals: list[f.Literal] = []
+    conjunctions: list[list[f.Literal]] = []
     for node in form.rest:
-        if _head(node) in ("and", "or", "oneof") and _head(node) not in context.vocabulary.predicates:
-            hint = "kabo's exclusive sets have literals as members"
-            context.report(node, f'"{_head(node)}" inside of (oneof …) is not supported {context.where}', hint)
+        both = _head(node) == "and" and "and" not in context.vocabulary.predicates
+        if _head(node) in ("or", "oneof", "imply") and _head(node) not in context.vocabulary.predicates:
+            context.report(node, f'"{_head(node)}" inside of (oneof …) is not supported {context.where}')
             return
-        literal = _literal(context, node)
-        if literal is None:
+        literals = [_literal(context, part) for part in (node.rest if both and isinstance(node, Form) else [node])]
+        whole = list(dict.fromkeys(literal for literal in literals if literal is not None))
+        if None in literals or not whole:
             return
-        if literal not in literals:
-            literals.append(literal)
-    if not literals:
+        if whole not in conjunctions:
+            conjunctions.append(whole)
+    if not conjunctions:
         context.report(form, f"(oneof) has no members {context.where}")
-    elif len(literals) == 1:
-        _add_fact(context, initial, form, literals[0])
+    elif len(conjunctions) == 1:
+        for literal in conjunctions[0]:
+            _add_fact(context, initial, form, literal)
     else:
-        members += literals
-        initial.exactly_one.append(f.Change("add", "Kx", tuple(literals), context.place(form)))
+        whole = [_case(context, initial, form, each, members) for each in conjunctions]
+        members += whole
+        initial.exactly_one.append(f.Change("add", "Kx", tuple(whole), context.place(form)))
+
+
+def _case(
+    context: Context, initial: Initial, form: Form, parts: list[f.Literal], members: list[f.Literal]
+) -> f.Literal:
+    """A literal that holds where all of the parts do: the only one, or an atom of its own, tied to them by clauses."""
+    if len(parts) == 1:
+        return parts[0]
+    vocabulary, place = context.vocabulary, context.place(form)
+    name = f"case-{1 + sum(each.startswith('case-') for each in vocabulary.predicates)}"
+    vocabulary.predicates[name] = Signature(vocabulary.names.take(name), name, (), None, place)
+    case = f.Literal(f.Atom(vocabulary.predicates[name].name, (), place), True, place)
+    opposites = [replace(part, positive=not part.positive) for part in parts]
+    clauses = [(replace(case, positive=False), part) for part in parts]
+    for clause in [*clauses, (case, *opposites)]:
+        members.extend(clause)
+        initial.at_least_one.append(f.Change("add", "Kor", tuple(clause), place))
+    return case
 
 
 def _or(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:

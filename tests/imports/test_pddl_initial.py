@@ -52,6 +52,18 @@ def test_an_initial_state_becomes_knowledge(tmp_path, init, expected):
     assert after_falsehoods(read(tmp_path, DOMAIN, problem(init))) == expected
 
 
+def test_a_choice_of_conjunctions_is_one_of_cases(tmp_path):
+    """Exactly one of the cases holds, and each holds if and only if its parts do."""
+    found = read(tmp_path, DOMAIN, problem("(oneof (and (p a) (not (r))) (p b) (and (p c) (r)))"))
+    assert [each for each in initial(found) if "forall" not in each][2:] == [
+        "add(Kf, not case_1)", "add(Kf, not case_2)",
+        "del(Kf, not case_1, not p(a), not r, not case_2, not p(c), not p(b))",
+        "add(Kf, g = a)", "add(Kx, case_1, p(b), case_2)",
+        "add(Kor, not case_1, p(a))", "add(Kor, not case_1, not r)", "add(Kor, case_1, not p(a), r)",
+        "add(Kor, not case_2, p(c))", "add(Kor, not case_2, r)", "add(Kor, case_2, not p(c), not r)",
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("init", "message"),
     [
@@ -59,7 +71,7 @@ def test_an_initial_state_becomes_knowledge(tmp_path, init, expected):
         ("(unknown (p a)) (p a)", "this atom is said to be unknown, and to be true"),
         ("(= (f a) 1) (= (f a) 2)", '"(= (f a) 2)" contradicts what stands before'),
         ("(oneof)", "(oneof) has no members in :init"),
-        ("(oneof (and (p a) (r)) (s))", '"and" inside of (oneof …) is not supported in :init'),
+        ("(oneof (or (p a) (r)) (s))", '"or" inside of (oneof …) is not supported in :init'),
         ("(unknown)", 'expected "(unknown (p …))"'),
         ("(or (r) (= a b))", "a comparison inside of a disjunction is not supported in :init"),
         ("(or (r) (forall (?x) (p ?x)))", "a quantifier inside of a disjunction is not supported in :init"),
