@@ -41,9 +41,10 @@ def breadth_first(
     packed, never = compiled.start(start), compiled.never(forbidden)
     if compiled.plain.at_goal(packed):
         return SearchResult("solved", (), 0, 0, 0, 1, optimal=True)
-    work = compiled.plain_left("breadth-first", PLAIN_WORK) if plain_work is None else plain_work
-    found = _plain(compiled, packed, never, budget, work)
-    compiled.spend("breadth-first", found.generated if found else work)
+    if plain_work is None:
+        plain_work = 0 if _kernels.cache_info().currsize else compiled.plain_left("breadth-first", PLAIN_WORK)
+    found = _plain(compiled, packed, never, budget, plain_work) if plain_work else None
+    compiled.spend("breadth-first", found.generated if found else plain_work)
     return found or _compiled(compiled, packed, never, budget)
 
 

@@ -7,6 +7,7 @@ follow, so nothing is left out. States with equal novelty and goals are taken in
 
 from collections import deque
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 from numpy.typing import NDArray
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never, as_number
 from kabo.finite_domain.result import SearchResult
 
-PLAIN_WORK = 3000  # states entered: about as long in Python as loading the kernel
+PLAIN_STATES = 4000  # entered in plain Python, at most: less time than loading the kernel takes
+PLAIN_PAIRS = 1_000_000  # pairs of variables looked at in them, and operators
 MOST_PLAN_FACTS = 256  # of a relaxed plan that are counted
 PAIR_BYTES = 512 << 20  # for the pairs seen; partitions that come later are told apart by facts alone
 
@@ -41,14 +43,25 @@ def bfws(
     packed, never = compiled.start(start), compiled.never(forbidden)
     if compiled.plain.at_goal(packed):
         return SearchResult("solved", (), 0, 0, 0, 1)
-    work = compiled.plain_left("novelty", PLAIN_WORK) if plain_work is None else plain_work
-    found = _Plain(compiled, never, work).search(packed, budget)
+    work = _plain_states(compiled) if plain_work is None else plain_work
+    found = _Plain(compiled, never, work).search(packed, budget) if work else None
     compiled.spend("novelty", found.states if found else work)
-    if found is None:
-        from kabo.finite_domain.compiled_novelty import search
+    return found or _compiled()(compiled, packed, never, budget)
 
-        found = search(compiled, packed, never, budget)
-    return found
+
+def _plain_states(compiled: CompiledTask) -> int:
+    """How many states to enter in plain Python first; none once the kernel is there."""
+    if _compiled.cache_info().currsize:
+        return 0
+    each = len(compiled.normal.sizes) ** 2 + len(compiled.normal.operators) + 1
+    return compiled.plain_left("novelty", min(PLAIN_STATES, PLAIN_PAIRS // each))
+
+
+@cache
+def _compiled() -> Any:
+    from kabo.finite_domain.compiled_novelty import search
+
+    return search
 
 
 def pair_words(facts: int) -> int:
