@@ -23,9 +23,10 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--geometry", choices=("bounding", "exact", "none"), help="how bodies are checked")
     parser.add_argument(
         "--geometry-order",
-        choices=("lazy", "eager"),
-        default="lazy",
-        help="when procedures are evaluated: along a finished plan, or at every search node",
+        choices=("adaptive", "lazy", "eager"),
+        default="adaptive",
+        help="when procedures are evaluated: along a finished plan (lazy), at every search node (eager), or lazy "
+        "until that is in vain (default: adaptive)",
     )
     parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
     parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 Pattern = frozenset[tuple[int, int]]  # (index of a component, lineage)
 
+IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
 ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
 
 
@@ -121,6 +122,13 @@ class Ledger:
             pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
             self.refusals.setdefault(call, []).append(Refusal(attempt, pattern, failure))
             self._taint(pattern)
+
+    def in_vain(self) -> bool:
+        """Whether so many calls along finished plans were refused that asking while searching is the better way."""
+        counted = self.server.statistics
+        calls = sum(row["calls"] for row in counted.procedures.values())
+        failures = sum(sum(row["failures"].values()) for row in counted.procedures.values())
+        return failures >= IN_VAIN and failures >= OFTEN * calls
 
     def proved(self) -> bool:
         """Whether every refusal is a proof: no number of samples would help."""

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, cast
 from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
 from kabo.planner.contingent import find_skeleton
+from kabo.planner.procedures import Procedures
 from kabo.planner.reasons import exhausted, no_plan
-from kabo.planner.result import Progress, Result
+from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Skeleton, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
@@ -89,23 +90,41 @@ def solve(
     seed: int | None = None,
     epsilon: float | None = None,
     geometry: str | None = None,
-    geometry_order: str = "lazy",
+    geometry_order: str = "adaptive",
     max_expansions: int | None = None,
     max_samples: int | None = None,
     timeout: float | None = None,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
+    procedures: Mapping[str, Callable[..., bool]] | None = None,
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
 
     The same problem, options and seed give the same plan for any number of workers (one is used today).
 
+    Args:
+        problem: what to solve.
+        search: `best`, `greedy`, `astar`, `breadth-first`, `depth-first` or `iterative-deepening`.
+        seed: of all random samples.
+        epsilon: tolerance of geometric predicates [m].
+        geometry: `bounding`, `exact` or `none`.
+        geometry_order: when procedures are asked: `lazy` along a finished plan, `eager` in the search, or `adaptive`.
+        max_expansions: search nodes expanded at most.
+        max_samples: samples of procedures at most.
+        timeout: seconds after which the search gives up.
+        workers: processes to use.
+        progress: told now and then what is done.
+        cancelled: asked now and then whether to stop.
+        procedures: functions to ask instead of geometry, by the names of procedures in the domain: called with the
+            arguments (names of objects and numbers), and with a `seed` if they take one; true means success. Equal
+            arguments must have equal answers. Procedures without a function always succeed.
+
     Raises:
         InputError: the problem uses what the planner does not support, or its scene does not load.
     """
     given = problem.options
-    has_geometry = problem.scene is not None and (geometry or given.geometry) != "none"
+    has_geometry = problem.scene is not None and (geometry or given.geometry) != "none" and procedures is None
     scene_epsilon = problem.scene.epsilon if has_geometry and problem.scene is not None else None
     options = Options(
         search or given.search or DEFAULT_SEARCH,
@@ -120,6 +139,8 @@ def solve(
     run = Run(problem, options, progress, cancelled)
     task = ground(problem)
     run.symbolic_s = perf_counter() - run.began
+    if procedures is not None:
+        return _with_procedures(run, task, Procedures(procedures, options.geometry_order, options.seed))
     return _integrated(run, task) if has_geometry else _symbolic(run, task)
 
 
@@ -127,7 +148,7 @@ def _first(*values: Any) -> Any:
     return next((value for value in values if value is not None), None)
 
 
-def _search(run: Run, task: Task, geometry: "Ledger | Interleaved | None") -> Found | Unreachable | Exhausted:
+def _search(run: Run, task: Task, geometry: "Ledger | Interleaved | Procedures | None") -> Found | Unreachable | Exhausted:
     began = perf_counter()
     run.rounds += 1
     limits = Limits(run.options.max_expansions - run.expanded, run.stop)
@@ -153,6 +174,44 @@ def _symbolic(run: Run, task: Task) -> Result:
     return Result("solved", plan, _statistics(run, None))
 
 
+def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
+    """Plans until all procedures along one succeed."""
+    from kabo.planner.assembly import assemble, symbolic_variants
+    from kabo.planner.evaluation import in_order
+
+    while True:
+        run.tell("asking", sum(counted.calls for counted in procedures.counted.values()))
+        procedures.prepare(task)
+        asked = procedures.seconds
+        found = _search(run, task, procedures)
+        run.symbolic_s -= procedures.seconds - asked
+        if not isinstance(found, Found):
+            break
+        if procedures.follow(found.skeleton):
+            variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
+            plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
+            return Result("solved", plan, _statistics(run, None) | _calls(procedures))
+        if run.stop():
+            break
+    statistics = _statistics(run, None) | _calls(procedures)
+    told = tuple(f"refused: {call}" for call in procedures.failed())
+    if isinstance(found, Unreachable):
+        if not told:
+            return Result("no_plan", None, statistics, no_plan(task, []))
+        text = f"no plan reaches the goal without one of {len(told)} calls that their procedures refused"
+        return Result("no_plan", None, statistics, Reason("refusals", None, text, told[:12]))
+    budget = found.budget if isinstance(found, Exhausted) else "time"
+    return Result("exhausted", None, statistics, exhausted(budget, []))
+
+
+def _calls(procedures: Procedures) -> dict[str, Any]:
+    rows = {
+        name: {"calls": counted.calls, "failures": {"refused": counted.failures} if counted.failures else {}}
+        for name, counted in procedures.counted.items()
+    }
+    return {"procedures": rows, "geometric_s": procedures.seconds}
+
+
 def _integrated(run: Run, task: Task) -> Result:
     from kabo.planner.assembly import assemble
     from kabo.planner.ledger import Interleaved, Ledger
@@ -163,8 +222,10 @@ def _integrated(run: Run, task: Task) -> Result:
     ledger = Ledger(server)
     if not eager:
         _note_proofs(task, ledger)
-    geometry = Interleaved(server) if eager else ledger
+    geometry: Ledger | Interleaved = Interleaved(server) if eager else ledger
     while True:
+        if isinstance(geometry, Ledger) and run.options.geometry_order == "adaptive" and ledger.in_vain():
+            eager, geometry = True, Interleaved(server)
         run.tell("searching", sum(server.statistics.calls.values()))
         found = _search(run, task, geometry)
         if isinstance(found, Unreachable) and not eager and not ledger.proved() and ledger.try_harder():

@@ -37,7 +37,7 @@ class SolveOptions(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tru
     seed: Annotated[int, msgspec.Meta(ge=0)] | None = None
     epsilon: Annotated[float, msgspec.Meta(gt=0)] | None = None
     geometry: Literal["bounding", "exact", "none"] | None = None
-    geometry_order: Literal["lazy", "eager"] = "lazy"
+    geometry_order: Literal["adaptive", "lazy", "eager"] = "adaptive"
     max_expansions: Annotated[int, msgspec.Meta(ge=0)] | None = None
     max_samples: Annotated[int, msgspec.Meta(ge=0)] | None = None
     timeout: Annotated[float, msgspec.Meta(ge=0)] | None = None

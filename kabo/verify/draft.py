@@ -11,7 +11,7 @@ from itertools import chain
 
 from kabo.language.problem import Problem
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value, claim_text, denied, range_of, text_of
-from kabo.verify.knowledge import Knowledge, exclude, mentions_any, truth
+from kabo.verify.knowledge import Knowledge, exclude, in_order, mentions_any, truth
 
 
 class ContradictionError(Exception):
@@ -104,12 +104,12 @@ class Draft:
         while self.changed:
             now, self.changed = self.changed, set()
             everything |= now
-            for symbol in now:
+            for symbol in now if len(now) == 1 else sorted(now, key=repr):
                 self._close_range(symbol)
-            for entry in [entry for entry in self.exclusive if mentions_any(entry, now)]:
+            for entry in _in_order(entry for entry in self.exclusive if mentions_any(entry, now)):
                 self.exclusive.discard(entry)
                 self._settle_exclusive(entry)
-            for entry in [entry for entry in self.some if mentions_any(entry, now)]:
+            for entry in _in_order(entry for entry in self.some if mentions_any(entry, now)):
                 self.some.discard(entry)
                 self._settle_some(entry)
             for whole in [whole for whole in self.conjunctions if mentions_any(whole, now)]:
@@ -132,23 +132,23 @@ class Draft:
             self.learn((symbol, left[0], True))
 
     def _settle_exclusive(self, entry: Entry) -> None:
-        truths = {claim: truth(claim, self) for claim in entry}
+        truths = {claim: truth(claim, self) for claim in in_order(entry)}
         holding = [claim for claim, known in truths.items() if known]
-        rest = frozenset(claim for claim, known in truths.items() if known is None)
+        unknown = [claim for claim, known in truths.items() if known is None]
         if len(holding) > 1:
             raise ContradictionError(f"{claim_text(holding[0])} and {claim_text(holding[1])} exclude each other")
         if holding:
-            for claim in rest:
+            for claim in unknown:
                 self.learn(denied(self.problem, claim))
-        elif len(rest) == 1:
-            self.learn(next(iter(rest)))
-        elif rest:
-            self.exclusive.add(rest)
+        elif len(unknown) == 1:
+            self.learn(unknown[0])
+        elif unknown:
+            self.exclusive.add(frozenset(unknown))
         else:
             raise ContradictionError("of an exclusive set no member is left")
 
     def _settle_some(self, entry: Entry) -> None:
-        truths = {claim: truth(claim, self) for claim in entry}
+        truths = {claim: truth(claim, self) for claim in in_order(entry)}
         if True in truths.values():
             return
         rest = frozenset(claim for claim, known in truths.items() if known is None)
@@ -212,3 +212,8 @@ class Draft:
         self.whether.discard(symbol)
         if self.known.get(symbol) == value:
             del self.known[symbol]
+
+
+def _in_order(entries: Iterable[Entry]) -> list[Entry]:
+    found = list(entries)
+    return found if len(found) < 2 else sorted(found, key=lambda entry: repr(in_order(entry)))

@@ -118,6 +118,12 @@ def symbols_of(entry: Entry | tuple[GroundClaim, ...]) -> frozenset[Symbol]:
     return frozenset(claim[0] for claim in entry)
 
 
+@lru_cache(maxsize=1 << 16)
+def in_order(entry: Entry) -> tuple[GroundClaim, ...]:
+    """The members of an entry, always in the same order, so that every run says the same."""
+    return tuple(sorted(entry, key=repr))
+
+
 def mentions_any(entry: Entry | tuple[GroundClaim, ...], symbols: AbstractSet[Symbol]) -> bool:
     """Whether a member of an entry is about one of the symbols."""
     return not symbols_of(entry).isdisjoint(symbols)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 from kabo.language.formulas import Formula, Temporal
 from kabo.plan import Plan
-from kabo.verify.ground import Binding, NotVerifiableError, Symbol, Value, claim_text, range_of
+from kabo.verify.ground import Binding, Entry, NotVerifiableError, Symbol, Value, claim_text, range_of
 from kabo.verify.interpreter import Interpreter, Thing, is_symbol, outcome_text
-from kabo.verify.knowledge import Facts, Knowledge, truth
+from kabo.verify.knowledge import Facts, Knowledge, in_order, truth
 from kabo.verify.minds import Mind, Minds, depends_on_knowledge
 from kabo.verify.relevance import Relevance
 from kabo.verify.steps import because
@@ -210,7 +210,7 @@ class Player:
         try:
             self._obey_rules(world, set(pending.changed))
             for database, entry in pending.entries:
-                _check_entry(database, [truth(claim, world) for claim in entry], [claim[0] for claim in entry])
+                _check_entry(database, entry, world)
             after: Facts | None = None if mind is None else mind.step.after
             for claims in pending.conjunctions:
                 if after is None or not all(truth(claim, after) for claim in claims):
@@ -242,7 +242,7 @@ class Player:
                 world.ramified = True
                 changed.add(add.symbol)
             for database, entry in updates.entries:
-                _check_entry(database, [truth(claim, world) for claim in entry], [claim[0] for claim in entry])
+                _check_entry(database, entry, world)
         raise RuledOutError
 
     # --------------------------------------------------------------------------------------------------- onward
@@ -299,12 +299,14 @@ def _happens(effect: When, world: World) -> bool:
     return True
 
 
-def _check_entry(database: str, truths: list[bool | None], symbols: list[Symbol]) -> None:
+def _check_entry(database: str, entry: Entry, world: World) -> None:
+    claims = in_order(entry)
+    truths = [truth(claim, world) for claim in claims]
     holding = truths.count(True)
     if (database == "Kx" and holding > 1) or (holding == 0 and None not in truths):
         raise RuledOutError
     if None in truths and (database == "Kx" or holding == 0):
-        raise OpenError(symbols[truths.index(None)])
+        raise OpenError(claims[truths.index(None)][0])
 
 
 def _check_false(truths: list[bool | None], symbols: list[Symbol]) -> None:
