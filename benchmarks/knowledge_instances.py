@@ -64,6 +64,7 @@ INSTANCES = (
     Instance("unix-2", "unix", {"n": 2}, None, 49, published=(16, 12, 15)),
     Instance("unix-3", "unix", {"n": 3}, None, 112, published=(32, 28, 31)),
     Instance("unix-4", "unix", {"n": 4}, 0.2, 239, published=(64, 60, 63)),
+    Instance("unix-4 anywhere", "unix", {"n": 4, "anywhere": True}, None, 239, published=(64, 60, 63)),
     Instance("ebtcs-10", "btcs", {"n": 10}, None, 21, published=(12, 10, 10)),
     Instance("ebtcs-30", "btcs", {"n": 30}, None, 61, published=(32, 30, 30)),
     Instance("ebtcs-70", "btcs", {"n": 70}, 0.6, 141, published=(72, 70, 70)),

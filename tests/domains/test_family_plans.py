@@ -26,6 +26,7 @@ SMALL = [
     ("safes", {"n": 3, "note": True}, 3, 2),
     ("unix", {"n": 1}, 18, 14),
     ("unix", {"n": 2}, 49, 37),
+    ("unix", {"n": 2, "anywhere": True}, 49, 37),
     ("wumpus", {"n": 4}, 45, 30),
 ]
 
