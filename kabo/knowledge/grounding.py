@@ -1,7 +1,7 @@
 """From a problem to a grounded task: only actions that could ever apply, only facts that are mentioned."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import prod
 
 from kabo.errors import Diagnostic, InputError
@@ -13,7 +13,7 @@ from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import ConjunctionBits, TermBits, open_entries
 from kabo.knowledge.progression import Lexicon, Update, effects_of
 from kabo.knowledge.queries import FALSE, TRUE, Query, bits_of, conjunction, tested_for_zero, union
-from kabo.knowledge.reachability import relaxed_reach
+from kabo.knowledge.reachability import Reach, relaxed_reach
 from kabo.knowledge.refusals import refuse_unsupported
 from kabo.knowledge.relevance import Relevance
 from kabo.knowledge.schemas import Draft, drafts
@@ -23,6 +23,25 @@ from kabo.knowledge.temporal import TemporalGoals
 from kabo.knowledge.text import formula_text
 from kabo.language.formulas import And, Change, Forall, Formula, WorldEffect
 from kabo.language.problem import Problem
+
+
+@dataclass(frozen=True)
+class Grounding:
+    """A grounded problem with what can never happen in it: what explanations are about.
+
+    `actions` are all whose static preconditions hold; `asked` the bits that conditions of effects read.
+    """
+
+    compiler: Compiler
+    initial: int
+    actions: tuple[GroundAction, ...]
+    goal: tuple[GoalPart, ...]
+    rules: tuple[Rule, ...]
+    closure: Closure
+    splits: Mapping[int, Branching]  # every atom and term that could be branched on
+    branchings: Mapping[int, Branching]  # those that one of `actions` can open
+    reach: Reach
+    asked: int
 
 
 def ground(problem: Problem) -> Task:
@@ -35,12 +54,42 @@ def ground(problem: Problem) -> Task:
         InputError: the problem uses what this planner does not support (names every such place), its initial
             knowledge contradicts itself, or its update rules do not settle.
     """
+    whole = ground_whole(problem)
+    compiler, closure, goal, actions = whole.compiler, whole.closure, whole.goal, whole.actions
+    if len(whole.reach.actions) < len(actions):
+        actions = tuple(replace(action, index=index) for index, action in enumerate(whole.reach.actions))
+    branchings = _open(whole.splits, compiler.fluents.whether, whole.initial, actions, whole.rules)
+    query = conjunction(part.query for part in goal)
+    return Task(
+        initial=whole.initial,
+        actions=actions,
+        goal=goal,
+        goal_query=query,
+        entries={group.whether: group.text for group in compiler.fluents},
+        whether=compiler.fluents.whether,
+        branchings=branchings,
+        pending=union(branchings),
+        relevance=Relevance(actions, query, branchings, closure, [group.mask for group in compiler.fluents]),
+        closure=closure,
+        may_wait=bool(_learned(branchings, closure) & (whole.asked | _denied(actions, query, closure))),
+        groups=tuple(compiler.fluents),
+        functional=union(group.known for group in compiler.fluents if isinstance(group, TermBits)),
+        width=compiler.fluents.width,
+    )
+
+
+def ground_whole(problem: Problem) -> Grounding:
+    """Grounds a problem and leaves in what the delete relaxation cannot reach.
+
+    Raises:
+        InputError: as `ground` does.
+    """
     refuse_unsupported(problem)
     compiler = Compiler(problem, _symbols(problem))
     state, permanent = _initial_state(compiler)
     found = list(drafts(compiler, problem))
     asked = compiler.asked
-    rules = list(_rules(compiler))
+    rules = tuple(_rules(compiler))
     temporal = TemporalGoals(compiler)
     goal = tuple(_goal_parts(compiler, problem.goal, {}))
     state, copies = temporal.bind(state)
@@ -51,29 +100,9 @@ def ground(problem: Problem) -> Task:
     lexicon = Lexicon.of(compiler.fluents, compiler.entries.values())
     actions = tuple(_action(draft, index, lexicon, closure) for index, draft in enumerate(found))
     splits = _branchings(compiler, closure)
-    reach = relaxed_reach(
-        initial, actions, _open(splits, compiler.fluents.whether, initial, actions, rules), closure
-    )
-    if len(reach.actions) < len(actions):
-        actions = tuple(replace(action, index=index) for index, action in enumerate(reach.actions))
     branchings = _open(splits, compiler.fluents.whether, initial, actions, rules)
-    query = conjunction(part.query for part in goal)
-    return Task(
-        initial=initial,
-        actions=actions,
-        goal=goal,
-        goal_query=query,
-        entries={group.whether: group.text for group in compiler.fluents},
-        whether=compiler.fluents.whether,
-        branchings=branchings,
-        pending=union(branchings),
-        relevance=Relevance(actions, query, branchings, closure, [group.mask for group in compiler.fluents]),
-        closure=closure,
-        may_wait=bool(_learned(branchings, closure) & (asked | _denied(actions, query, closure))),
-        groups=tuple(compiler.fluents),
-        functional=union(group.known for group in compiler.fluents if isinstance(group, TermBits)),
-        width=compiler.fluents.width,
-    )
+    reach = relaxed_reach(initial, actions, branchings, closure)
+    return Grounding(compiler, initial, actions, goal, rules, closure, splits, branchings, reach, asked)
 
 
 def _symbols(problem: Problem) -> Symbols:
@@ -137,6 +166,11 @@ def _initial_state(compiler: Compiler) -> tuple[int, list[Entry]]:
             else:
                 state = _applied(state, update)
     compiler.starting = False
+    last_values = [LastValue(g) for g in compiler.statics if isinstance(g, TermBits) and g.unequal]
+    static = Closure(last_values).complete(compiler.static, -1)
+    if static is None:
+        raise _contradiction(compiler.problem)
+    compiler.static = static
     return state, [entry for entry in compiler.entries.values() if not entry.active]
 
 
@@ -186,7 +220,7 @@ def _rules(compiler: Compiler) -> Iterator[Rule]:
 
 
 def _open(
-    splits: dict[int, Branching],
+    splits: Mapping[int, Branching],
     whether: int,
     initial: int,
     actions: Iterable[GroundAction],
@@ -215,16 +249,23 @@ def _denied(actions: Iterable[GroundAction], goal: Query, closure: Closure) -> i
 
 
 def _goal_parts(compiler: Compiler, goal: tuple[Formula, ...], binding: Binding) -> Iterator[GoalPart]:
-    """The goal's conjuncts, with conjunctions and universal quantifiers at the top taken apart."""
-    for formula in goal:
+    for formula, bound in conjuncts(compiler, goal, binding):
+        yield GoalPart(formula_text(formula, bound), compiler.query(formula, bound))
+
+
+def conjuncts(
+    compiler: Compiler, formulas: tuple[Formula, ...], binding: Binding
+) -> Iterator[tuple[Formula, Binding]]:
+    """Formulas with conjunctions and universal quantifiers at the top taken apart."""
+    for formula in formulas:
         match formula:
             case And(parts=parts):
-                yield from _goal_parts(compiler, parts, binding)
+                yield from conjuncts(compiler, parts, binding)
             case Forall(variables=variables, body=body):
                 for instance in compiler.instances(variables, binding):
-                    yield from _goal_parts(compiler, (body,), instance)
+                    yield from conjuncts(compiler, (body,), instance)
             case _:
-                yield GoalPart(formula_text(formula, binding), compiler.query(formula, binding))
+                yield formula, binding
 
 
 def _branchings(compiler: Compiler, closure: Closure) -> dict[int, Branching]:

@@ -11,12 +11,16 @@ from kabo.knowledge.task import Task
 
 @dataclass(frozen=True)
 class Reach:
-    """Bits that can be 1 and bits that can be 0, the actions that can ever apply, and the number of layers."""
+    """Bits that can be 1 and bits that can be 0, the actions that can ever apply, and the number of layers.
+
+    `history` are the bits that can be 1, and those that can be 0, in each layer, the start (layer 0) first.
+    """
 
     ones: int
     zeros: int
     actions: tuple[GroundAction, ...]
     layers: int
+    history: tuple[tuple[int, int], ...] = ()
 
 
 def relaxed_reach(
@@ -29,7 +33,7 @@ def relaxed_reach(
     learning = _Learning(branchings, closure)
     ones, zeros = learning.after(initial, ~initial)
     reached: set[int] = set()
-    layers = 0
+    layers, history = 0, [(ones, zeros)]
     while True:
         now = ones, zeros, len(reached)
         possible: dict[int, bool] = {}  # of updates; actions share many
@@ -45,8 +49,10 @@ def relaxed_reach(
         ones, zeros = learning.after(new_ones, new_zeros)
         learning.fresh = ones ^ now[0] | zeros ^ now[1]
         if (ones, zeros, len(reached)) == now:
-            return Reach(ones, zeros, tuple(action for action in actions if action.index in reached), layers)
+            used = tuple(action for action in actions if action.index in reached)
+            return Reach(ones, zeros, used, layers, tuple(history))
         layers += 1
+        history.append((ones, zeros))
 
 
 def unreachable_goals(task: Task) -> list[str]:
