@@ -18,6 +18,9 @@ from kabo.verify.relevance import Relevance
 from kabo.verify.report import Finding
 from kabo.verify.steps import step
 
+MOST_STATES = 200_000  # different ones; a plan of 25,000 nodes has about as many
+TOO_MANY = f"more than {MOST_STATES} different states of knowledge arise up to here: the rest was not judged"
+
 
 @dataclass
 class Replay:
@@ -43,6 +46,9 @@ def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
     arriving: dict[str, dict[Frozen, Knowledge]] = {name: {} for name in order}
     _arrive(arriving[plan.root], relevance.reduced(plan.root, start))
     for name in order:
+        if result.states > MOST_STATES:
+            result.findings.append(Finding(name, TOO_MANY))
+            return result
         told: dict[str, None] = {}
         for state in arriving.pop(name).values():
             result.states += 1

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kabo.language.formulas import Change, Comparison, Literal
-from kabo.plan import Node
-from kabo.verify.ground import Symbol
+from kabo.plan import Node, ValueOf
+from kabo.verify.ground import Symbol, read_symbol
 from kabo.verify.interpreter import Interpreter, Thing, is_symbol
 from kabo.verify.mentions import mentions, reads
 from kabo.verify.questions import symbol_of
@@ -38,7 +38,8 @@ def traffic_of(node: Node, interpreter: Interpreter) -> Traffic:
 def _of_action(node: Node, interpreter: Interpreter, sensed: list[Symbol]) -> Traffic:
     problem = interpreter.problem
     action, binding = problem.domain.actions[str(node.action)], dict(node.arguments)
-    run_time = [symbol for _, symbol in interpreter.action(str(node.action), node.arguments).values if symbol]
+    terms = [value.term for value in node.arguments.values() if isinstance(value, ValueOf)]
+    run_time = [symbol for symbol in (read_symbol(term, problem) for term in terms) if symbol is not None]
     read = [*sensed, *mentions((action.preconditions, action.sense), problem, binding), *run_time]
     touched = [*sensed, *mentions((action.sense, action.effects), problem, binding)]
     if interpreter.rules.rules:  # rules may find a contradiction in what is written: it is asked for, too

@@ -93,8 +93,8 @@ class Player:
             WrongError: the plan is wrong for this world.
             RuledOutError: the world turns out to be impossible.
         """
-        node = self._nodes.get(name) or self._ground(name)
         try:
+            node = self._nodes.get(name) or self._ground(name)
             if node.act is not None and phase == 0:
                 self._act(node, node.act, world, mind)
             phase = max(phase, 1)

@@ -1,8 +1,10 @@
 """What actions, effects and sensing mean, on plans written by hand."""
 
+from dataclasses import replace
+
 import pytest
 
-from kabo.language import load_problem
+from kabo.language import formulas, load_problem
 from kabo.plan import Node, Plan, PlanBuilder, ValueOf
 from kabo.verify import verify_plan
 
@@ -196,3 +198,26 @@ def test_a_diamond_of_many_levels_is_replayed_in_as_many_steps_as_it_has_nodes(p
     plan = builder.build(last, problem="one", files=problem.files, options=options)
     report = verify_plan(problem, plan)
     assert report.ok and report.leaves == 2**80 and report.states < 400
+
+
+def test_a_geometric_test_is_not_judged_where_there_is_geometry_and_succeeds_where_there_is_none(counter, post):
+    asked = formulas.Test(formulas.ProcedureCall("reachable", ()))
+    goal = replace(counter.problem, goal=(*counter.problem.goal, asked))
+    assert "a geometric test inside a formula is not judged" in str(
+        verify_plan(goal, counter.plan, knowledge_only=True)
+    )
+    name = next(node.action for node in counter.plan.nodes.values() if node.action is not None)
+    action = counter.problem.domain.actions[name]
+    action = replace(action, preconditions=(*action.preconditions, asked))
+    domain = replace(counter.problem.domain, actions={**counter.problem.domain.actions, name: action})
+    text = str(verify_plan(replace(counter.problem, domain=domain), counter.plan, knowledge_only=True))
+    assert "a geometric test inside a formula is not judged" in text
+    symbolic = post("true")
+    assert verify_plan(replace(symbolic, goal=(asked,)), plan_of(symbolic, ("take", BOX, None))).ok
+
+
+def test_too_many_different_states_are_not_judged_and_that_is_said(post, monkeypatch):
+    monkeypatch.setattr("kabo.verify.replay.MOST_STATES", 1)
+    problem = post("K(held(box))")
+    text = said(problem, ("take", BOX, ("leave", {**BOX, "p": "store"}, ("take", BOX, None))))
+    assert "the rest was not judged" in text and "NOT verified" in text
