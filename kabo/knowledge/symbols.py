@@ -31,8 +31,8 @@ class Symbols:
     """Names of predicates and functions.
 
     `changing`: knowledge about them may change; `excludable`: functions of which `f != v` may be known while f is
-    not; `written`: what actions may change in the world (what else changes is only learned); `causes`: what
-    world effects depend on, which may be learned by postdiction.
+    not; `written`: what actions may change in the world, or what may be forgotten (what else changes is only learned,
+    once and for all); `causes`: what world effects depend on, which may be learned by postdiction.
     """
 
     changing: frozenset[str]
@@ -54,6 +54,7 @@ def symbols_of(problem: Problem) -> Symbols:
     if any(_has_temporal(part) for part in problem.goal):
         excludable |= set(problem.domain.functions)
     written = {name for piece in acting for name in _written(piece)}
+    written |= {name for piece in (*acting, *ruling) if _takes_away(piece) for name in _touched(piece)}
     worlds = [piece for piece in acting if isinstance(piece, WorldEffect)]
     causes = {name for world in worlds for claim in world.conditions for name in _symbols(claim)}
     return Symbols(frozenset(touched), frozenset(excludable), frozenset(written), frozenset(causes))
@@ -72,6 +73,11 @@ def pieces_of(effects: Iterable[Effect]) -> Iterator[Change | WorldEffect]:
 def _is_open(piece: Change | WorldEffect) -> bool:
     """Whether an initial effect leaves something to be learned."""
     return isinstance(piece, WorldEffect) or piece.database != "Kf" or piece.operation == "del"
+
+
+def _takes_away(piece: Change | WorldEffect) -> bool:
+    """Whether knowledge is forgotten, or an entry withdrawn."""
+    return isinstance(piece, Change) and piece.operation == "del" and piece.database not in ("Kw", "Kv")
 
 
 def _touched(piece: Change | WorldEffect) -> Iterator[str]:
