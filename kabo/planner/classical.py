@@ -244,7 +244,10 @@ def _exclude_each_other(effects: Sequence[Effect]) -> bool:
     tested = [dict(effect.conditions) for effect in effects]
     return all(
         one.value == other.value
-        or any(set(values).isdisjoint(tested[j][number] if number in tested[j] else values) for number, values in tested[i].items())
+        or any(
+            number in tested[j] and set(values).isdisjoint(tested[j][number])
+            for number, values in tested[i].items()
+        )
         for i, one in enumerate(effects)
         for j, other in enumerate(effects[:i])
     )

@@ -137,7 +137,8 @@ class _Contingent:
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
             if isinstance(solved, Failure):
                 return solved
-            if not children and self.serves(node, child, solved):
+            needless = not children and self.explanation.ignores(branching, child, solved.needed)
+            if needless and self.serves(node, child, solved):
                 return solved  # whatever is sensed: no branch at all
             needed |= self.explanation.before_branching(node, branching, outcome, child, solved.needed)
             children[outcome] = solved

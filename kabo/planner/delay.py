@@ -2,12 +2,14 @@
 
 Late steps (branchings, and actions that only sense) let other steps pass if nothing that one writes is read or
 written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must wait
-for a late one takes it along. What a branching writes is what it changed on this way, inferences included; the new
+for a late one takes it along. A step that touches a conjunct of the goal comes after all sensing that this conjunct
+weighs beside it: a bottle is looked at before it is carried to where only empty ones belong. What a branching writes is what it changed on this way, inferences included; the new
 order is then followed once, to be sure. The other outcomes are solved for themselves.
 """
 
 from dataclasses import dataclass
 
+from kabo.knowledge.queries import All, Some, union
 from kabo.planner.space import Act, Decide, Node, Space, Step
 
 
@@ -47,6 +49,7 @@ def delay_sensing(space: Space, node: Node, steps: list[Step]) -> list[Step]:
 
 def _pieces(space: Space, node: Node, steps: list[Step]) -> tuple[list[_Piece], Node]:
     pieces = []
+    together = [part.query.reads for part in space.task.goal if isinstance(part.query, Some | All)]
     for step in steps:
         after = space.after(node, step)
         changed = node[0] ^ after[0]
@@ -55,6 +58,7 @@ def _pieces(space: Space, node: Node, steps: list[Step]) -> tuple[list[_Piece], 
             pieces.append(_Piece(step, reads, changed | step.branching.mask))
         else:
             reads = step.action.reads | step.action.reasons(node[0])
+            reads |= union(weighed for weighed in together if weighed & step.action.effects.writes)
             pieces.append(_Piece(step, reads, changed | step.action.effects.writes))
         node = after
     return pieces, node

@@ -70,6 +70,11 @@ class Explanation:
         needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
         return branching.needs(node[0], outcome, needed & self._plain) | needed & ~self._plain
 
+    def ignores(self, branching: Branching, after: Node, needed: int) -> bool:
+        """Whether what is needed behind a branching has nothing to do with what it tells."""
+        needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
+        return not needed & branching.mask & ~branching.entry
+
     def _unfolded(self, state: int, needed: int, written: int) -> int:
         """Derived bits whose conjunct a step may touch, replaced by what makes the conjunct hold now."""
         for bit in bits_of(needed & ~self._plain):

@@ -148,7 +148,9 @@ def _first(*values: Any) -> Any:
     return next((value for value in values if value is not None), None)
 
 
-def _search(run: Run, task: Task, geometry: "Ledger | Interleaved | Procedures | None") -> Found | Unreachable | Exhausted:
+def _search(
+    run: Run, task: Task, geometry: "Ledger | Interleaved | Procedures | None"
+) -> Found | Unreachable | Exhausted:
     began = perf_counter()
     run.rounds += 1
     limits = Limits(run.options.max_expansions - run.expanded, run.stop)

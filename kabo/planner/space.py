@@ -76,8 +76,17 @@ class Space:
         return optimistic if self.geometry is None else _Oracle(self.geometry, trace)
 
     def is_goal(self, node: Node) -> bool:
-        """Whether the goal holds."""
-        return self.task.is_goal(node[0], self.oracle(node[1]))
+        """Whether the goal holds; with what was sensed still open, whether it holds however that turns out.
+
+        An exclusive-or of queries may hold only as long as nobody asks [K Table 6.1: a full bottle must not be
+        washed]. Where branching may wait, what is known without asking counts.
+        """
+        if not self.task.is_goal(node[0], self.oracle(node[1])):
+            return False
+        if self.may_wait or not open_entries(node[0], self.task.pending):
+            return True
+        branching = self.task.open_branching(node[0])
+        return branching is None or all(self.is_goal(child) for _, child in self.outcomes(node, branching))
 
     def holds(self, part: int, node: Node) -> bool:
         """Whether a conjunct of the goal holds."""
