@@ -1,6 +1,6 @@
 """kabo: combined task and motion planning on the knowledge level, with bounded geometric predicates.
 
-The façade: `load_problem`, `solve`, `verify`, `load_scene`, `GeometryServer`, `load_mesh`, `bounding_mesh`,
+The façade: `load_problem`, `solve`, `explain`, `verify`, `load_scene`, `GeometryServer`, `load_mesh`, `bounding_mesh`,
 `bounding_decomposition` and the data they speak of. It imports nothing itself; each name loads its room when it is
 first used, so that `import kabo` takes milliseconds.
 """
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from kabo.language.problem import Problem
     from kabo.meshes import load_mesh
     from kabo.plan import Plan, plan_from_json, plan_to_json
+    from kabo.planner.explaining import Explanation, explain
     from kabo.planner.result import Progress, Reason, Result
     from kabo.planner.solve import solve
     from kabo.scene import Scene, load_scene
@@ -27,6 +28,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Diagnostic": "kabo.errors",
+    "Explanation": "kabo.planner.explaining",
     "GeometryServer": "kabo.geometry_server",
     "InputError": "kabo.errors",
     "KaboError": "kabo.errors",
@@ -39,6 +41,7 @@ _HOMES = {
     "ServiceError": "kabo.errors",
     "bounding_decomposition": "kabo.geometry",
     "bounding_mesh": "kabo.geometry",
+    "explain": "kabo.planner.explaining",
     "load_mesh": "kabo.meshes",
     "load_problem": "kabo.imports",
     "load_scene": "kabo.scene",
@@ -50,6 +53,7 @@ _HOMES = {
 
 __all__ = [
     "Diagnostic",
+    "Explanation",
     "GeometryServer",
     "InputError",
     "KaboError",
@@ -62,6 +66,7 @@ __all__ = [
     "ServiceError",
     "bounding_decomposition",
     "bounding_mesh",
+    "explain",
     "load_mesh",
     "load_problem",
     "load_scene",

@@ -60,20 +60,26 @@ def compile_world_effects(
     compiler: Compiler, worlds: Sequence[WorldUpdate], updates: Sequence[Update]
 ) -> Iterator[Update]:
     """The updates of all world effects of one action; `updates` are its other ones, in whose light they are read."""
-    pairs = [(_Cause(compiler, world), outcome, world) for world in worlds for outcome in world.effect.outcomes]
-    claimed: list[tuple[_Cause, Claim]] = []
-    for cause, outcome, world in pairs:
-        yield from _known_outcome(compiler, cause, outcome, world)
-        claim = None if _is_number(compiler, outcome) else compiler.claim(outcome, world.binding)
-        if isinstance(claim, Claim):
-            yield from _forgotten(cause, claim)
-            claimed.append((cause, claim))
-        else:
-            change = f.Change("del", "Kf", (outcome,))
-            yield from _plain(compile_effects(compiler, [change], world.binding, cause.possible))
-    for cause, claim in claimed:
+    numbers: list[tuple[_Cause, f.Claim, WorldUpdate]] = []
+    claimed: dict[tuple[int, int], tuple[_Cause, Claim]] = {}
+    for number, world in enumerate(worlds):
+        cause = _Cause(compiler, world)
+        for outcome in world.effect.outcomes:
+            claim = None if _is_number(compiler, outcome) else compiler.claim(outcome, world.binding)
+            if isinstance(claim, Claim):
+                claimed[number, claim.holds] = cause, claim
+            elif claim is None:
+                numbers.append((cause, outcome, world))
+    for cause, outcome, world in numbers:
+        for operation, condition in (("add", cause.known), ("del", cause.possible)):
+            change = f.Change(operation, "Kf", (outcome,))  # type: ignore[arg-type]
+            yield from _plain(compile_effects(compiler, [change], world.binding, condition))
+    pairs = list(claimed.values())
+    for cause, claim in pairs:
+        yield from _known_outcome(cause, claim, pairs)
+        yield from _forgotten(cause, claim)
         if cause.claims:
-            yield from _postdiction(compiler, cause, claim, _Others(cause, claimed, updates))
+            yield from _postdiction(compiler, cause, claim, _Others(cause, pairs, updates))
 
 
 class _Others:
@@ -101,9 +107,14 @@ class _Others:
         return conjunction(negation(condition) for condition in touching)
 
 
-def _known_outcome(compiler: Compiler, cause: _Cause, outcome: f.Claim, world: WorldUpdate) -> Iterator[Update]:
-    change = f.Change("add", "Kf", (outcome,))
-    yield from _plain(compile_effects(compiler, [change], world.binding, cause.known))
+def _known_outcome(cause: _Cause, claim: Claim, pairs: Sequence[tuple[_Cause, Claim]]) -> Iterator[Update]:
+    """What comes about for certain is known, unless another world effect may bring about something else there."""
+    group = claim.group.mask
+    rivals = [c.possible for c, other in pairs if other.group is claim.group and other.holds != claim.holds]
+    alone = conjunction([cause.known, *(negation(possible) for possible in rivals)])
+    yield Update(alone, group & ~claim.makes, claim.makes, group)
+    if rivals:
+        yield Update(conjunction([cause.known, disjunction(rivals)]), group, 0, group)
 
 
 def _plain(updates: Iterable[Update | WorldUpdate]) -> Iterator[Update]:

@@ -11,12 +11,14 @@ from kabo.knowledge import Query
 from kabo.knowledge.facts import AtomBits, ConjunctionBits, NumberBits, TermBits
 from kabo.knowledge.queries import bits_of
 from kabo.planner.makers import Maker, Makers
-from kabo.planner.wording import Meaning, Want, Words, counted, listed
+from kabo.planner.wording import Meaning, Want, Words, counted, listed, wants
 
 MAX_WANTS = 20_000  # looked at for one explanation
 MAX_SENTENCES = 8
 
-_DOES = {"does": "", "senses": "sensing it with ", "rule": "", "entry": "inference from "}
+MAX_WAYS = 4
+
+_BY = {"does": "", "senses": "what is sensed by ", "rule": "", "entry": "knowing "}
 
 
 @dataclass
@@ -49,8 +51,6 @@ class Blocked:
 
     def reasons(self, query: Query) -> Reasons:
         """What keeps an impossible query from ever holding, nearest causes first."""
-        from kabo.planner.wording import wants
-
         queue = list(dict.fromkeys(wants(query, self.reach.ones, self.reach.zeros)))
         seen, reasons, reads = set(queue), Reasons(), query.reads
         cases: dict[tuple[object, ...], Case] = {}
@@ -79,7 +79,8 @@ class Blocked:
         shown = [case for number, case in enumerate(reasons.cases) if number < most or case in roots[:most]]
         told = [self._sentence(case) for case in shown]
         if len(shown) < len(reasons.cases):
-            told.append(f"{counted(len(reasons.cases) - len(shown), 'further cause')} follow from these.")
+            more = len(reasons.cases) - len(shown)
+            told.append(f"{counted(more, 'further cause')} {'follows' if more == 1 else 'follow'} from these.")
         if reasons.circular:
             texts = [self.words.text(want) for want in reasons.circular]
             if len(texts) == 1:
@@ -123,26 +124,18 @@ class Blocked:
         """What could make the want, each with what it lacks."""
         families: dict[tuple[str, str, str], list[Maker]] = {}
         for maker in case.makers:
-            lacks = self.words.query(maker.blocker, self.makers.ones, self.makers.zeros)
-            kind = repr(self._kind_of(self.makers.wants(maker)))
-            families.setdefault((maker.kind, maker.family, kind if maker.kind != "entry" else lacks), []).append(
-                maker
-            )
+            lacks = self._kind_of(self.makers.wants(maker))
+            families.setdefault((maker.kind, maker.family, repr(lacks)), []).append(maker)
         ways = [self._way(makers) for makers in families.values()]
-        could = "could make it hold" if want.is_set else "could take it away"
-        verb = "which can never hold" if len(ways) == 1 else "none of which can ever hold"
-        only = "only " if len(ways) == 1 else ""
-        return (
-            f"{self.words.text(want)}: {only}{listed(ways, 'and', 4)}, {verb}.".replace(": only ", ": only ")
-            if could
-            else ""
-        )
+        never = "that never holds" if len(ways) == 1 else "none of that ever holds"
+        comes = "can only come from" if want.is_set else "can only be ended by"
+        return f"{self.words.text(want)} {comes} {listed(ways, 'or', MAX_WAYS)}; {never}."
 
     def _way(self, makers: list[Maker]) -> str:
         first = makers[0]
         lacks = self.words.query(first.blocker, self.makers.ones, self.makers.zeros)
-        more = "" if len(makers) == 1 else f" (likewise {len(makers) - 1} more of {first.family})"
-        return f"{_DOES[first.kind]}{first.name} would need {lacks}{more}"
+        more = f" (and {len(makers) - 1} more like it)" if len(makers) > 1 else ""
+        return f"{_BY[first.kind]}{first.name}{more}, which needs {lacks}"
 
     def nothing(self, want: Want) -> str:
         """The sentence about a want that nothing brings about."""
@@ -152,7 +145,8 @@ class Blocked:
         about = meaning.about
         match meaning.role:
             case "true" | "false" | "equal" | "unequal":
-                return f"Nothing makes {meaning.text}: {self._at_the_start(meaning)}, {_nobody(meaning)}."
+                nobody = f"no action adds it, no update rule infers it and no action senses {about}"
+                return f"Nothing makes {meaning.text}: {self._at_the_start(meaning)}, {nobody}."
             case "whether" if isinstance(meaning.group, AtomBits | ConjunctionBits):
                 return (
                     f"{about} can never be known whether: it is not known at the start, and no action senses it."
@@ -179,12 +173,6 @@ class Blocked:
         group = meaning.group
         assert isinstance(group, AtomBits)
         return self.words.meaning(group.false if meaning.role == "true" else group.true).text
-
-
-def _nobody(meaning: Meaning) -> str:
-    """Who does not make a piece of knowledge."""
-    claim = meaning.text.removeprefix("initially(").removeprefix("K(").rstrip(")")
-    return f"no action adds it, no update rule infers it, and no action senses {meaning.about}" if claim else ""
 
 
 def _circular(edges: dict[Want, list[Want]]) -> list[Want]:
