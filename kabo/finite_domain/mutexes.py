@@ -111,9 +111,9 @@ class _Pairs:
     def __init__(self, task: FactTask, start: Sequence[int]) -> None:
         self.rows, self.grown, self.time = [0] * task.facts, [0] * task.facts, 1
         self.task = task
-        bits = sum(1 << f for f in start)
+        self.reached, self.reached_at = sum(1 << f for f in start), 1
         for f in start:
-            self.rows[f], self.grown[f] = bits, 1
+            self.rows[f], self.grown[f] = self.reached, 1
 
     def with_all(self, conditions: tuple[Condition, ...], known: int) -> int:
         """Of the known facts those that may be true together with all conditions; 0 if these cannot all hold."""
@@ -126,7 +126,7 @@ class _Pairs:
 
     def stamp(self, conditions: tuple[Condition, ...]) -> int:
         """When what these conditions allow grew last."""
-        return max((self.grown[f] for facts in conditions for f in facts), default=1)
+        return max((self.grown[f] for facts in conditions for f in facts), default=self.reached_at)
 
     def meet(self, made: tuple[int, ...], after: int) -> None:
         """What is made may be true together with all that is true after."""
@@ -136,6 +136,8 @@ class _Pairs:
                 self.time += 1
                 self.rows[f] |= new
                 self.grown[f] = self.time
+                if new >> f & 1:
+                    self.reached, self.reached_at = self.reached | 1 << f, self.time
             while new:
                 lowest = new & -new
                 g = lowest.bit_length() - 1
@@ -166,7 +168,7 @@ def plain_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
 
 
 def _do(pairs: _Pairs, o: FactOperator) -> None:
-    possible = pairs.with_all(o.needs, (1 << pairs.task.facts) - 1)
+    possible = pairs.with_all(o.needs, pairs.reached)
     if not possible:
         return
     pairs.meet(o.always, pairs.after(possible, o.always) | _made(pairs, o, possible, None))
@@ -208,12 +210,13 @@ def compiled_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
     from kabo.finite_domain.kernels.pairs import grow
 
     words = (task.facts + 63) // 64
-    rows, grown = np.zeros((task.facts, words), np.uint64), np.zeros(task.facts, np.int64)
+    rows, grown = np.zeros((task.facts, words), np.uint64), np.zeros(task.facts + 1, np.int64)
     bits = np.frombuffer(sum(1 << f for f in start).to_bytes(8 * words, "little"), np.uint64)
     for f in start:
         rows[f], grown[f] = bits, 1
+    grown[task.facts] = 1
     scratch = np.zeros((4, words), np.uint64)
-    scratch[0] = np.frombuffer(((1 << task.facts) - 1).to_bytes(8 * words, "little"), np.uint64)
+    scratch[0] = bits
     grow(_numbers(task), rows, grown, np.zeros(len(task.operators), np.int64), scratch, 1)
     return Mutexes(tuple(int.from_bytes(row.tobytes(), "little") for row in rows))
 

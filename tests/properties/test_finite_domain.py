@@ -220,7 +220,8 @@ def test_pairs_held_impossible_show_in_no_state_that_can_be_reached(task):
     compiled = CompiledTask(task)
     start = compiled.relaxed.of(task.initial)
     plain = plain_mutexes(compiled.fact_task, start)
-    assert compiled_mutexes(compiled.fact_task, start) == plain
+    kernel = compiled_mutexes(compiled.fact_task, start)  # may hold a few pairs more possible, never fewer
+    assert all(few & ~many == 0 for few, many in zip(plain.together, kernel.together, strict=True))
     seen = [task.initial]
     for state in seen:
         facts = compiled.relaxed.of(state)

@@ -112,9 +112,12 @@ def _put_others(numbers, o, known, but, after):
                 _put(numbers, numbers[i + 1], after)
 
 
-@lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, i8, (W,) u8, i8 -> i8
-def _meet(numbers, rows, grown, made, after, time):
-    """What is made may be true together with all that is true after; returns the time, later if that was new."""
+@lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, i8, (W,) u8, (W,) u8, i8 -> i8
+def _meet(numbers, rows, grown, made, after, reached, time):
+    """What is made may be true together with all that is true after; returns the time, later if that was new.
+
+    `reached` are the facts that can be true at all; the last place of `grown` says when there came one more.
+    """
     for i in range(made + 1, made + 1 + numbers[made]):
         f = numbers[i]
         for w in range(after.shape[0]):
@@ -132,6 +135,9 @@ def _meet(numbers, rows, grown, made, after, time):
                 g += 1
         if grown[f] == time + 1:
             time += 1
+            if not _has(reached, f):
+                reached[f >> 6] |= ONE << np.uint64(f & 63)
+                grown[numbers[FACTS]] = time
     return time
 
 
@@ -148,7 +154,7 @@ def _do(numbers, rows, grown, o, group, k, scratch, time):
     _put(numbers, numbers[o + 1], after)
     _put(numbers, numbers[k + 1], after)
     _put_others(numbers, o, kept, group, after)
-    return _meet(numbers, rows, grown, numbers[k + 1], after, time)
+    return _meet(numbers, rows, grown, numbers[k + 1], after, scratch[0], time)
 
 
 @lean_kernel  # (T,) i4, i8, (F,) i8, i8 -> bool
@@ -164,13 +170,18 @@ def _effects_grew(numbers, o, grown, since):
 
 @lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, (O,) i8, (4, W) u8, i8 -> i8
 def grow(numbers, rows, grown, seen, scratch, time):
-    """Does operators as long as any row grows; returns the time, which counts growths."""
+    """Does operators as long as any row grows; returns the time, which counts growths.
+
+    scratch[0] are the facts that can be true at all.
+    """
     before = time - 1
     while before != time:
         before = time
         for i in range(numbers[OPERATORS]):
             o, since = numbers[numbers[FIRST] + i], seen[i]
             whole = _grew(numbers, numbers[o], grown, since)
+            if numbers[numbers[o]] == 0:
+                whole = grown[numbers[FACTS]] > since
             if not whole and not _effects_grew(numbers, o, grown, since):
                 continue
             seen[i] = time
