@@ -1,31 +1,66 @@
-"""The three weak searches on small graphs that one can see through."""
+"""The weak searches on small graphs that one can see through."""
 
+from collections import deque
 from dataclasses import dataclass, field
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.planner.searches import SEARCHES, breadth_first, depth_first, iterative_deepening
+from kabo.planner.searches import (
+    SEARCHES,
+    SERIAL_EXPANSIONS,
+    breadth_first,
+    cheapest_first,
+    depth_first,
+    greedy,
+    iterative_deepening,
+    serial,
+)
 
 
 @dataclass
 class Arrows:
-    """A graph of numbers: `arrows` from each node, in order; expansions are noted."""
+    """A graph of numbers: `arrows` from each node, in order; expansions are noted.
+
+    The move from a to b is a pair and its action's number is b. `far` says how far a node seems (None: hopeless),
+    `preferred` what seems to lead on; `goals` are the conjuncts, each the set of nodes where it holds.
+    """
 
     arrows: dict
     ends: set
+    far: dict = field(default_factory=dict)
+    preferred: dict = field(default_factory=dict)
+    costs: dict = field(default_factory=dict)
+    goals: list = field(default_factory=list)
     expanded: list = field(default_factory=list)
+    estimated: list = field(default_factory=list)
 
     def key(self, node):
         return node
 
-    def successors(self, node):
-        self.expanded.append(node)
-        return [(child, f"{node}-{child}", child) for child in self.arrows.get(node, ())]
+    def successors(self, node, *, among=None, without=frozenset()):
+        if not without:
+            self.expanded.append(node)
+        children = [child for child in self.arrows.get(node, ()) if child not in without]
+        return [(child, (node, child), child) for child in children if among is None or child in among]
 
     def is_end(self, node):
         return node in self.ends
+
+    @property
+    def parts(self):
+        return range(len(self.goals))
+
+    def holds(self, part, node):
+        return node in self.goals[part]
+
+    def estimate(self, node, parts):
+        self.estimated.append((node, tuple(parts)))
+        return self.far.get(node, 0), frozenset(self.preferred.get(node, ()))
+
+    def cost(self, move):
+        return self.costs.get(move, 1.0)
 
 
 LONG_AND_SHORT = {0: [1, 4], 1: [2], 2: [3], 3: [9], 4: [9]}
@@ -35,7 +70,7 @@ def nodes(search):
     return [node for _, node in search.path]
 
 
-@pytest.mark.parametrize("search", [breadth_first, iterative_deepening])
+@pytest.mark.parametrize("search", [breadth_first, iterative_deepening, cheapest_first])
 def test_the_shortest_path_is_found(search):
     assert nodes(search(0, Arrows(LONG_AND_SHORT, {9}))) == [4, 9]
 
@@ -46,7 +81,7 @@ def test_depth_first_takes_the_first_way_that_leads_there():
 
 def test_depth_first_leaves_a_dead_end_behind():
     found = depth_first(0, Arrows({0: [1, 4], 1: [2], 4: [9]}, {9}))
-    assert [move for move, _ in found.path] == ["0-4", "4-9"]
+    assert [move for move, _ in found.path] == [(0, 4), (4, 9)]
 
 
 def test_of_equally_short_paths_the_first_is_taken():
@@ -60,23 +95,39 @@ def test_a_circle_without_an_end_is_exhausted(search):
     assert set(found.visited) == {0, 1, 2}
 
 
-@pytest.mark.parametrize("search", [breadth_first, depth_first])
+@pytest.mark.parametrize("search", [breadth_first, depth_first, cheapest_first])
 def test_no_node_is_expanded_twice(search):
     graph = Arrows({n: [m for m in range(6) if m != n] for n in range(6)}, set())
     search(0, graph)
     assert sorted(graph.expanded) == list(range(6))
 
 
+ARROWS = st.dictionaries(st.integers(0, 7), st.lists(st.integers(0, 7), max_size=4))
+ENDS = st.sets(st.integers(1, 9), max_size=2)
+
+
 @given(
-    st.dictionaries(st.integers(0, 7), st.lists(st.integers(0, 7), max_size=4)),
-    st.sets(st.integers(1, 9), max_size=2),
+    ARROWS,
+    ENDS,
+    st.dictionaries(st.integers(0, 7), st.integers(0, 4)),
+    st.dictionaries(st.integers(0, 7), st.sets(st.integers(0, 9))),
+    st.lists(st.sets(st.integers(0, 9)), max_size=2),
 )
-def test_all_agree_on_whether_an_end_can_be_reached(arrows, ends):
-    """And breadth-first and iterative deepening on how far it is."""
-    found = {name: search(0, Arrows(arrows, ends)) for name, search in SEARCHES.items()}
+def test_all_agree_on_whether_an_end_can_be_reached(arrows, ends, far, preferred, goals):
+    """Whatever is estimated and preferred; and some agree on how far it is."""
+    goals = [goal | ends for goal in goals]
+    found = {
+        name: search(0, Arrows(arrows, ends, far, preferred, goals=goals)) for name, search in SEARCHES.items()
+    }
     assert len({result.path is None for result in found.values()}) == 1
     if found["breadth-first"].path is not None:
-        assert len(found["breadth-first"].path) == len(found["iterative-deepening"].path)
+        shortest = ("breadth-first", "iterative-deepening", "astar")
+        assert len({len(found[name].path) for name in shortest}) == 1
+        for result in found.values():
+            assert result.path[-1][1] in ends
+            steps = [0, *nodes(result)]
+            assert [move for move, _ in result.path] == list(zip(steps, steps[1:], strict=False))
+            assert all(child in arrows[node] for node, child in zip(steps, steps[1:], strict=False))
     else:
         assert len({frozenset(result.visited) for result in found.values()}) == 1
 
@@ -84,3 +135,102 @@ def test_all_agree_on_whether_an_end_can_be_reached(arrows, ends):
 def test_a_path_of_thousands_of_steps_needs_no_deep_stack():
     chain = {n: [n + 1] for n in range(3000)}
     assert len(depth_first(0, Arrows(chain, {3000})).path) == 3000
+
+
+# ---------------------------------------------------------------------------------------------------- by their cost
+def test_a_dear_short_way_is_not_taken_where_a_long_one_is_cheap():
+    found = cheapest_first(0, Arrows(LONG_AND_SHORT, {9}, costs={(0, 4): 3.5}))
+    assert nodes(found) == [1, 2, 3, 9]
+
+
+def test_what_costs_nothing_is_no_reason_to_stop_early():
+    """The end is met at once over a dear move; it counts when its turn comes."""
+    found = cheapest_first(
+        0, Arrows({0: [9, 1], 1: [2], 2: [9]}, {9}, costs={(0, 9): 2.0, (0, 1): 0.0, (1, 2): 0.0})
+    )
+    assert nodes(found) == [1, 2, 9]
+
+
+@given(ARROWS, ENDS, st.dictionaries(st.tuples(st.integers(0, 7), st.integers(0, 7)), st.integers(0, 5)))
+def test_no_path_is_cheaper(arrows, ends, costs):
+    """Compared with relaxing all arrows until nothing changes."""
+    graph = Arrows(arrows, ends, costs=costs)
+    found = cheapest_first(0, graph)
+    least = {child: graph.cost((0, child)) for child in arrows.get(0, ())}
+    waiting = deque(least)
+    while waiting:
+        node = waiting.popleft()
+        for child in arrows.get(node, ()):
+            total = least[node] + graph.cost((node, child))
+            if total < least.get(child, float("inf")):
+                least[child] = total
+                waiting.append(child)
+    best = min((least[end] for end in ends if end in least), default=None)
+    assert (None if found.path is None else sum(graph.cost(move) for move, _ in found.path)) == best
+
+
+# ------------------------------------------------------------------------------------------------------ by estimate
+def test_what_seems_nearer_comes_first():
+    arrows = {0: [1, 2], 1: [3], 2: [4], 3: [9], 4: [9]}
+    graph = Arrows(arrows, {9}, far={0: 3, 1: 5, 2: 2, 4: 1})
+    assert nodes(greedy(0, graph)) == [2, 4, 9]
+    assert 3 not in graph.expanded
+
+
+def test_what_seems_hopeless_is_not_followed():
+    graph = Arrows({0: [1, 2], 1: [9], 2: [3], 3: [9]}, {9}, far={1: None})
+    assert nodes(greedy(0, graph)) == [2, 3, 9]
+    assert 1 not in graph.expanded
+
+
+def test_the_start_may_be_hopeless():
+    found = greedy(0, Arrows({0: [9]}, {9}, far={0: None}))
+    assert found.path is None
+
+
+def test_what_is_preferred_comes_first_and_the_rest_is_not_forgotten():
+    arrows = {0: [1, 2], 1: [9], 2: [3], 3: []}
+    graph = Arrows(arrows, {9}, preferred={0: {2}, 2: {3}})
+    assert nodes(greedy(0, graph)) == [1, 9]
+    expanded = graph.expanded
+    assert expanded.index(2) < expanded.index(1)
+
+
+def test_the_rest_of_a_node_is_no_second_expansion():
+    graph = Arrows({0: [1, 2], 1: [2], 2: [0]}, {9}, preferred={0: {1}, 1: {2}, 2: {0}})
+    greedy(0, graph)
+    assert sorted(graph.expanded) == [0, 1, 2]
+
+
+# --------------------------------------------------------------------------------- one conjunct after the other
+def test_conjuncts_are_reached_one_after_the_other_in_their_order():
+    """First wherever the second holds? No: the first conjunct is seen to first."""
+    arrows = {0: [1, 2], 1: [3], 2: [3], 3: []}
+    first, second = {2, 3}, {1, 3}
+    graph = Arrows(arrows, {3}, goals=[first, second])
+    assert nodes(serial(0, graph)) == [2, 3]
+    assert {parts for _, parts in graph.estimated} == {(0,), (1, 0)}
+
+
+def test_conjuncts_that_were_reached_are_kept_or_reached_again():
+    """From where the first holds, the second cannot be had without losing it: both are sought at once."""
+    arrows = {0: [1, 2], 1: [], 2: [9]}
+    graph = Arrows(arrows, {9}, goals=[{1, 9}, {9}])
+    assert nodes(serial(0, graph)) == [2, 9]
+
+
+def test_a_conjunct_that_is_far_away_is_given_up_for_the_goal_as_a_whole():
+    length = SERIAL_EXPANSIONS + 10
+    arrows = {n: [n + 1] for n in range(length)}
+    found = serial(0, Arrows(arrows, {length}, goals=[{length}]))
+    assert len(found.path) == length
+
+
+def test_a_goal_that_needs_no_conjunct_is_searched_as_a_whole():
+    assert nodes(serial(0, Arrows({0: [1], 1: [9]}, {9}, goals=[{0, 1, 9}]))) == [1, 9]
+
+
+def test_an_end_on_the_way_is_an_end():
+    """What is solved already need not fulfil any conjunct."""
+    graph = Arrows({0: [5], 5: [6], 6: [9]}, {5, 9}, goals=[{9}])
+    assert nodes(serial(0, graph)) == [5]
