@@ -2,7 +2,8 @@
 
 STACKED n = 20 with a procedure that knows no geometry: whether it fails depends on its arguments and a seed only, for
 a share of all arguments; the moves of the goal itself succeed, or there would be no plan. A call counts as 10 ms.
-Promised: lazy planning asks at most as often as the plan is long and five times for each failure; the default costs at most twice what the better of lazy and eager does.
+Promised: lazy planning asks at most as often as the plan is long and five times for each failure; the default costs
+at most twice what the better of lazy and eager does.
 """
 
 import tempfile
