@@ -70,6 +70,7 @@ class Compiler:
         self.inferring = False  # while update rules are compiled: they change what is known, not the world
         self.asked = 0  # the bits that conditions of effects read
         self._values: dict[str, tuple[str, ...]] = {}
+        self._numeric: dict[str, bool] = {}
         self._types: dict[str, tuple[str, ...]] = {}
         self.starting = False  # while initial knowledge is compiled: its entries may be permanent
         self.temporal: Callable[[Temporal, Binding], Query] | None = None  # what a temporal goal asks
@@ -134,7 +135,10 @@ class Compiler:
         if isinstance(term, RunTimeValue):
             term = term.term
         if isinstance(term, Application):
-            return self.problem.values_of(term.function.rsplit(" ", 1)[-1]) is None
+            if term.function not in self._numeric:
+                plain_name = term.function.rsplit(" ", 1)[-1]
+                self._numeric[term.function] = self.problem.values_of(plain_name) is None
+            return self._numeric[term.function]
         return isinstance(term, Number | Arithmetic)
 
     def atom(self, name: str, arguments: tuple[str, ...]) -> AtomBits:

@@ -54,7 +54,7 @@ def ground(problem: Problem) -> Task:
         InputError: the problem uses what this planner does not support (names every such place), its initial
             knowledge contradicts itself, or its update rules do not settle.
     """
-    whole = ground_whole(problem)
+    whole = ground_whole(problem, by_layers=False)
     compiler, closure, goal, actions = whole.compiler, whole.closure, whole.goal, whole.actions
     if len(whole.reach.actions) < len(actions):
         actions = tuple(replace(action, index=index) for index, action in enumerate(whole.reach.actions))
@@ -78,8 +78,8 @@ def ground(problem: Problem) -> Task:
     )
 
 
-def ground_whole(problem: Problem) -> Grounding:
-    """Grounds a problem and leaves in what the delete relaxation cannot reach.
+def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
+    """Grounds a problem and leaves in what the delete relaxation cannot reach; that is quicker not `by_layers`.
 
     Raises:
         InputError: as `ground` does.
@@ -101,7 +101,7 @@ def ground_whole(problem: Problem) -> Grounding:
     actions = tuple(_action(draft, index, lexicon, closure) for index, draft in enumerate(found))
     splits = _branchings(compiler, closure)
     branchings = _open(splits, compiler.fluents.whether, initial, actions, rules)
-    reach = relaxed_reach(initial, actions, branchings, closure)
+    reach = relaxed_reach(initial, actions, branchings, closure, by_layers=by_layers)
     return Grounding(compiler, initial, actions, goal, rules, closure, splits, branchings, reach, asked)
 
 

@@ -24,11 +24,17 @@ class Reach:
 
 
 def relaxed_reach(
-    initial: int, actions: Sequence[GroundAction], branchings: Mapping[int, Branching], closure: Closure
+    initial: int,
+    actions: Sequence[GroundAction],
+    branchings: Mapping[int, Branching],
+    closure: Closure,
+    *,
+    by_layers: bool = True,
 ) -> Reach:
     """The fixpoint of applying all actions without ever losing a bit value that was possible.
 
-    Every state that a plan can reach is contained: a bit outside `ones` is 0 in all of them.
+    Every state that a plan can reach is contained: a bit outside `ones` is 0 in all of them. Without `by_layers` an
+    action already sees what those before it in the same round made: fewer rounds, the same fixpoint.
     """
     learning = _Learning(branchings, closure)
     ones, zeros = learning.after(initial, ~initial)
@@ -46,6 +52,8 @@ def relaxed_reach(
                 made, cleared = _relaxed_effects(action, ones, zeros, possible)
                 new_ones |= made
                 new_zeros |= cleared
+                if not by_layers:
+                    ones, zeros = new_ones, new_zeros
         ones, zeros = learning.after(new_ones, new_zeros)
         learning.fresh = ones ^ now[0] | zeros ^ now[1]
         if (ones, zeros, len(reached)) == now:

@@ -128,6 +128,7 @@ class _Makers:
         self._by_sensing = (
             union(branching.mask for branching in branchings.values()) | closure.makes | closure.clears
         )
+        self._finals: dict[int, AllOf] = {}
         self._written = [(action, *_written(action)) for action in actions]
         self._made = union(made for _, made, _ in self._written)
         self._cleared = union(cleared for *_, cleared in self._written)
@@ -159,9 +160,13 @@ class _Makers:
 
     def _final(self, action: GroundAction) -> AllOf:
         """The literals of the precondition that nothing can make hold again once they fail."""
+        known = self._finals.get(action.index)
+        if known is not None:
+            return known
         mask, value, _ = split(action.precondition)
         lost = (value & ~self._made | mask & ~value & ~self._cleared) & ~self._by_sensing
-        return AllOf(lost, value & lost)
+        self._finals[action.index] = AllOf(lost, value & lost)
+        return self._finals[action.index]
 
 
 def _written(action: GroundAction) -> tuple[int, int]:

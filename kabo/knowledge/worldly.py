@@ -79,16 +79,22 @@ def compile_world_effects(
         yield from _known_outcome(cause, claim, pairs)
         yield from _forgotten(cause, claim)
         if cause.claims:
-            yield from _postdiction(compiler, cause, claim, _Others(cause, pairs, updates))
+            yield from _postdiction(compiler, cause, claim, _Others(cause, claim, pairs, updates))
 
 
 class _Others:
     """The other effects of the action, as far as they happen to touch what one world effect is about."""
 
-    def __init__(self, cause: _Cause, claimed: Sequence[tuple[_Cause, Claim]], updates: Sequence[Update]) -> None:
+    def __init__(
+        self,
+        cause: _Cause,
+        own: Claim,
+        claimed: Sequence[tuple[_Cause, Claim]],
+        updates: Sequence[Update],
+    ) -> None:
         self._updates = [(update.touch, update.condition) for update in updates if update.touch]
         self._worlds = [(claim, c.known, c.possible) for c, claim in claimed]
-        self._rivals = [(claim, c.known, c.possible) for c, claim in claimed if c is not cause]
+        self._rivals = [(claim, c.known, c.possible) for c, claim in claimed if c is not cause or claim != own]
 
     def quiet(self, group: int, along: Claim | None = None) -> Query:
         """That nothing touches the group, but for world effects `along` the same direction if that is given."""

@@ -29,26 +29,9 @@ def classical_task(task: Task) -> CompiledTask | None:
     if task.branchings or not task.closure.is_empty:
         return None
     try:
-        converter = _Converter(task)
-        simple = CompiledTask(converter.converted())
-        if converter.claims and not all(_never(simple, claim) for claim in converter.claims):
-            converter.exact = True
-            return CompiledTask(converter.converted())
+        return CompiledTask(_Converter(task).converted())
     except _Inexpressible:
         return None
-    return simple
-
-
-def _never(compiled: CompiledTask, claim: Conditions) -> bool:
-    """Whether the conditions never hold together; `mutexes` are those of all states reached from the first one.
-
-    The task was simplified as if they never did. Up to the first state in which they do, it is the task itself; and
-    in the simplified one there is no such state: so there is none.
-    """
-    offset = compiled.relaxed.offset
-    facts = [tuple(offset[number] + value for value in values) for number, values in claim]
-    never = compiled.mutexes.never_with(facts)
-    return any(all(never >> fact & 1 for fact in part) for part in facts)
 
 
 @dataclass
@@ -79,8 +62,6 @@ class _Converter:
                 self._home[bit] = place
                 mask ^= bit
         self._updates: dict[int, list[Effect]] = {}
-        self.exact = False
-        self.claims: list[Conditions] = []  # what must never hold together for the task to be right, unless exact
         self._find_patterns()
 
     def _find_patterns(self) -> None:
@@ -209,26 +190,27 @@ class _Converter:
                 yield Effect((*conditions, (place.number, (old,))), place.number, new)
 
     def _add_wins(self, found: Sequence[tuple[Effect, bool]], conditions: Conditions) -> Iterator[Effect]:
-        """Effects on one variable that differ: those that only forget wait for those that add not to happen.
+        """Effects on one variable that differ: those that only forget give way to those that add.
 
-        If what adds seems never to happen together with the preconditions, that is claimed, and nothing waits.
+        Packed searches let conditional effects win over unconditional ones: so forgetting that happens in any case
+        need not say when it does not; then actions whose conditional effects are equal share them.
         """
-        adding = [effect for effect, adds in found if adds]
+        adding = list(dict.fromkeys(effect for effect, adds in found if adds))
         if not _exclude_each_other(adding):
             raise _Inexpressible
-        if not self.exact and adding:
-            self.claims += [(*conditions, *effect.conditions) for effect in dict.fromkeys(adding)]
-            yield from dict.fromkeys(effect for effect, adds in found if not adds)
-            return
-        yield from dict.fromkeys(adding)
+        yield from adding
         for effect in dict.fromkeys(effect for effect, adds in found if not adds):
+            sure = _without_implied(effect, dict(conditions))
+            if not sure.conditions and all(other.conditions for other in adding):
+                yield sure
+                continue
             waiting = [effect]
             for other in adding:
                 waiting = [
                     Effect((*one.conditions, (number, others)), one.variable, one.value)
                     for one in waiting
-                    for number, values_ in other.conditions
-                    if (others := self._others(number, values_))
+                    for number, values in other.conditions
+                    if (others := self._others(number, values))
                 ]
             if len(waiting) > ALTERNATIVES:
                 raise _Inexpressible
@@ -237,6 +219,12 @@ class _Converter:
     def _others(self, number: int, values: Iterable[int]) -> tuple[int, ...]:
         excluded = set(values)
         return tuple(i for i in range(len(self.places[number].patterns)) if i not in excluded)
+
+
+def _without_implied(effect: Effect, known: dict[int, tuple[int, ...]]) -> Effect:
+    """The effect without the conditions that the preconditions imply."""
+    left = tuple((n, v) for n, v in effect.conditions if n not in known or not set(known[n]) <= set(v))
+    return Effect(left, effect.variable, effect.value)
 
 
 def _exclude_each_other(effects: Sequence[Effect]) -> bool:
