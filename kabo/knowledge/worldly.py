@@ -116,11 +116,13 @@ class _Others:
 def _known_outcome(cause: _Cause, claim: Claim, pairs: Sequence[tuple[_Cause, Claim]]) -> Iterator[Update]:
     """What comes about for certain is known, unless another world effect may bring about something else there."""
     group = claim.group.mask
-    rivals = [c.possible for c, other in pairs if other.group is claim.group and other.holds != claim.holds]
-    alone = conjunction([cause.known, *(negation(possible) for possible in rivals)])
+    rivals = [c for c, other in pairs if other.group is claim.group and other.holds != claim.holds]
+    alone = conjunction([cause.known, *(negation(rival.possible) for rival in rivals)])
     yield Update(alone, group & ~claim.makes, claim.makes, group)
     if rivals:
-        yield Update(conjunction([cause.known, disjunction(rivals)]), group, 0, group)
+        yield Update(conjunction([cause.known, disjunction(r.possible for r in rivals)]), group, 0, group)
+        certain = disjunction(rival.known for rival in rivals)  # then both are made: a contradiction
+        yield Update(conjunction([cause.known, certain]), 0, claim.makes, group)
 
 
 def _plain(updates: Iterable[Update | WorldUpdate]) -> Iterator[Update]:

@@ -1,29 +1,31 @@
 """Why something can never be known, down to the root cause: what could make it, and what keeps that from happening.
 
-What is alike is told once: wants with the same symbol that the same kinds of makers would bring about, and that the
-same kinds of wants block, are one *case*.
+Of all that keeps a maker from acting, one want is told: the one that is nearest to a root cause. What is alike is
+told once: wants of the same symbol with the same kinds of makers, blocked by the same kinds of wants, are one *case*.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from kabo.knowledge import Query
-from kabo.knowledge.facts import AtomBits, ConjunctionBits, NumberBits, TermBits
-from kabo.knowledge.queries import bits_of
+from kabo.knowledge.facts import AtomBits, ConjunctionBits, TermBits
+from kabo.knowledge.queries import All, AllOf, bits_of
 from kabo.planner.makers import Maker, Makers
+from kabo.planner.origins import Origins
 from kabo.planner.wording import Meaning, Want, Words, counted, listed, wants
 
 MAX_WANTS = 20_000  # looked at for one explanation
 MAX_SENTENCES = 8
-
 MAX_WAYS = 4
 
-_BY = {"does": "", "senses": "what is sensed by ", "rule": "", "entry": "knowing "}
+_BY = {"does": "", "senses": "sensing by ", "rule": "", "entry": "knowing "}
+
+Kind = tuple[str, str, bool]  # symbol, role, whether it is asked to be set
 
 
 @dataclass
 class Case:
-    """Like wants, the first one met first; `blockers` are the wants that block the first."""
+    """Like wants, the one met first at the front, and what could make that."""
 
     members: list[Want]
     makers: list[Maker]
@@ -32,85 +34,121 @@ class Case:
 
 @dataclass
 class Reasons:
-    """Everything that keeps some wants from ever holding."""
+    """Everything that keeps a query from ever holding.
+
+    `circular` wants wait for each other and for nothing else; `layer` is the last one in which something became
+    possible that the makers need.
+    """
 
     cases: list[Case] = field(default_factory=list)
-    circular: list[Want] = field(default_factory=list)  # wait for each other, and for nothing else
-    layer: int = 0  # the last layer in which something became possible that they need
-    complete: bool = True
+    circular: list[Want] = field(default_factory=list)
+    layer: int = 0
 
 
 class Blocked:
     """Explains wants that the delete relaxation cannot reach."""
 
-    def __init__(self, makers: Makers, words: Words) -> None:
-        self.makers, self.words = makers, words
-        self.reach = makers.whole.reach
-        self._initial = makers.whole.initial
-        self._blockers: dict[Want, list[tuple[Maker, list[Want]]]] = {}
+    def __init__(self, makers: Makers, words: Words, origins: Origins) -> None:
+        self.makers, self.words, self.origins = makers, words, origins
+        self.reach, self._initial = makers.whole.reach, makers.whole.initial
+        self._makers: dict[Want, list[Maker]] = {}
+        self._rank: dict[Want, int] = {}  # how many steps a want is from its root causes; circular ones have none
 
     def reasons(self, query: Query) -> Reasons:
         """What keeps an impossible query from ever holding, nearest causes first."""
-        queue = list(dict.fromkeys(wants(query, self.reach.ones, self.reach.zeros)))
-        seen, reasons, reads = set(queue), Reasons(), query.reads
+        first = list(dict.fromkeys(wants(query, self.makers.ones, self.makers.zeros)))
+        self._rank_all(first)
+        queue, seen, reads = list(first), set(first), query.reads
         cases: dict[tuple[object, ...], Case] = {}
-        edges: dict[Want, list[Want]] = {}
         for want in queue:  # grows while it is worked on
-            blockers = self._of(want)
-            kinds = self._kinds(want, blockers)
-            case = cases.setdefault(kinds, Case([], [maker for maker, _ in blockers], kinds))
-            case.members.append(want)
-            edges[want] = [other for _, found in blockers for other in found]
-            for maker, _ in blockers:
+            makers = self._makers.get(want, [])
+            lacking = [self.lacking(maker.blocker) for maker in makers]
+            pairs = zip(makers, lacking, strict=True)
+            ways = {(maker.kind, maker.family, self._kinds(lack)) for maker, (_, lack) in pairs}
+            kinds = (*self._kind(want), tuple(sorted(ways)))
+            cases.setdefault(kinds, Case([], makers, kinds)).members.append(want)
+            for maker, (_, lack) in zip(makers, lacking, strict=True):
                 reads |= maker.blocker.reads
-            for other in edges[want]:
-                if other not in seen and len(seen) < MAX_WANTS:
-                    seen.add(other)
-                    queue.append(other)
-        reasons.cases = list(cases.values())
-        reasons.complete = len(seen) < MAX_WANTS
-        reasons.circular = _circular(edges) if reasons.complete else []
-        reasons.layer = self._layer(reads)
-        return reasons
+                queue += [other for other in lack if other not in seen]
+                seen.update(lack)
+        return Reasons(list(cases.values()), self._circular(queue), self._layer(reads))
 
-    def sentences(self, reasons: Reasons, most: int = MAX_SENTENCES) -> list[str]:
-        """The reasons for people; those that rest on nothing else are never left out."""
-        roots = [case for case in reasons.cases if not case.makers]
-        shown = [case for number, case in enumerate(reasons.cases) if number < most or case in roots[:most]]
+    def lacking(self, blocker: Query) -> tuple[str, list[Want]]:
+        """What a blocked query is told to lack: of a conjunction the want nearest to a root cause."""
+        parts = blocker.parts if isinstance(blocker, All) else (blocker,)
+        for part in parts:
+            if isinstance(part, AllOf) and not part.possible(self.makers.ones, self.makers.zeros):
+                found = list(wants(part, self.makers.ones, self.makers.zeros))
+                want = min(found, key=lambda want: self._rank.get(want, MAX_WANTS))
+                return self.words.text(want), [want]
+        found = list(dict.fromkeys(wants(blocker, self.makers.ones, self.makers.zeros)))
+        return self.words.query(blocker, self.makers.ones, self.makers.zeros), found
+
+    def kind_of_lack(self, blocker: Query) -> tuple[Kind, ...]:
+        """The kinds of what a blocked query is told to lack; its causes are looked up."""
+        self._rank_all(wants(blocker, self.makers.ones, self.makers.zeros))
+        return self._kinds(self.lacking(blocker)[1])
+
+    def sentences(self, reasons: Reasons) -> list[str]:
+        """The reasons for people; root causes are never left out."""
+        roots = [case for case in reasons.cases if not case.makers][:MAX_SENTENCES]
+        first = reasons.cases[:MAX_SENTENCES]
+        shown = [case for case in reasons.cases if case in first or case in roots]
         told = [self._sentence(case) for case in shown]
-        if len(shown) < len(reasons.cases):
-            more = len(reasons.cases) - len(shown)
-            told.append(f"{counted(more, 'further cause')} {'follows' if more == 1 else 'follow'} from these.")
-        if reasons.circular:
-            texts = [self.words.text(want) for want in reasons.circular]
-            if len(texts) == 1:
-                told.append(f"So {texts[0]} waits for itself, and it does not hold at the start.")
-            else:
-                told.append(f"So {listed(texts, 'and')} wait for each other, and none of them holds at the start.")
+        more = len(reasons.cases) - len(shown)
+        if more:
+            told.append(f"{counted(more, 'further step')} between these {'is' if more == 1 else 'are'} left out.")
+        texts = [self.words.text(want) for want in reasons.circular]
+        if len(texts) == 1:
+            told.append(f"So {texts[0]} waits for itself, and it does not hold at the start.")
+        elif texts:
+            told.append(f"So {listed(texts, 'and')} wait for each other, and none of them holds at the start.")
         return told
 
-    def _of(self, want: Want) -> list[tuple[Maker, list[Want]]]:
-        if want not in self._blockers:
-            makers = self.makers.of(want)
-            self._blockers[want] = [(maker, self.makers.wants(maker)) for maker in makers]
-        return self._blockers[want]
+    def _rank_all(self, first: Iterable[Want]) -> None:
+        """Looks up all that could make these wants, and how far each is from its root causes."""
+        queue = [want for want in dict.fromkeys(first) if want not in self._makers]
+        waiting: dict[Want, list[list[Want]]] = {}
+        for want in queue:  # grows while it is worked on
+            if want in self._makers or len(waiting) >= MAX_WANTS:
+                continue
+            self._makers[want] = self.makers.of(want)
+            waiting[want] = [self.makers.wants(maker) for maker in self._makers[want]]
+            queue += [other for blockers in waiting[want] for other in blockers if other not in self._makers]
+        rank = 0
+        while True:
+            found = [
+                want for want, makers in waiting.items() if all(any(o in self._rank for o in m) for m in makers)
+            ]
+            if not found:
+                return
+            for want in found:
+                self._rank[want] = rank
+                del waiting[want]
+            rank += 1
 
-    def _kinds(self, want: Want, blockers: Sequence[tuple[Maker, list[Want]]]) -> tuple[object, ...]:
+    def _circular(self, queue: list[Want]) -> list[Want]:
+        """The wants without root cause; those that no other of them needs left out."""
+        found = [want for want in queue if want not in self._rank and want in self._makers]
+        while True:
+            needed = {o for want in found for maker in self._makers[want] for o in self.lacking(maker.blocker)[1]}
+            left = [want for want in found if want in needed]
+            if left == found:
+                return found
+            found = left
+
+    def _kind(self, want: Want) -> Kind:
         meaning = self.words.meaning(want.bit)
-        makers = {(maker.kind, maker.family, self._kind_of(found)) for maker, found in blockers}
-        return meaning.symbol, meaning.role, want.is_set, tuple(sorted(makers, key=repr))
+        return meaning.symbol, meaning.role, want.is_set
 
-    def _kind_of(self, found: Iterable[Want]) -> tuple[tuple[str, str, bool], ...]:
-        meanings = {(self.words.meaning(w.bit).symbol, self.words.meaning(w.bit).role, w.is_set) for w in found}
-        return tuple(sorted(meanings))
+    def _kinds(self, found: Iterable[Want]) -> tuple[Kind, ...]:
+        return tuple(sorted({self._kind(want) for want in found}))
 
     def _layer(self, reads: int) -> int:
         """The last layer in which one of the bits became possible."""
-        history, last = self.reach.history, 0
-        for number in range(1, len(history)):
-            if history[number][0] & ~history[number - 1][0] & reads:
-                last = number
-        return last
+        history = self.reach.history
+        new = (after[0] & ~before[0] & reads for before, after in zip(history, history[1:], strict=False))
+        return max((number for number, bits in enumerate(new, start=1) if bits), default=0)
 
     # ---------------------------------------------------------------------------------------------- sentences
     def _sentence(self, case: Case) -> str:
@@ -122,70 +160,49 @@ class Blocked:
 
     def _ways(self, want: Want, case: Case) -> str:
         """What could make the want, each with what it lacks."""
-        families: dict[tuple[str, str, str], list[Maker]] = {}
+        families: dict[tuple[str, str, tuple[Kind, ...]], list[Maker]] = {}
         for maker in case.makers:
-            lacks = self._kind_of(self.makers.wants(maker))
-            families.setdefault((maker.kind, maker.family, repr(lacks)), []).append(maker)
+            lack = self._kinds(self.lacking(maker.blocker)[1])
+            families.setdefault((maker.kind, maker.family, lack), []).append(maker)
         ways = [self._way(makers) for makers in families.values()]
-        never = "that never holds" if len(ways) == 1 else "none of that ever holds"
+        never = ", and that never holds" if len(ways) == 1 else ": none of that ever holds"
         comes = "can only come from" if want.is_set else "can only be ended by"
-        return f"{self.words.text(want)} {comes} {listed(ways, 'or', MAX_WAYS)}; {never}."
+        return f"{self.words.text(want)} {comes} {'; or from '.join(ways[:MAX_WAYS])}{_rest(ways)}{never}."
 
     def _way(self, makers: list[Maker]) -> str:
         first = makers[0]
-        lacks = self.words.query(first.blocker, self.makers.ones, self.makers.zeros)
         more = f" (and {len(makers) - 1} more like it)" if len(makers) > 1 else ""
-        return f"{_BY[first.kind]}{first.name}{more}, which needs {lacks}"
+        return f"{_BY[first.kind]}{first.name}{more}, which needs {self.lacking(first.blocker)[0]}"
 
     def nothing(self, want: Want) -> str:
         """The sentence about a want that nothing brings about."""
         meaning = self.words.meaning(want.bit)
         if not want.is_set:
             return f"{meaning.text} holds from the start, and nothing ever takes that away."
-        about = meaning.about
         match meaning.role:
-            case "true" | "false" | "equal" | "unequal":
-                nobody = f"no action adds it, no update rule infers it and no action senses {about}"
-                return f"Nothing makes {meaning.text}: {self._at_the_start(meaning)}, {nobody}."
-            case "whether" if isinstance(meaning.group, AtomBits | ConjunctionBits):
-                return (
-                    f"{about} can never be known whether: it is not known at the start, and no action senses it."
-                )
-            case "whether" | "known" | "number":
-                return f"The value of {about} can never be known: it is not known at the start, and no action senses it."
             case "always":
-                return f"{about} does not hold at the start already."
-        return f"Nothing tells {about}."
+                return f"{meaning.about} does not hold at the start already."
+            case "entry":
+                return f"Nothing tells {meaning.about}."
+            case "true" | "false" | "equal" | "unequal":
+                said = f"Nothing makes {meaning.text}"
+            case "whether" if isinstance(meaning.group, AtomBits | ConjunctionBits):
+                said = f"{meaning.about} can never be known whether"
+            case _:
+                said = f"The value of {meaning.about} can never be known"
+        return f"{said}: {self.why_nothing(meaning)}."
+
+    def why_nothing(self, meaning: Meaning) -> str:
+        """Neither the start nor actions nor rules: the part of a sentence behind the colon."""
+        return f"{self._at_the_start(meaning)}, and {self.origins.nobody(meaning)}"
 
     def _at_the_start(self, meaning: Meaning) -> str:
-        """What is known of it at the start."""
         group = meaning.group
         if isinstance(group, TermBits | AtomBits):
             for bit in bits_of(self._initial & group.known):
                 return f"{self.words.meaning(bit).text} holds at the start"
-            if isinstance(group, AtomBits) and self.reach.ones & group.known:
-                return f"it is not known at the start, and only {self._other(meaning)} can ever become known"
-        if isinstance(group, NumberBits):
-            return "no number is known"
         return "it is not known at the start"
 
-    def _other(self, meaning: Meaning) -> str:
-        group = meaning.group
-        assert isinstance(group, AtomBits)
-        return self.words.meaning(group.false if meaning.role == "true" else group.true).text
 
-
-def _circular(edges: dict[Want, list[Want]]) -> list[Want]:
-    """The wants that lead to no root cause."""
-    before: dict[Want, list[Want]] = {}
-    for want, others in edges.items():
-        for other in others:
-            before.setdefault(other, []).append(want)
-    rooted = [want for want, others in edges.items() if not others]
-    found = set(rooted)
-    for want in rooted:  # grows while it is worked on
-        for other in before.get(want, ()):
-            if other not in found:
-                found.add(other)
-                rooted.append(other)
-    return [want for want in edges if want not in found]
+def _rest(ways: list[str]) -> str:
+    return f"; or from {counted(len(ways) - MAX_WAYS, 'other way')}" if len(ways) > MAX_WAYS else ""

@@ -3,8 +3,9 @@
 Late steps (branchings, and actions that only sense) let other steps pass if nothing that one writes is read or
 written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must wait
 for a late one takes it along. A step that touches a conjunct of the goal comes after all sensing that this conjunct
-weighs beside it: a bottle is looked at before it is carried to where only empty ones belong. What a branching writes is what it changed on this way, inferences included; the new
-order is then followed once, to be sure. The other outcomes are solved for themselves.
+weighs beside it: a bottle is looked at before it is carried to where only empty ones belong. What a branching writes
+is what it changed on this way, inferences included; the new order is then followed once, to be sure. The other
+outcomes are solved for themselves.
 """
 
 from dataclasses import dataclass

@@ -6,7 +6,7 @@ from typing import Literal
 
 from kabo.knowledge import GroundAction, Query
 from kabo.knowledge.entries import Entry, LastValue
-from kabo.knowledge.facts import TermBits
+from kabo.knowledge.facts import TermBits, open_entries
 from kabo.knowledge.grounding import Grounding
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import AnyOf, bits_of, disjunction, union
@@ -32,6 +32,7 @@ class Makers:
         self.whole, self.words = whole, words
         self.ones, self.zeros = whole.reach.ones, whole.reach.zeros
         self._made: dict[int, list[tuple[int, Update]]] = {}
+        self._opened: dict[int, list[tuple[int, Update]]] = {}
         self._cleared: dict[int, list[tuple[int, Update]]] = {}
         self._told: dict[int, list[int]] = {}  # the entries of Kw and Kv whose outcomes would tell a bit
         self._index()
@@ -61,6 +62,8 @@ class Makers:
                     made = update.make | (update.assignment.bits.mask if update.assignment else 0)
                     notes[id(update)] = made & ~self.ones, update.clear & ~self.zeros
                 made, cleared = notes[id(update)]
+                for bit in bits_of(open_entries(update.make, self.whole.compiler.fluents.whether) & made):
+                    self._opened.setdefault(bit, []).append((action.index, update))
                 for bit in bits_of(made):
                     self._made.setdefault(bit, []).append((action.index, update))
                 for bit in bits_of(cleared):
@@ -82,7 +85,7 @@ class Makers:
     def _sensing(self, bit: int) -> Iterator[Maker]:
         """Actions that sense what would tell."""
         for entry in self._told.get(bit, ()):
-            yield from self._actions(self._made, entry, "senses")
+            yield from self._actions(self._opened, entry, "senses")
 
     def _rules(self, want: Want) -> Iterator[Maker]:
         for rule in self.whole.rules:

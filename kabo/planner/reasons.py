@@ -1,13 +1,16 @@
 """Why there is no plan, in words that a person can act on."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from kabo.geometry_server.answers import Failure
 from kabo.knowledge import Task, unreachable_goals
 from kabo.language.formulas import GroundCall
+from kabo.language.problem import Problem
 from kabo.planner.result import Reason
+from kabo.planner.wording import listed
 
 SHOWN = 12  # refusals that are told
+EXPLAINED = 6  # sentences about what can never be known
 
 _SPENT = {
     "expansions": "the search has expanded as many nodes as allowed",
@@ -16,15 +19,40 @@ _SPENT = {
 }
 
 
-def no_plan(task: Task, failures: Sequence[tuple[GroundCall, Failure]]) -> Reason:
+def no_plan(
+    problem: Problem,
+    task: Task,
+    failures: Sequence[tuple[GroundCall, Failure]],
+    deadline: Callable[[], bool] | None = None,
+) -> Reason:
     """Proven: the goal is beyond what actions can bring about, or every refusal is a proof."""
     if not failures:
-        goals = unreachable_goals(task)
-        details = tuple(f"never reached: {goal}" for goal in goals)
-        which = f"; {len(goals)} of its parts never hold, whatever is done" if goals else ""
-        return Reason("knowledge", None, f"no plan reaches the goal, whatever geometry says{which}", details)
+        return _beyond(problem) if unreachable_goals(task) else _dead_end(task, deadline)
     text = "no plan reaches the goal: every procedure that was refused was refused by a proof"
     return Reason("refusals", None, text, _told(failures))
+
+
+def _beyond(problem: Problem) -> Reason:
+    """Some parts of the goal never hold, even if nothing were ever lost."""
+    from kabo.planner.explaining import SAME, unreachable_because
+
+    goals = unreachable_because(problem)
+    told = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME)]
+    few = told if len(told) <= EXPLAINED else [*told[:EXPLAINED], "kabo explain says more"]
+    names = listed((goal.text for goal in goals), "and")
+    text = f"no plan reaches the goal, whatever geometry says: {names} can never hold, whatever is done"
+    return Reason("knowledge", None, text, tuple(few))
+
+
+def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
+    """All parts of the goal could hold if nothing were ever lost."""
+    from kabo.planner.dead_ends import dead_ends
+
+    text = (
+        "no plan reaches the goal, whatever geometry says: every part of it could hold if nothing that is known were "
+        "ever lost, but every way ends in a dead end"
+    )
+    return Reason("knowledge", None, text, tuple(dead_ends(task, deadline)))
 
 
 def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]]) -> Reason:

@@ -199,7 +199,7 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
     told = tuple(f"refused: {call}" for call in procedures.failed())
     if isinstance(found, Unreachable):
         if not told:
-            return Result("no_plan", None, statistics, no_plan(task, []))
+            return Result("no_plan", None, statistics, no_plan(run.problem, task, [], run.stop))
         text = f"no plan reaches the goal without one of {len(told)} calls that their procedures refused"
         return Result("no_plan", None, statistics, Reason("refusals", None, text, told[:12]))
     budget = found.budget if isinstance(found, Exhausted) else "time"
@@ -304,7 +304,7 @@ def _without_plan(
         return Result("exhausted", None, statistics, exhausted(found.budget, failures))
     proved = geometry is None or geometry.proved()
     if proved:
-        return Result("no_plan", None, statistics, no_plan(task, failures))
+        return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
     return Result("exhausted", None, statistics, exhausted("samples", failures))
 
 

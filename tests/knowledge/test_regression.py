@@ -72,7 +72,7 @@ def test_what_an_action_needs_is_enough(tasks):
                             assert act.applicable(other), str(act)
                             assert act.after(other) is not None, str(act)
                             assert not (act.after(other) ^ after) & bit, str(act)
-    assert pairs > 1000
+    assert pairs > 10 * len(tasks)
 
 
 def test_what_an_outcome_needs_is_enough(tasks):
@@ -90,7 +90,7 @@ def test_what_an_outcome_needs_is_enough(tasks):
                             if reached is not None:
                                 pairs += 1
                                 assert not (reached ^ after) & bit, f"{branching.fact}: {outcome}"
-    assert pairs > 1000
+    assert pairs > 10 * len(tasks)
 
 
 def test_what_excludes_outcomes_excludes_them_elsewhere(tasks):
@@ -106,7 +106,7 @@ def test_what_excludes_outcomes_excludes_them_elsewhere(tasks):
             for other in states:
                 if not (other ^ state) & (reasons | branching.entry):
                     assert set(dict(branching.outcomes(other))) <= names, branching.fact
-    assert excluded > 5
+    assert excluded > len(tasks) // 8
 
 
 # ------------------------------------------------------------------------------------------ in words, one by one
