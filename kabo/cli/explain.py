@@ -1,0 +1,50 @@
+"""`kabo explain`: why a problem has no plan, and what in it is of no use."""
+
+import argparse
+
+from kabo.cli import exit_codes
+from kabo.cli.solving import SEARCHES, add_problem_argument, natural, positive
+from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.errors import InputError
+
+NAME = "explain"
+HELP = "say why a problem has no plan, and which actions, rules and facts are of no use"
+
+EXIT_CODES = {
+    "solvable": exit_codes.DONE,
+    "proved": exit_codes.PROVEN_NO_PLAN,
+    "exhausted": exit_codes.NO_PLAN,
+    "invalid": exit_codes.BAD_INPUT,
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo explain`."""
+    add_problem_argument(parser)
+    parser.add_argument("--search", choices=SEARCHES, help="how to search for a plan (default: best)")
+    parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
+    parser.add_argument(
+        "--timeout", type=positive, metavar="S", help="seconds after which the search gives up (default: 60)"
+    )
+    parser.add_argument("--json", action="store_true", help="print the explanation as one JSON object")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints the explanation; the exit codes are those of `solve`."""
+    from kabo.imports import load_problem
+    from kabo.planner.explaining import explain, explanation_to_json, invalid_explanation
+
+    try:
+        with clean_standard_output():
+            problem = load_problem(options.problem, options.domain)
+            found = explain(
+                problem, search=options.search, max_expansions=options.max_expansions, timeout=options.timeout
+            )
+    except InputError as error:
+        found = invalid_explanation(error)
+        tell(str(error))
+    if options.json:
+        print_json(explanation_to_json(found))
+    elif found.verdict != "invalid":
+        print(found)
+    return EXIT_CODES[found.verdict]

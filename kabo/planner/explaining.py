@@ -1,0 +1,201 @@
+"""Why a problem has no plan, or what in it is of no use, on the knowledge level: sentences that a person can act on.
+
+`explain` grounds the problem whole and asks the delete relaxation first: what can never hold even if nothing were
+ever lost is proven to be out of reach, whatever geometry says, and has causes. Only then does it search.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, Literal
+
+from kabo.errors import InputError
+from kabo.knowledge import ground
+from kabo.knowledge.grounding import Grounding, conjuncts, ground_whole
+from kabo.knowledge.queries import FALSE
+from kabo.language.problem import Problem
+from kabo.planner.blocked import Blocked
+from kabo.planner.contingent import find_skeleton
+from kabo.planner.dead_ends import dead_ends
+from kabo.planner.makers import Makers
+from kabo.planner.origins import Origins
+from kabo.planner.settled import why_false
+from kabo.planner.skeleton import Exhausted, Found, Limits
+from kabo.planner.unused import Unused
+from kabo.planner.wording import Words, counted, listed
+
+MAX_EXPANSIONS, SECONDS = 2_000_000, 60.0
+
+SAME = "For the same reasons as"
+
+Verdict = Literal["solvable", "proved", "exhausted", "invalid"]
+
+
+@dataclass(frozen=True)
+class UnreachableGoal:
+    """A conjunct of the goal that can never hold: the last layer that helped it, and why, in sentences."""
+
+    text: str
+    layer: int
+    why: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What `kabo explain` says.
+
+    `verdict`: whether there is a plan as far as knowledge goes (`solvable`), proven not (`proved`), or the budget
+    was spent (`exhausted`); `invalid` if the files cannot be read. `summary` are one to three sentences. `layers`
+    counts those of the delete relaxation; `reachable` says whether all of the goal is in the last one.
+    """
+
+    verdict: Verdict
+    summary: tuple[str, ...]
+    reachable: bool = False
+    layers: int = 0
+    unreachable_goals: tuple[UnreachableGoal, ...] = ()
+    unused_actions: tuple[str, ...] = ()
+    never_known: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        lines = list(self.summary)
+        if self.unreachable_goals:
+            lines.append(f"\nParts of the goal that never hold (of {counted(self.layers, 'layer')}):")
+        for goal in self.unreachable_goals:
+            lines.append(f"  - {goal.text}, last helped in layer {goal.layer}:")
+            lines += [f"      {sentence}" for sentence in goal.why]
+        for title, sentences in (
+            ("Of no use", self.unused_actions),
+            ("Never known", self.never_known),
+        ):
+            if sentences:
+                lines += [f"\n{title}:", *(f"  - {sentence}" for sentence in sentences)]
+        return "\n".join(lines)
+
+
+def explain(
+    problem: Problem,
+    *,
+    search: str | None = None,
+    max_expansions: int | None = None,
+    timeout: float | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Explanation:
+    """What is out of reach in a problem and why, what is of no use in it, and whether there is a plan.
+
+    Only knowledge is looked at: every procedure is taken to succeed.
+
+    Args:
+        problem: whose names have been checked.
+        search: how plans are looked for if the relaxation does not settle it; as for `solve`.
+        max_expansions: nodes that this search expands at most.
+        timeout: seconds after which it gives up.
+        cancelled: asked now and then; True ends it soon.
+
+    Raises:
+        InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
+    """
+    began = perf_counter()
+    whole = ground_whole(problem)
+    blocked = _blocked(whole)
+    goals = _unreachable(blocked)
+    unused = Unused(blocked)
+    idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
+    if goals:
+        verdict: Verdict = "proved"
+        summary = _proved(goals)
+    else:
+        seconds = SECONDS if timeout is None else timeout
+        late = lambda: perf_counter() - began > seconds or (cancelled is not None and cancelled())  # noqa: E731
+        limits = Limits(MAX_EXPANSIONS if max_expansions is None else max_expansions, late)
+        verdict, summary = _searched(problem, search, limits)
+    return Explanation(verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
+
+
+def unreachable_because(problem: Problem) -> list[UnreachableGoal]:
+    """The conjuncts of the goal that can never hold, each with the sentences that say why."""
+    return _unreachable(_blocked(ground_whole(problem)))
+
+
+def _blocked(whole: Grounding) -> Blocked:
+    words = Words(whole)
+    return Blocked(Makers(whole, words), words, Origins(whole))
+
+
+def _unreachable(blocked: Blocked) -> list[UnreachableGoal]:
+    whole = blocked.makers.whole
+    compiler, reach = whole.compiler, whole.reach
+    told: dict[tuple[object, ...], str] = {}
+    found: list[UnreachableGoal] = []
+    for part, (formula, binding) in zip(whole.goal, conjuncts(compiler, compiler.problem.goal, {}), strict=True):
+        if part.query == FALSE:
+            why = tuple(why_false(compiler, formula, binding))
+            found.append(UnreachableGoal(part.text, 0, why))
+        elif not part.query.possible(reach.ones, reach.zeros):
+            reasons = blocked.reasons(part.query)
+            kinds = tuple(case.kinds for case in reasons.cases)
+            same = told.setdefault(kinds, part.text)
+            why = tuple(blocked.sentences(reasons))
+            if same != part.text:
+                why = (f"{SAME} {same}.",)
+            found.append(UnreachableGoal(part.text, reasons.layer, why))
+    return found
+
+
+def _proved(goals: list[UnreachableGoal]) -> list[str]:
+    texts = listed((goal.text for goal in goals), "and")
+    return [f"There is no plan, whatever geometry says: {texts} can never hold, whatever is done."]
+
+
+def _searched(problem: Problem, search: str | None, limits: Limits) -> tuple[Verdict, list[str]]:
+    task = ground(problem)
+    found = find_skeleton(task, search=search or problem.options.search, limits=limits)
+    if isinstance(found, Found):
+        motions = "" if problem.scene is None else "; whether there are motions for it was not asked"
+        return "solvable", [f"There is a plan as far as knowledge goes{motions}."]
+    if isinstance(found, Exhausted):
+        spent = "as many nodes as allowed" if found.budget == "expansions" else "as long as allowed"
+        return "exhausted", [
+            "Every part of the goal could hold if nothing that is known were ever lost.",
+            f"No plan was found in a search that expanded {counted(found.statistics.expanded, 'node')} ({spent}).",
+        ]
+    return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, limits.deadline)][:3]
+
+
+NO_PLAN_BUT_REACHABLE = (
+    "There is no plan, whatever geometry says: every part of the goal could hold if nothing that is known were ever "
+    "lost, but every way ends in a dead end; all of them have been tried."
+)
+
+
+def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
+    """The explanation as the schema `kabo-explain-1` wants it."""
+    return {
+        "verdict": explanation.verdict,
+        "summary": list(explanation.summary),
+        "knowledge": {
+            "reachable": explanation.reachable,
+            "layers": explanation.layers,
+            "unreachable_goals": [
+                f"{goal.text}, last helped in layer {goal.layer}: {' '.join(goal.why)}"
+                for goal in explanation.unreachable_goals
+            ],
+            "unused_actions": list(explanation.unused_actions),
+            "never_known": list(explanation.never_known),
+        },
+        "procedures": [],
+        "counterfactuals": [],
+    }
+
+
+def invalid_explanation(error: InputError) -> Explanation:
+    """The explanation of a problem that cannot be read."""
+    found = error.diagnostics
+    first = found[0]
+    return Explanation(
+        "invalid",
+        (
+            f"The problem cannot be read: {counted(len(found), 'finding')}.",
+            f"The first is in {first.file}, line {first.line}: {first.message}.",
+        ),
+    )
