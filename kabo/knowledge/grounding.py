@@ -71,7 +71,10 @@ def ground(problem: Problem) -> Task:
         pending=union(branchings),
         relevance=Relevance(actions, query, branchings, closure, [group.mask for group in compiler.fluents]),
         closure=closure,
-        may_wait=bool(_learned(branchings, closure) & (whole.asked | _denied(actions, query, closure))),
+        may_wait=bool(
+            _learned(branchings, closure) & (whole.asked | _denied(actions, query, closure))
+            or (branchings and closure.rules)
+        ),
         groups=tuple(compiler.fluents),
         functional=union(group.known for group in compiler.fluents if isinstance(group, TermBits)),
         width=compiler.fluents.width,

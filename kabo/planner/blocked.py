@@ -194,7 +194,7 @@ class Blocked:
 
     def why_nothing(self, meaning: Meaning) -> str:
         """Neither the start nor actions nor rules: the part of a sentence behind the colon."""
-        return f"{self._at_the_start(meaning)}, and {self.origins.nobody(meaning)}"
+        return f"{self._at_the_start(meaning)}, {self.origins.nobody(meaning)}"
 
     def _at_the_start(self, meaning: Meaning) -> str:
         group = meaning.group

@@ -60,9 +60,9 @@ class Explanation:
     def __str__(self) -> str:
         lines = list(self.summary)
         if self.unreachable_goals:
-            lines.append(f"\nParts of the goal that never hold (of {counted(self.layers, 'layer')}):")
+            lines.append("\nParts of the goal that never hold:")
         for goal in self.unreachable_goals:
-            lines.append(f"  - {goal.text}, last helped in layer {goal.layer}:")
+            lines.append(f"  - {goal.text}, {self.nearest(goal)}:")
             lines += [f"      {sentence}" for sentence in goal.why]
         for title, sentences in (
             ("Of no use", self.unused_actions),
@@ -71,6 +71,12 @@ class Explanation:
             if sentences:
                 lines += [f"\n{title}:", *(f"  - {sentence}" for sentence in sentences)]
         return "\n".join(lines)
+
+    def nearest(self, goal: UnreachableGoal) -> str:
+        """How near the delete relaxation comes to a conjunct of the goal that it cannot reach."""
+        if not goal.layer:
+            return "which nothing brings nearer"
+        return f"which nothing brings nearer after layer {goal.layer} of {self.layers}"
 
 
 def explain(
@@ -177,7 +183,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
             "reachable": explanation.reachable,
             "layers": explanation.layers,
             "unreachable_goals": [
-                f"{goal.text}, last helped in layer {goal.layer}: {' '.join(goal.why)}"
+                f"{goal.text}, {explanation.nearest(goal)}: {' '.join(goal.why)}"
                 for goal in explanation.unreachable_goals
             ],
             "unused_actions": list(explanation.unused_actions),

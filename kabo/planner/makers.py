@@ -38,7 +38,9 @@ class Makers:
         self._index()
         for entry, branching in whole.splits.items():
             for bit in bits_of(union(choice.make for choice in branching.choices) & ~self.ones & ~entry):
-                self._told.setdefault(bit, []).append(entry)
+                if entry in self._opened:
+                    self._told.setdefault(bit, []).append(entry)
+        self._tellable = self._closed(union(self._made) | union(self._told) | union(r.make for r in whole.rules))
 
     def of(self, want: Want) -> list[Maker]:
         """Everything that could make a bit that can never be 1 (or, if so asked, 0), in the order of the file."""
@@ -69,6 +71,17 @@ class Makers:
                 for bit in bits_of(cleared):
                     self._cleared.setdefault(bit, []).append((action.index, update))
 
+    def _closed(self, tellable: int) -> int:
+        """What actions and rules could tell, with what would follow from that."""
+        tellable &= ~self.ones
+        while True:
+            before = tellable
+            for propagator in self.whole.closure.propagators:
+                if propagator.watches & tellable:
+                    tellable |= propagator.makes & ~self.ones
+            if tellable == before:
+                return tellable
+
     def _actions(self, table: dict[int, list[tuple[int, Update]]], bit: int, kind: Kind) -> Iterator[Maker]:
         updates: dict[int, list[Update]] = {}
         for index, update in table.get(bit, ()):
@@ -94,16 +107,16 @@ class Makers:
                 yield Maker("rule", name, name, rule.condition)
 
     def _entries(self, bit: int) -> Iterator[Maker]:
-        """Inference from entries, if something else than the want itself could let it follow."""
+        """Inference from entries, if an action or a rule could tell something that it follows from."""
         own = self.words.meaning(bit).group
         for propagator in self.whole.closure.propagators:
             if not propagator.makes & bit:
                 continue
             if isinstance(propagator, Entry) and not bit & propagator.mask:
                 watched = propagator.watches & ~(own.mask if own is not None else 0)
-                if watched:
+                if watched & self._tellable:
                     yield Maker("entry", "an entry", f"that {entry_text(propagator)}", AnyOf(watched))
             elif isinstance(propagator, LastValue) and isinstance(own, TermBits):
-                excluded = own.excluded & union(self._made)
-                if excluded and bit != excluded:
+                excluded = own.excluded & ~bit
+                if excluded & self._tellable:
                     yield Maker("entry", "an entry", f"the last value left of {own.text}", AnyOf(excluded))

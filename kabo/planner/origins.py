@@ -29,7 +29,7 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Action
 from kabo.planner.settled import why_false
-from kabo.planner.wording import Meaning, where
+from kabo.planner.wording import Meaning, listed, where
 
 MAX_INSTANCES = 100_000  # of a precondition, that are looked at
 
@@ -66,9 +66,9 @@ class Origins:
                 why = None if asked is None else self.never(asked)
                 told.append(f"{rule_name(effect, number)} never infers it" + (f" ({why})" if why else ""))
         if told:
-            return " and ".join(told)
+            return f"and {' and '.join(told)}"
         if meaning.role in ("whether", "known", "number"):
-            return "no action adds or senses it"
+            return "and no action adds or senses it"
         return "no action adds or senses it, and no update rule infers it"
 
     def never(self, formula: Formula) -> str | None:
@@ -95,7 +95,13 @@ class Origins:
             why = self.never(formula)
             if why is not None:
                 return why
-        return "no objects fulfil all its preconditions about what never changes"
+        settled = [formula_text(formula, {}) for formula in schema.preconditions if self._is_settled(formula)]
+        return f"no objects fulfil {listed(settled, 'and')} together, and nothing changes that"
+
+    def _is_settled(self, formula: Formula) -> bool:
+        """Whether a precondition of an action asks about what never changes."""
+        instances = self.whole.compiler.instances(tuple(_variables(formula)), {})
+        return all(self.whole.compiler.query(formula, binding).reads == 0 for binding in islice(instances, 1))
 
 
 def rule_name(effect: Effect, number: int) -> str:

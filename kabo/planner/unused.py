@@ -94,7 +94,7 @@ class Unused:
         first = found[0]
         meaning = self.words.meaning(first.whether)
         known = "known whether" if isinstance(first, AtomBits) else "known"
-        makers = self.blocked.makers.of(Want(first.whether))
+        makers = [maker for maker in self.blocked.makers.of(Want(first.whether)) if maker.kind != "entry"]
         if makers:
             why = f"only {listed((maker.name for maker in makers), 'and')} could tell, which never happens"
         else:

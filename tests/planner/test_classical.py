@@ -1,38 +1,33 @@
 """Tasks without sensing in finite domains: what packed searches find is true of what is known."""
 
-from collections import deque
 from dataclasses import replace
+from random import Random
 
 import pytest
-from hypothesis import assume, event, given, settings
-from hypothesis import strategies as st
 
 from kabo.knowledge import ground
+from kabo.knowledge.queries import AllOf, union
 from kabo.language import formulas as f
 from kabo.planner.classical import classical_task
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.packed import PACKED, packed_skeleton
 from kabo.planner.searches import breadth_first, cheapest_first
 from kabo.planner.skeleton import Exhausted, Found, Limits, Unreachable
+from tests.conftest import PROPERTY_SCALE
 from tests.knowledge.asking import then
 from tests.small_problems import (
     COLOUR,
     FUEL,
-    X,
-    Y,
     action,
     add,
     app,
     atom,
     cmp,
     delete,
-    effects,
     know,
     lit,
     no,
     problem,
-    queries,
-    var,
     when,
 )
 
@@ -40,35 +35,50 @@ Q, R, PX = lit("q"), lit("r"), lit("p", "x")
 NOT_Q, NOT_R = no("q"), no("r")
 
 
-FEWER = settings(max_examples=max(20, settings().max_examples // 4))
+SEEDS = range(max(20, round(6000 * PROPERTY_SCALE)))
+COLOURS = [cmp(app("colour"), "=", v) for v in "uvw"]
+GROUPS = [(PX, no("p", "x")), (lit("p", "y"), no("p", "y")), (Q, NOT_Q), (R, NOT_R), COLOURS]
+FACTS = [fact for group in GROUPS for fact in group]
 
 
 # --------------------------------------------------------------------------------------------------- random tasks
-def is_plain(effect):
-    """Whether an effect is about Kf only: nothing to be sensed."""
-    inner = getattr(effect, "updates", ()) or getattr(effect, "effects", ())
-    return all(map(is_plain, inner)) if inner else effect.database == "Kf"
+def sensing_free(seed):
+    """A problem of which nothing is sensed; costs are 0 to 3; the goal asks for what some action brings about."""
+    draw, made = Random(seed), []  # noqa: S311
 
+    def asked(depth=1):
+        kind = draw.random()
+        if depth and kind < 0.2:
+            return draw.choice([f.Or, f.And])((asked(0), asked(0)))
+        one = know(draw.choice(FACTS))
+        return f.Not(one) if kind < 0.45 else one
 
-@st.composite
-def sensing_free(draw):
-    """A problem of which nothing is sensed; costs are 0 to 3."""
+    def changed(group):
+        fact, forget = draw.choice(group), draw.random() < 0.3
+        if not forget:
+            made.append((GROUPS.index(group), fact))
+        change = delete(fact) if forget else add(fact)
+        return when(asked(), change) if draw.random() < 0.5 else change
+
     schemas = []
-    for number in range(draw(st.integers(1, 5))):
-        parameters = [var("a")] if draw(st.booleans()) else []
-        names = [X, Y, *parameters]
-        some = draw(st.lists(effects(names).filter(is_plain), min_size=1, max_size=3))
-        one = action(
-            f"act_{number}", parameters=parameters, pre=draw(st.lists(queries(names, 1), max_size=2)), effects=some
-        )
-        schemas.append(replace(one, cost=f.Number(float(draw(st.integers(0, 3))))))
-    known = st.sampled_from([PX, no("p", "x"), Q, NOT_Q, R, cmp(app("colour"), "=", "u")])
-    return problem(
-        actions=schemas,
-        initial=[add(fact) for fact in draw(st.lists(known, max_size=3))],
-        goal=draw(st.lists(queries([X, Y]), min_size=1, max_size=2)),
-        functions=[COLOUR],
-    )
+    for number in range(draw.randint(3, 6)):
+        pre = [asked() for _ in range(draw.choice([0, 1, 1, 2]))]
+        groups = draw.sample(GROUPS, draw.randint(1, 2))
+        some = [changed(group) for group in (*groups, *groups[: draw.choice([0, 0, 1])])]
+        cost = f.Number(float(draw.randint(0, 3)))
+        schemas.append(replace(action(f"act_{number}", pre=pre, effects=some), cost=cost))
+    known = [draw.choice(group) for group in draw.sample(GROUPS, draw.randint(1, 3))]
+    goal = dict(draw.sample(made, min(len(made), 3)))
+    return problem(actions=schemas, initial=[add(*known)], goal=list(map(know, goal.values())), functions=[COLOUR])
+
+
+@pytest.fixture(scope="module")
+def tasks():
+    """Random tasks, each with what it is in finite domains."""
+    found = [(task, classical_task(task)) for task in (ground(sensing_free(seed)) for seed in SEEDS)]
+    expressed = [(task, compiled) for task, compiled in found if compiled is not None]
+    assert len(expressed) > 0.25 * len(found)
+    return expressed
 
 
 class States:
@@ -104,65 +114,50 @@ def executed(task, skeleton):
     return acts
 
 
-def expressed(problem_):
-    task = ground(problem_)
-    compiled = classical_task(task)
-    assume(compiled is not None)
-    return task, compiled
-
-
 @pytest.mark.parametrize("search", PACKED)
-@FEWER
-@given(problem=sensing_free())
-def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(search, problem):
-    task, compiled = expressed(problem)
-    found = packed_skeleton(task, compiled, search, None, Limits())
-    event(type(found).__name__)
-    graph = States(task)
-    known = task.is_goal(task.initial) or breadth_first(task.initial, graph).path is not None
-    assert isinstance(found, Found if known else Unreachable)
-    if isinstance(found, Found):
-        executed(task, found.skeleton)
+def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(search, tasks):
+    seen = []
+    for task, compiled in tasks:
+        found = packed_skeleton(task, compiled, search, None, Limits())
+        known = task.is_goal(task.initial) or breadth_first(task.initial, States(task)).path is not None
+        assert isinstance(found, Found if known else Unreachable)
+        seen.append(len(executed(task, found.skeleton)) if known else None)
+    assert seen.count(None) > len(tasks) // 10
+    assert sum(length is not None and length > 1 for length in seen) > len(tasks) // 10
 
 
-@FEWER
-@given(problem=sensing_free())
-def test_breadth_first_is_as_short_and_astar_as_cheap_as_in_python(problem):
-    task, compiled = expressed(problem)
-    assume(not task.is_goal(task.initial))
-    shortest = packed_skeleton(task, compiled, "breadth-first", None, Limits())
-    assume(isinstance(shortest, Found))
-    graph = States(task)
-    assert len(executed(task, shortest.skeleton)) == len(breadth_first(task.initial, graph).path)
-    cheapest = packed_skeleton(task, compiled, "astar", None, Limits())
-    cost = sum(act.cost for act in executed(task, cheapest.skeleton))
-    assert cost == sum(act.cost for act, _ in cheapest_first(task.initial, graph).path)
+def test_breadth_first_is_as_short_and_astar_as_cheap_as_in_python(tasks):
+    for task, compiled in tasks:
+        graph, start = States(task), task.initial
+        shortest = packed_skeleton(task, compiled, "breadth-first", None, Limits())
+        if task.is_goal(start) or not isinstance(shortest, Found):
+            continue
+        assert len(executed(task, shortest.skeleton)) == len(breadth_first(start, graph).path)
+        cheapest = packed_skeleton(task, compiled, "astar", None, Limits())
+        cost = sum(act.cost for act in executed(task, cheapest.skeleton))
+        assert cost == sum(act.cost for act, _ in cheapest_first(start, graph).path)
 
 
-@FEWER
-@given(problem=sensing_free())
-def test_as_many_states_can_be_reached(problem):
-    """Every state that is known to be reachable is a state of the finite-domain task, and reached as a goal there."""
-    task, _ = expressed(problem)
-    states, waiting = {task.initial}, deque([task.initial])
-    graph = States(task)
-    while waiting and len(states) < 20:
-        for state, _, _ in graph.successors(waiting.popleft()):
-            if state not in states:
-                states.add(state)
-                waiting.append(state)
-    for state in sorted(states)[:4]:
-        wanted = replace(task, goal_query=_exactly(task, state))
-        compiled = classical_task(wanted)
-        assert compiled is not None
-        found = packed_skeleton(wanted, compiled, "breadth-first", None, Limits())
-        assert isinstance(found, Found)
-        executed(wanted, found.skeleton)
+def test_every_state_of_knowledge_that_can_be_reached_is_reached(tasks):
+    """Asked for as the goal, the first and the last of them are found, and no state that cannot be reached."""
+    for task, _ in tasks[: len(tasks) // 2]:
+        states, graph = [task.initial], States(task)
+        for state in states:  # grows while it is walked
+            states += [child for child, _, _ in graph.successors(state) if child not in states]
+        for state in dict.fromkeys((states[0], states[-1])):
+            wanted = replace(task, goal_query=_exactly(task, state))
+            found = packed_skeleton(wanted, classical_task(wanted), "breadth-first", None, Limits())
+            assert isinstance(found, Found)
+            executed(wanted, found.skeleton)
+        other = states[-1] ^ task.groups[0].mask
+        if other not in states:
+            compiled = classical_task(wanted := replace(task, goal_query=_exactly(task, other)))
+            assert compiled is None or isinstance(
+                packed_skeleton(wanted, compiled, "breadth-first", None, Limits()), Unreachable
+            )
 
 
 def _exactly(task, state):
-    from kabo.knowledge.queries import AllOf, union
-
     mask = union(group.mask for group in task.groups)
     return AllOf(mask, state & mask)
 
