@@ -166,8 +166,11 @@ class Blocked:
             families.setdefault((maker.kind, maker.family, lack), []).append(maker)
         ways = [self._way(makers) for makers in families.values()]
         never = ", and that never holds" if len(ways) == 1 else ": none of that ever holds"
-        comes = "can only come from" if want.is_set else "can only be ended by"
-        return f"{self.words.text(want)} {comes} {'; or from '.join(ways[:MAX_WAYS])}{_rest(ways)}{never}."
+        if want.is_set:
+            said = f"{self.words.text(want)} can only come from "
+        else:
+            said = f"{self.words.meaning(want.bit).text} holds from the start and can only be lost by "
+        return f"{said}{'; or from '.join(ways[:MAX_WAYS])}{_rest(ways)}{never}."
 
     def _way(self, makers: list[Maker]) -> str:
         first = makers[0]

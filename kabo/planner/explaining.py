@@ -155,7 +155,7 @@ def _proved(goals: list[UnreachableGoal]) -> list[str]:
 
 def _searched(problem: Problem, search: str | None, limits: Limits) -> tuple[Verdict, list[str]]:
     task = ground(problem)
-    found = find_skeleton(task, search=search or problem.options.search, limits=limits)
+    found = find_skeleton(task, search=search, limits=limits)
     if isinstance(found, Found):
         motions = "" if problem.scene is None else "; whether there are motions for it was not asked"
         return "solvable", [f"There is a plan as far as knowledge goes{motions}."]
