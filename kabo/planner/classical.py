@@ -180,8 +180,8 @@ class _Converter:
             if number == place.number:
                 allowed &= set(values)
         after = {old: place.patterns.index(place.patterns[old] & ~clear | make) for old in sorted(allowed)}
-        if all(old == new for old, new in after.items()):
-            return
+        if not make and all(old == new for old, new in after.items()):
+            return  # what adds is kept, even if it changes nothing: it wins over, or is at odds with, other effects
         if len(set(after.values())) == 1:
             yield Effect(conditions, place.number, next(iter(after.values())))
             return

@@ -183,6 +183,17 @@ def test_add_wins_over_del():
         assert plan(actions=both, initial=[add(Q, R)], goal=[f.Not(know(Q))]) is None
 
 
+def test_an_addition_of_what_is_known_already_counts():
+    """It is at odds with another addition, and wins over a deletion."""
+    keep = when(know(R), add(R))
+    odd = action("act", pre=[know(R)], effects=[keep, when(know(R), add(NOT_R))])
+    more = action("more", effects=[add(R)])
+    task = ground(problem(actions=[odd, more], initial=[add(R)], goal=[know(NOT_R)]))
+    assert classical_task(task) is None, "an action at odds with itself is left to the others"
+    win = action("act", effects=[keep, delete(R, NOT_R)])
+    assert plan(actions=[win, more], initial=[add(R)], goal=[f.Not(know(R))]) is None
+
+
 def test_add_that_seems_never_to_happen_may_happen_after_all():
     """What adds and what forgets can meet only after two other steps; then what adds wins."""
     act = action("act", pre=[know(PX)], effects=[delete(Q), when(know(R), add(Q))])
