@@ -12,7 +12,7 @@ from kabo.planner.space import Decide, Node, Space, Step
 from kabo.planner.weak import BudgetSpent, Counter, WeakGraph, steps_of
 from kabo.planner.wording import listed
 
-MAX_EXPANSIONS = 10_000  # of all the searches that follow together
+MAX_EXPANSIONS = 5_000  # of all the searches that follow together
 MAX_PARTS = 20  # of the goal, that are looked for one by one
 MAX_SHOWN = 6
 
@@ -40,13 +40,13 @@ class _DeadEnds:
     def lucky(self, is_end: Callable[[Node], bool]) -> list[Step]:
         """A way to an end with every outcome as hoped for; empty if there is none."""
         graph = WeakGraph(self.space, Failures(), self.counter, is_end)
-        found = SEARCHES["breadth-first"](self.space.start, graph)
+        found = SEARCHES["best"](self.space.start, graph)
         return [] if found.path is None else steps_of(found.path)
 
     def bad_luck(self, steps: list[Step]) -> Iterator[str]:
         """Outcomes beside the hoped ones, from which the goal is out of reach."""
         way = listed((str(step.action) for step in steps if not isinstance(step, Decide)), "and", MAX_SHOWN)
-        lucky = f"With luck {way} would reach the goal"
+        lucky = f"With luck {way} would reach the goal" if way else "With luck the goal would hold already"
         node, told = self.space.start, False
         for step in steps:
             others = self.space.outcomes(node, step.branching) if isinstance(step, Decide) else []

@@ -67,10 +67,16 @@ class Words:
                 texts = [self.text(want) for want in wants(query, ones, zeros)]
                 return listed(texts, "and" if isinstance(query, AllOf) else "or")
             case All(parts=parts):
-                return listed([self.query(p, ones, zeros) for p in parts if not p.possible(ones, zeros)], "and")
+                impossible = [part for part in parts if not part.possible(ones, zeros)]
+                return listed([self._part(part, " or ", ones, zeros) for part in impossible], "and")
             case Some(parts=parts):
-                return listed([self.query(part, ones, zeros) for part in parts], "or")
+                return listed([self._part(part, " and ", ones, zeros) for part in parts], "or")
         return "a comparison"
+
+    def _part(self, query: Query, inner: str, ones: int, zeros: int) -> str:
+        """A part of a compound query; in parentheses if it is compound itself."""
+        text = self.query(query, ones, zeros)
+        return f"({text})" if inner in text else text
 
     def _add_group(self, symbol: str, group: Group) -> None:
         about = group.text.removeprefix(PREFIX)
