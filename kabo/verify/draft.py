@@ -7,11 +7,11 @@ world.
 """
 
 from collections.abc import Iterable
-from itertools import chain
+from dataclasses import replace
 
 from kabo.language.problem import Problem
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value, claim_text, denied, range_of, text_of
-from kabo.verify.knowledge import Knowledge, exclude, in_order, mentions_any, truth
+from kabo.verify.knowledge import Knowledge, Remembered, exclude, in_order, mentions_any, truth
 
 
 class ContradictionError(Exception):
@@ -29,7 +29,8 @@ class Draft:
         self.exclusive = set(state.exclusive)
         self.some = set(state.some)
         self.conjunctions = set(state.conjunctions)
-        self.start = state.start
+        self.past = state.past
+        self.touched = state.touched
         self.broken = state.broken
         self.settled = state.settled
         self.changed: set[Symbol] = set()
@@ -48,7 +49,8 @@ class Draft:
             frozenset(self.exclusive),
             frozenset(self.some),
             frozenset(self.conjunctions),
-            self.start,
+            self.past,
+            self.touched,
             self.broken,
             self.settled,
         )
@@ -166,19 +168,12 @@ class Draft:
         self.some = {entry for entry in self.some if not mentions_any(entry, symbols)}
         self.conjunctions = {whole for whole in self.conjunctions if not mentions_any(whole, symbols)}
 
-    def touch(self, symbols: Iterable[Symbol], remember: frozenset[str]) -> None:
-        """Keeps what is known of these before their first change, if `initially` asks for their names."""
-        new = {
-            symbol: (
-                self.known.get(symbol),
-                self.excluded.get(symbol, frozenset()),
-                symbol in self.whether,
-            )
-            for symbol in symbols
-            if symbol[0] in remember and symbol not in self.start
-        }
-        if new:
-            self.start = dict(chain(self.start.items(), new.items()))
+    def touch(self, symbols: Iterable[Symbol], remember: Remembered) -> None:
+        """Notes the first change of these, if `initially` asks for them; what is open now stays open about the start."""
+        new = frozenset(s for s in symbols if s not in self.touched and (s in remember or s[0] in remember))
+        if new and self.past is not None:
+            self.past = replace(self.past, whether=self.past.whether | (self.whether & new))
+        self.touched |= new
 
     def forget(self, symbol: Symbol) -> None:
         """Nothing is known of the atom or term any more."""

@@ -13,6 +13,7 @@ from kabo.plan import ValueOf
 from kabo.verify.draft import ContradictionError, Draft
 from kabo.verify.ground import (
     Binding,
+    Entry,
     GroundClaim,
     Symbol,
     Value,
@@ -24,10 +25,10 @@ from kabo.verify.ground import (
     text_of,
     value_text,
 )
-from kabo.verify.knowledge import Facts, Knowledge, truth, will_be_known
+from kabo.verify.knowledge import Facts, Knowledge, symbols_of, truth, will_be_known
 from kabo.verify.mentions import mentions
 from kabo.verify.questions import Question, question
-from kabo.verify.transition import change_world, note, settle
+from kabo.verify.transition import change_world, look_back, note, settle
 from kabo.verify.update_rules import UpdateRules
 from kabo.verify.updates import Rule, Updates, fired, rules_of, sensing
 
@@ -63,7 +64,7 @@ class Interpreter:
         self.rules = UpdateRules.of(problem)
         self._actions: dict[tuple[str, tuple[tuple[str, object], ...]], GroundAction] = {}
         self._always: list[Question] = []
-        self._remember: frozenset[str] = frozenset()
+        self._remember: frozenset[Symbol | str] = frozenset()
         self._looks_back = 0
         self.goals = tuple(self._goal_part(formula, binding) for formula, binding in self._conjuncts())
         self.traffic: dict[object, object] = {}  # of nodes, kept for `traffic_of`
@@ -97,11 +98,7 @@ class Interpreter:
             number = len(self._always)
             self._always.append(inner)
             return lambda state: isinstance(state, Knowledge) and number not in state.broken
-        names = {
-            thing if isinstance(thing, str) else thing[0]
-            for thing in mentions(formula.body, self.problem, binding)
-        }
-        self._remember |= names
+        self._remember |= frozenset(mentions(formula.body, self.problem, binding))
         self._looks_back += 1
         return lambda state: isinstance(state, Knowledge) and inner(state.at_start())
 
@@ -129,7 +126,32 @@ class Interpreter:
         draft.close()
         note(draft, Updates(complete=rest.complete))
         settle(draft, self.rules, everything=True)
-        return self._watched(draft.finished())
+        state = draft.finished()
+        return self._watched(replace(state, past=self._past(state)) if self._looks_back else state)
+
+    def _past(self, state: Knowledge) -> Knowledge:
+        """What is known of the initial state that bears on what `initially` asks for."""
+        entries = [*state.exclusive, *state.some]
+        while True:
+            tied = {
+                symbol
+                for entry in entries
+                if any(symbol in self._remember or symbol[0] in self._remember for symbol in symbols_of(entry))
+                for symbol in symbols_of(entry)
+            }
+            if tied <= self._remember:
+                break
+            self._remember |= tied
+
+        def near(entry: Entry) -> bool:
+            return not symbols_of(entry).isdisjoint(tied)
+
+        return Knowledge(
+            {s: value for s, value in state.known.items() if s in self._remember or s[0] in self._remember},
+            {s: values for s, values in state.excluded.items() if s in self._remember or s[0] in self._remember},
+            exclusive=frozenset(filter(near, state.exclusive)),
+            some=frozenset(filter(near, state.some)),
+        )
 
     def _single_valued(self) -> Iterator[Symbol]:
         """Terms that can have one value only: they have it."""
@@ -178,6 +200,7 @@ class Interpreter:
         draft = Draft(self.problem, state)
         change_world(draft, state, updates, self._remember)
         settle(draft, self.rules)
+        look_back(draft, self.rules, self._remember)
         return self._watched(draft.finished()), updates
 
     # ----------------------------------------------------------------------------------------------- branching
@@ -222,6 +245,7 @@ class Interpreter:
                 else:
                     draft.deny_all(claims)
             settle(draft, self.rules)
+            look_back(draft, self.rules, self._remember)
         except ContradictionError:
             return None
         return self._watched(draft.finished())

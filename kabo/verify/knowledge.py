@@ -5,15 +5,15 @@ Written to be obvious, and on its own: the planner's bit sets must agree with it
 
 from collections.abc import Mapping, MutableMapping
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Protocol
 
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
 
 Excluded = Mapping[Symbol, frozenset[Value]]
-Past = tuple["Value | None", frozenset[Value], bool]  # value, excluded values, whether it will be known
 Frozen = tuple[object, ...]
+Remembered = AbstractSet["Symbol | str"]  # atoms and terms, or the names of all of them
 
 
 class Facts(Protocol):
@@ -47,7 +47,8 @@ class Knowledge:
         exclusive: Kx: exactly one member holds. Members are unknown, at least two.
         some: Kor: at least one member holds. Members are unknown, at least two.
         conjunctions: Kw entries that are conjunctions.
-        start: of what an action has touched: what was known of it before, and so at the start.
+        past: what is now known of the initial state, with the entries that held there; None if nobody asks.
+        touched: what actions have touched of that: what is found out about it says nothing about the start.
         broken: the `always` goals, by number, that have not held somewhere on the way.
         settled: a bit for each part of the goal that holds and that the rest of a plan cannot touch.
     """
@@ -58,7 +59,8 @@ class Knowledge:
     exclusive: frozenset[Entry] = frozenset()
     some: frozenset[Entry] = frozenset()
     conjunctions: frozenset[tuple[GroundClaim, ...]] = frozenset()
-    start: Mapping[Symbol, Past] = field(default_factory=dict)
+    past: "Knowledge | None" = None
+    touched: frozenset[Symbol] = frozenset()
     broken: frozenset[int] = frozenset()
     settled: int = 0
 
@@ -76,24 +78,16 @@ class Knowledge:
             self.exclusive,
             self.some,
             self.conjunctions,
-            frozenset(self.start.items()),
+            None if self.past is None else self.past.frozen(),
+            self.touched,
             self.broken,
             self.settled,
         )
 
     def at_start(self) -> "Knowledge":
-        """What is now known of the initial state: what was not touched is as it was, the rest as last seen."""
-        known = {symbol: value for symbol, value in self.known.items() if symbol not in self.start}
-        excluded = {symbol: values for symbol, values in self.excluded.items() if symbol not in self.start}
-        whether = {symbol for symbol in self.whether if symbol not in self.start}
-        for symbol, (value, without, sensed) in self.start.items():
-            if value is not None:
-                known[symbol] = value
-            if without:
-                excluded[symbol] = without
-            if sensed:
-                whether.add(symbol)
-        return Knowledge(known, excluded, frozenset(whether))
+        """What is now known of the initial state; what was to be known of it at run time still is if untouched."""
+        past = self.past or Knowledge({})
+        return replace(past, whether=past.whether | (self.whether - self.touched))
 
 
 def truth(claim: GroundClaim, state: Facts) -> bool | None:

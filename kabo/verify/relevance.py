@@ -191,7 +191,8 @@ def forget(state: Knowledge, kept: Kept) -> Knowledge:
         frozenset(e for e in state.exclusive if not symbols_of(e).isdisjoint(tied)),
         frozenset(e for e in state.some if not symbols_of(e).isdisjoint(tied)),
         frozenset(e for e in state.conjunctions if not symbols_of(e).isdisjoint(tied)),
-        state.start,
+        state.past,
+        state.touched,
         state.broken,
         state.settled,
     )

@@ -7,8 +7,8 @@ are dropped. Update rules and outcomes of sensing only add to what is known abou
 from collections.abc import Iterable
 
 from kabo.verify.draft import ContradictionError, Draft
-from kabo.verify.ground import NotVerifiableError
-from kabo.verify.knowledge import Facts, Knowledge, exclude, truth
+from kabo.verify.ground import NotVerifiableError, Symbol
+from kabo.verify.knowledge import Facts, Knowledge, Remembered, exclude, truth
 from kabo.verify.postdiction import WorldEffects, forget_what_may_change, postdict, world_effects
 from kabo.verify.update_rules import UpdateRules
 from kabo.verify.updates import Assignment, Updates, denies_each, fired
@@ -16,14 +16,14 @@ from kabo.verify.updates import Assignment, Updates, denies_each, fired
 ROUNDS = 1000  # of update rules; rules that still change something after so many do not settle
 
 
-def change_world(draft: Draft, before: Knowledge, updates: Updates, remember: frozenset[str]) -> None:
+def change_world(draft: Draft, before: Knowledge, updates: Updates, remember: Remembered) -> None:
     """Applies the fired updates of an action to the state before it; rules and closure are still to come.
 
     Args:
         draft: a copy of the state before.
         before: the state before.
         updates: what fired in it.
-        remember: names of atoms and terms of which `initially` wants to know.
+        remember: atoms and terms, or their names, of which `initially` wants to know.
 
     Raises:
         ContradictionError: the updates contradict each other.
@@ -163,3 +163,32 @@ def settle(draft: Draft, rules: UpdateRules, *, everything: bool = False) -> Non
         if not draft.changed:
             return
     raise NotVerifiableError(f"the update rules still change something after {ROUNDS} rounds")
+
+
+def look_back(draft: Draft, rules: UpdateRules, remember: Remembered) -> None:
+    """What is known of what no action has touched was so at the start, and the other way round, to a fixpoint.
+
+    Raises:
+        ContradictionError: it cannot have been so.
+        NotVerifiableError: the rules do not settle.
+    """
+    while draft.past is not None:
+        past = Draft(draft.problem, draft.past)
+        _tell(draft, past, draft.touched, remember)
+        settle(past, rules)
+        draft.past = past.finished()
+        _tell(past, draft, draft.touched, remember)
+        if not draft.changed:
+            return
+        settle(draft, rules)
+
+
+def _tell(one: Draft, other: Draft, touched: frozenset[Symbol], remember: Remembered) -> None:
+    """The other draft learns what the one knows of what is remembered and untouched."""
+    for symbol, value in one.known.items():
+        if symbol not in touched and (symbol in remember or symbol[0] in remember):
+            other.learn((symbol, value, True))
+    for symbol, values in one.excluded.items():
+        if symbol not in touched and (symbol in remember or symbol[0] in remember):
+            for value in sorted(values, key=repr):
+                other.learn((symbol, value, False))

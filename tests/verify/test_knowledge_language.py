@@ -317,6 +317,39 @@ def test_an_always_goal_is_broken_on_the_way_and_an_initial_one_looks_back(judge
     assert "the goal does not hold" in look_first(do("call", GOAL))
 
 
+COLOURED = """types: [door]
+constants: {door: [one, two]}
+functions:
+  colour: {arguments: [door], value: [red, white, blue]}
+actions:
+  look: {parameters: {d: door}, sense: "colour(d)"}
+  paint: {parameters: {d: door}, effects: ["add(Kf, colour(d) = blue)"]}
+"""
+COLOURED_PROBLEM = """initial:
+  - add(Kx, colour(one) = red, colour(two) = red)
+goal:
+  - {}
+"""
+
+
+def test_what_held_at_the_start_is_still_known_of_the_start_when_it_has_been_changed(judged):
+    """Exactly one door was red; one of them is painted, and the other one is looked at then."""
+    goal = "initially(K(colour(one) = red)) or initially(K(colour(one) != red))"
+    judge = judged(COLOURED, COLOURED_PROBLEM.format(goal))
+    seen = dict.fromkeys(("red", "white", "blue"), GOAL)
+    assert judge(do("paint", look("look", "colour(two)", seen, d="two"), d="one")) == NOTHING
+    assert judge(look("look", "colour(two)", seen, d="two")) == NOTHING
+    spoiled = do("paint", do("paint", look("look", "colour(two)", {"blue": GOAL}, d="two"), d="two"), d="one")
+    assert "the goal does not hold" in judge(spoiled)
+
+
+def test_what_follows_about_the_start_is_true_now_of_what_has_not_been_touched(judged):
+    """The painted door was red, so the other one is not: nobody has touched it."""
+    judge = judged(COLOURED, COLOURED_PROBLEM.format("initially(K(colour(one) = red)) xor K(colour(two) = red)"))
+    asked = {"red": GOAL, "white": GOAL, "blue": GOAL}
+    assert judge(do("paint", look("look", "colour(two)", asked, d="two"), d="one")) == NOTHING
+
+
 def test_initial_knowledge_that_contradicts_itself_is_said(judged):
     start = "add(Kx, cat(hall), cat(attic))\n  - add(Kf, cat(hall), cat(attic))"
     text = judged(HOUSE, HOUSE_PROBLEM.format(start, "true"))(GOAL)
