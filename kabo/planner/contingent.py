@@ -31,6 +31,7 @@ from kabo.planner.space import Decide, Node, Space, Step
 from kabo.planner.weak import BudgetSpent, Counter, OnProgress, WeakGraph, choice_of, steps_of
 
 DEFAULT_SEARCH = "best"
+DEAD_ENDS = 200  # failed choices after which `best` starts over with other hopes
 
 Outcome = Solved | Failure
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
@@ -66,21 +67,37 @@ def find_skeleton(
         if found is not None:
             return found
     counter = Counter(limits, on_progress)
-    for may_wait in (False, True) if task.may_wait else (False,):
-        contingent = _Contingent(Space(task, geometry, may_wait), search, counter)
-        try:
-            outcome = _run(contingent.solve(contingent.space.start, []))
-        except BudgetSpent as spent:
-            return Exhausted(counter.statistics, spent.budget)
-        if isinstance(outcome, Solved):
-            return Found(Skeleton(outcome.node), counter.statistics)
+    try:
+        for may_wait in (False, True) if task.may_wait else (False,):
+            outcome = _attempts(task, geometry, may_wait, search, counter)
+            if isinstance(outcome, Solved):
+                return Found(Skeleton(outcome.node), counter.statistics)
+    except BudgetSpent as spent:
+        return Exhausted(counter.statistics, spent.budget)
     return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
+
+
+def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: str, counter: Counter) -> Outcome:
+    """Searches; `best` starts over with other hopes where one dead end follows the other, before it goes on for good."""
+    for hope_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
+        space = Space(task, geometry, may_wait, hope_last)
+        try:
+            return _run(_Contingent(space, search, counter, dead_ends).solve(space.start, []))
+        except _TooManyDeadEnds:
+            continue
+    space = Space(task, geometry, may_wait)
+    return _run(_Contingent(space, search, counter).solve(space.start, []))
+
+
+class _TooManyDeadEnds(Exception):
+    """Ends an attempt from within; never leaves this module."""
 
 
 class _Contingent:
     """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
 
-    def __init__(self, space: Space, search: str, counter: Counter) -> None:
+    def __init__(self, space: Space, search: str, counter: Counter, dead_ends: int | None = None) -> None:
+        self.dead_ends = dead_ends  # how many choices may fail; None: any number
         self.space = space
         self.search = SEARCHES[search]
         self.counter = counter
@@ -107,6 +124,10 @@ class _Contingent:
                 self.remember(node, outcome)
                 break
             self.failures.add_choice(key, choice_of(weak[0]), outcome)
+            if self.dead_ends is not None:
+                self.dead_ends -= 1
+                if self.dead_ends < 0:
+                    raise _TooManyDeadEnds
             plan = []
         self.failures.path.discard(key)
         return outcome
@@ -153,6 +174,8 @@ class _Contingent:
         """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
         first = self.first.pop(self.space.key(node), [])
         graph = WeakGraph(self.space, self.failures, self.counter, lambda end: self.known(end) is not None, first)
+        if self.counter.weak_searches % 16 == 0:
+            self.counter.look_at_the_clock()  # many short searches expand nothing
         found = self.search(node, graph)
         self.counter.weak_searches += 1
         if found.path is None:

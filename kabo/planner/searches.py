@@ -141,15 +141,19 @@ def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
 def serial(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
 
-    What is left of a contingent plan when one conjunct has been reached is then the same in all branches. Where a
-    conjunct cannot be reached soon without losing an earlier one, the goal is searched for as a whole.
+    What is left of a contingent plan when one conjunct has been reached is then the same in all branches. What has
+    been reached is not risked on the way, if that can be; where a conjunct cannot be reached soon without losing an
+    earlier one for good, the goal is searched for as a whole.
     """
     node, path, reached = start, [], [part for part in graph.parts if graph.holds(part, start)]
     for part in graph.parts:
         if graph.holds(part, node) and all(graph.holds(other, node) for other in reached):
             continue
         wanted = [part, *reached] if part not in reached else reached
-        step = _greedy(node, graph, _all_hold(graph, wanted), wanted, SERIAL_EXPANSIONS)
+        arrived = _all_hold(graph, wanted)
+        step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached)
+        if step is None or step.path is None:
+            step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS)
         if step is None or step.path is None:
             return greedy(start, graph)
         reached = wanted
@@ -174,8 +178,9 @@ def _greedy(
     is_end: Callable[[Node], bool],
     parts: Sequence[int],
     limit: int | None,
+    kept: Sequence[int] = (),
 ) -> Search[Node, Move] | None:
-    """Greedy search for some conjuncts of the goal; None if `limit` expansions did not do.
+    """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
     more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Where all other actions lead
@@ -209,6 +214,8 @@ def _greedy(
             target = queues[0]
         for child_key, move, child in successors:
             if child_key in parents:
+                continue
+            if not all(graph.holds(part, child) for part in kept):
                 continue
             parents[child_key] = key, move, child
             if is_end(child):

@@ -44,8 +44,13 @@ _Indexed = tuple[int, int, int, Query | None, GroundAction, Callable[..., int | 
 class Space:
     """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
 
-    def __init__(self, task: Task, geometry: Geometry | None, may_wait: bool = False) -> None:
+    def __init__(
+        self, task: Task, geometry: Geometry | None, may_wait: bool = False, hope_last: bool = True
+    ) -> None:
         self.task = task
+        self.hope_last = (
+            hope_last  # which outcome of sensing weak plans hope for first: the last one in plan order
+        )
         self.may_wait = may_wait  # whether what was sensed may stay open; else it is branched on at once
         self.geometry = geometry
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
@@ -163,7 +168,7 @@ class Space:
                 continue
             if self.may_wait:
                 found.append((decided, here))
-            outcomes = self.outcomes(here, branching)
+            outcomes = self.outcomes(here, branching)[:: 1 if self.hope_last else -1]
             waiting += [((*decided, Decide(branching, name)), child) for name, child in outcomes]
         return found
 

@@ -49,12 +49,17 @@ class Counter:
         """
         if self.limits.expansions is not None and self.expanded >= self.limits.expansions:
             raise BudgetSpent("expansions")
-        deadline = self.limits.deadline
-        if deadline is not None and self.expanded % DEADLINE_EVERY == 0 and deadline():
-            raise BudgetSpent("time")
+        if self.expanded % DEADLINE_EVERY == 0:
+            self.look_at_the_clock()
         self.expanded += 1
         if self.on_progress is not None and self.expanded % PROGRESS_EVERY == 0:
             self.on_progress(self.statistics)
+
+    def look_at_the_clock(self) -> None:
+        """Raises BudgetSpent: the deadline has passed."""
+        deadline = self.limits.deadline
+        if deadline is not None and deadline():
+            raise BudgetSpent("time")
 
 
 class WeakGraph:

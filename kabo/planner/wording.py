@@ -127,13 +127,14 @@ def wants(query: Query, ones: int, zeros: int) -> Iterator[Want]:
 def claim_in_words(claim: Claim) -> str:
     """A literal in the language's spelling."""
     group = claim.group
+    about = group.text.removeprefix(PREFIX)
     if isinstance(group, AtomBits):
-        return group.text if claim.holds == group.true else f"not {group.text}"
-    assert isinstance(group, TermBits)
-    sides = ((group.equal, "="), (group.unequal, "!="))
-    return next(
-        f"{group.text} {sign} {v}" for bits, sign in sides for v, bit in bits.items() if bit == claim.holds
-    )
+        said = about if claim.holds == group.true else f"not {about}"
+    else:
+        assert isinstance(group, TermBits)
+        sides = ((group.equal, "="), (group.unequal, "!="))
+        said = next(f"{about} {sign} {v}" for bits, sign in sides for v, bit in bits.items() if bit == claim.holds)
+    return said if about == group.text else f"initially({said})"
 
 
 def entry_text(entry: Entry) -> str:
