@@ -77,6 +77,29 @@ def test_the_chain_is_told_down_to_what_nothing_makes():
     assert any(sentence.startswith("second() can never be done") for sentence in found.unused_actions)
 
 
+def test_only_what_waits_for_each_other_is_called_so():
+    actions = [
+        action("one", pre=[know(lit("p", "y"))], effects=[add(lit("p", "x"))]),
+        action("two", pre=[know(lit("p", "x"))], effects=[add(lit("p", "y"))]),
+        action("end", pre=[know(lit("p", "x"))], effects=[add(lit("r"))]),
+    ]
+    goal = explained(actions=actions, goal=[know(lit("r"))]).unreachable_goals[0]
+    assert goal.why[-1] == "So K(p(x)) and K(p(y)) wait for each other, and none of them holds at the start."
+
+
+def test_a_goal_about_all_states_that_fails_at_the_start_is_told():
+    mark = action("mark", effects=[add(no("p", "x"))])
+    found = explained(actions=[mark], goal=[f.Temporal("always", know(lit("p", "x")))])
+    assert why(found) == "always(K(p(x))) does not hold at the start already."
+
+
+def test_goals_about_the_initial_state_are_told_in_the_language_of_the_file():
+    mark = action("mark", effects=[add(no("q", "x"), no("p", "x"))])
+    part = f.Temporal("initially", know(lit("p", "x")))
+    found = explained(actions=[mark], goal=[part, know(lit("q", "x"))])
+    assert found.verdict == "proved" and "initially p" not in str(found)
+
+
 def test_the_missing_want_nearest_to_a_root_cause_is_told():
     actions = [
         action("long", pre=[know(lit("q", "x"))], effects=[add(lit("q", "y"))]),
