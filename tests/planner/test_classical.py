@@ -10,7 +10,7 @@ from kabo.knowledge.queries import AllOf, union
 from kabo.language import formulas as f
 from kabo.planner.classical import classical_task
 from kabo.planner.contingent import find_skeleton
-from kabo.planner.packed import PACKED, packed_skeleton
+from kabo.planner.packed import PackedTask
 from kabo.planner.searches import breadth_first, cheapest_first
 from kabo.planner.skeleton import Exhausted, Found, Limits, Unreachable
 from tests.conftest import PROPERTY_SCALE
@@ -30,6 +30,8 @@ from tests.small_problems import (
     problem,
     when,
 )
+
+SEARCHES = ("best", "astar", "breadth-first")
 
 Q, R, PX = lit("q"), lit("r"), lit("p", "x")
 NOT_Q, NOT_R = no("q"), no("r")
@@ -114,11 +116,11 @@ def executed(task, skeleton):
     return acts
 
 
-@pytest.mark.parametrize("search", PACKED)
+@pytest.mark.parametrize("search", SEARCHES)
 def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(search, tasks):
     seen = []
     for task, compiled in tasks:
-        found = packed_skeleton(task, compiled, search, None, Limits())
+        found = PackedTask(task).skeleton(search, None, Limits())
         known = task.is_goal(task.initial) or breadth_first(task.initial, States(task)).path is not None
         assert isinstance(found, Found if known else Unreachable)
         seen.append(len(executed(task, found.skeleton)) if known else None)
@@ -129,11 +131,11 @@ def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(searc
 def test_breadth_first_is_as_short_and_astar_as_cheap_as_in_python(tasks):
     for task, compiled in tasks:
         graph, start = States(task), task.initial
-        shortest = packed_skeleton(task, compiled, "breadth-first", None, Limits())
+        shortest = PackedTask(task).skeleton("breadth-first", None, Limits())
         if task.is_goal(start) or not isinstance(shortest, Found):
             continue
         assert len(executed(task, shortest.skeleton)) == len(breadth_first(start, graph).path)
-        cheapest = packed_skeleton(task, compiled, "astar", None, Limits())
+        cheapest = PackedTask(task).skeleton("astar", None, Limits())
         cost = sum(act.cost for act in executed(task, cheapest.skeleton))
         assert cost == sum(act.cost for act, _ in cheapest_first(start, graph).path)
 
@@ -146,14 +148,14 @@ def test_every_state_of_knowledge_that_can_be_reached_is_reached(tasks):
             states += [child for child, _, _ in graph.successors(state) if child not in states]
         for state in dict.fromkeys((states[0], states[-1])):
             wanted = replace(task, goal_query=_exactly(task, state))
-            found = packed_skeleton(wanted, classical_task(wanted), "breadth-first", None, Limits())
+            found = PackedTask(wanted).skeleton("breadth-first", None, Limits())
             assert isinstance(found, Found)
             executed(wanted, found.skeleton)
         other = states[-1] ^ task.groups[0].mask
         if other not in states:
             compiled = classical_task(wanted := replace(task, goal_query=_exactly(task, other)))
             assert compiled is None or isinstance(
-                packed_skeleton(wanted, compiled, "breadth-first", None, Limits()), Unreachable
+                PackedTask(wanted).skeleton("breadth-first", None, Limits()), Unreachable
             )
 
 
@@ -168,7 +170,7 @@ def plan(search="breadth-first", **pieces):
     task = ground(problem(**pieces))
     compiled = classical_task(task)
     assert compiled is not None, "it can be said"
-    found = packed_skeleton(task, compiled, search, None, Limits())
+    found = PackedTask(task).skeleton(search, None, Limits())
     return [act.name for act in executed(task, found.skeleton)] if isinstance(found, Found) else None
 
 
@@ -216,7 +218,7 @@ def test_a_task_without_sensing_is_given_to_the_packed_searches():
     """The same answer through the door that everybody uses."""
     steps = [action("one", effects=[add(R)]), action("two", pre=[know(R)], effects=[add(Q)])]
     task = ground(problem(actions=steps, goal=[know(Q)]))
-    for search in PACKED:
+    for search in SEARCHES:
         found = find_skeleton(task, search=search)
         assert [act.name for act in executed(task, found.skeleton)] == ["one", "two"]
 
@@ -234,7 +236,7 @@ def test_the_budget_ends_a_packed_search():
             functions=[COLOUR],
         )
     )
-    found = packed_skeleton(task, classical_task(task), "breadth-first", None, Limits(expansions=1))
+    found = PackedTask(task).skeleton("breadth-first", None, Limits(expansions=1))
     assert isinstance(found, Exhausted)
     assert found.budget == "expansions"
 

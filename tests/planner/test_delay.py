@@ -82,6 +82,15 @@ def test_sensing_comes_before_what_reads_what_follows_from_it():
     assert late(LOOK, use, initial=[add(lit("q"), lit("r"), to="Kx")]) == ["look", "decide", "use"]
 
 
+def test_sensing_comes_before_what_takes_the_reason_of_a_conclusion_away():
+    """And what has nothing to do with it passes all the same."""
+    rule = when(f.And((know(lit("q")), know(lit("p", "x")))), add(lit("r")))
+    lose = action("lose", effects=[delete(lit("p", "x"))])
+    other = action("other", effects=[add(lit("p", "y"))])
+    found = late(LOOK, other, lose, initial=[add(lit("p", "x"))], update_rules=[rule])
+    assert found == ["other", "look", "decide", "lose"]
+
+
 def test_sensing_comes_before_what_a_rule_needs_it_for():
     rule = when(know(lit("q")), add(lit("r")))
     use = action("use", pre=[know(lit("r"))], effects=[add(lit("p", "y"))])

@@ -196,6 +196,15 @@ def test_what_is_preferred_comes_first_and_the_rest_is_not_forgotten():
     assert expanded.index(2) < expanded.index(1)
 
 
+def test_whenever_it_gets_nearer_what_is_preferred_gets_more_turns():
+    """A chain of preferred moves is followed to its end, though every node has other successors that seem as near."""
+    arrows = {n: [n + 1, 100 + n] for n in range(20)} | {20: [9999]}
+    preferred = {n: {n + 1} for n in range(20)} | {100 + n: {0} for n in range(20)}
+    graph = Arrows(arrows, {9999}, far={0: 9} | dict.fromkeys(range(1, 200), 1), preferred=preferred)
+    assert nodes(greedy(0, graph)) == [*range(1, 21), 9999]
+    assert not [node for node in graph.expanded if 100 <= node < 200]
+
+
 def test_the_rest_of_a_node_is_no_second_expansion():
     graph = Arrows({0: [1, 2], 1: [2], 2: [0]}, {9}, preferred={0: {1}, 1: {2}, 2: {0}})
     greedy(0, graph)
