@@ -15,7 +15,7 @@ from kabo.language import load_problem
 from tests.conftest import PROPERTY_SCALE
 from tests.knowledge.asking import branching_on, state_after
 from tests.random_knowledge import random_problem
-from tests.small_problems import action, add, atom, know, lit, no, problem, when
+from tests.small_problems import COLOUR, action, add, app, atom, cmp, know, lit, no, problem, when
 
 SEEDS = range(max(20, round(400 * PROPERTY_SCALE)))
 STATES = 40
@@ -123,6 +123,15 @@ def test_that_nothing_contradicts_itself_is_a_need_too():
     mended = state_after(task, "mend()")
     assert act.after(task.initial) is None and act.after(mended) is not None
     assert (mended ^ task.initial) & act.needs(mended, bits["q"].true), "that p(x) is not known to be false"
+
+
+def test_an_excluded_value_is_why_its_outcome_is_impossible():
+    exclude = action("exclude", effects=[add(cmp(app("colour"), "!=", "v"))])
+    task = ground(problem(actions=[exclude, action("look", sense=[app("colour")])], functions=[COLOUR]))
+    excluded, open_ = state_after(task, "exclude()", "look()"), state_after(task, "look()")
+    split = branching_on(task, "colour")
+    assert split.excluded(excluded) == excluded & ~open_
+    assert split.excluded(open_) == 0
 
 
 def test_an_inference_needs_its_reasons():

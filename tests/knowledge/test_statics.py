@@ -49,6 +49,11 @@ def test_a_variable_may_stand_twice_and_constants_between():
     assert found == ["act(x)", "act(z)"]
 
 
+def test_a_variable_that_stands_twice_is_one_object():
+    facts = [lit("link", "x", "y", "x"), lit("link", "y", "y", "z")]
+    assert names(know(lit("link", A, "y", A)), parameters=[A], facts=facts) == ["act(x)"]
+
+
 def test_without_any_fact_there_is_no_action():
     assert names(know(lit("near", A, B)), parameters=[A, B], facts=[]) == []
 

@@ -344,8 +344,11 @@ def test_what_held_at_the_start_is_still_known_of_the_start_when_it_has_been_cha
 
 
 def test_what_follows_about_the_start_is_true_now_of_what_has_not_been_touched(judged):
-    """The painted door was red, so the other one is not: nobody has touched it."""
-    judge = judged(COLOURED, COLOURED_PROBLEM.format("initially(K(colour(one) = red)) xor K(colour(two) = red)"))
+    """One door is painted, another one found red: so the third one was not red, and nobody has touched it since."""
+    domain = COLOURED.replace("two]", "two, three]")
+    start = COLOURED_PROBLEM.replace("colour(two) = red)", "colour(two) = red, colour(three) = red)")
+    found = "initially(K(colour(one) != red)) and K(colour(three) != red)"
+    judge = judged(domain, start.format(f"K(colour(two) != red) or ({found})"))
     asked = {"red": GOAL, "white": GOAL, "blue": GOAL}
     assert judge(do("paint", look("look", "colour(two)", asked, d="two"), d="one")) == NOTHING
 
