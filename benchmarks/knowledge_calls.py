@@ -1,7 +1,8 @@
 """External calls: how often lazy, eager and adaptive planning ask a procedure, some of whose calls fail.
 
 STACKED n = 20 with a procedure that knows no geometry: whether it fails depends on its arguments and a seed only, for
-a share of all arguments; the moves of the goal itself succeed, or there would be no plan. A call counts as 10 ms.
+a share of all arguments; the moves of the goal itself succeed, or there would be no plan. At 50 % samples fail instead,
+and may be drawn again with another seed, for fixed failures leave no plan. A call counts as 10 ms.
 Promised: lazy planning asks at most as often as the plan is long and five times for each failure; the default costs
 at most twice what the better of lazy and eager does.
 """
@@ -20,6 +21,7 @@ from kabo.plan import plan_statistics
 
 SHARES = (0.0, 0.1, 0.5)
 ORDERS = ("lazy", "eager", "adaptive")
+RESAMPLED = 0.5  # from this share on it is samples that fail, or there would be no plan
 CALL_S = 0.010
 PROCEDURE = "restack"
 
@@ -37,10 +39,24 @@ class Counted:
     def __call__(self, *arguments: str) -> bool:
         """Whether it succeeds: the same answer for the same arguments."""
         self.calls += 1
-        drawn = zlib.crc32(f"{self.seed}/{'/'.join(arguments)}".encode()) % 1000
+        return self.answer(arguments, self.seed)
+
+    def answer(self, arguments: tuple[str, ...], seed: int) -> bool:
+        """The answer that belongs to the arguments and the seed."""
+        drawn = zlib.crc32(f"{seed}/{'/'.join(arguments)}".encode()) % 1000
         fails = drawn < 1000 * self.share and arguments[1:] not in self.needed
         self.failures += fails
         return not fails
+
+
+@dataclass
+class Sampled(Counted):
+    """A procedure that samples: half of all samples fail, and another seed may succeed."""
+
+    def __call__(self, *arguments: str, seed: int = 0) -> bool:  # type: ignore[override]
+        """Whether it succeeds with this seed."""
+        self.calls += 1
+        return self.answer(arguments, 1000 * self.seed + seed)
 
 
 def calls(n: int = 20, seeds: int = 3, timeout: float = 120.0) -> Table:
@@ -63,7 +79,7 @@ def calls(n: int = 20, seeds: int = 3, timeout: float = 120.0) -> Table:
 def _row(problem: kabo.Problem, share: float, seed: int, order: str, timeout: float) -> dict[str, Any]:
     claims = [formula.claim for formula in problem.goal]
     needed = frozenset((claim.left.arguments[0].name, claim.right.name) for claim in claims)
-    procedure = Counted(share, seed, needed)
+    procedure = (Sampled if share >= RESAMPLED else Counted)(share, seed, needed)
     result = kabo.solve(
         problem, search="best", procedures={PROCEDURE: procedure}, geometry_order=order, timeout=timeout
     )

@@ -70,6 +70,7 @@ class GroundAction:
             after = self.closure.complete(updated, state ^ updated, trace)
             assert after is not None, "explained is only what was done"
             needed = before_closure(self.closure, trace, after, needed)
+            needed |= self.closure.consistent_by(updated & ~state, self.effects.writes, trace)
         return self.precondition.support(state, test) | before_effects(self.effects, state, needed, test)
 
 

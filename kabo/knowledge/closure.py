@@ -117,6 +117,21 @@ class Closure:
             raise _unsettled(self.rules)
         return self._monitored(state, trace)
 
+    def consistent_by(self, made: int, written: int, trace: Trace) -> int:
+        """Bits that decide that what an action did contradicts nothing.
+
+        Args:
+            made: the bits that it set.
+            written: the bits that it may write.
+            trace: what followed.
+        """
+        entries = [p for p in self.propagators if isinstance(p, Entry) and p.active & made]
+        needed = union(entry.holds | entry.fails for entry in entries)
+        own = union(entry.mask for entry in entries)
+        if entries and any(bits & ~own for bits, _ in trace):
+            needed |= self.reads
+        return needed | union(rule.watches | rule.against for rule in self.rules if rule.watches & written)
+
     def _propagated(self, state: int, changed: int, trace: Trace | None) -> int | None:
         waiting = [number for bit in bits_of(changed & self._watched) for number in self._watching[bit]]
         waiting = list(dict.fromkeys(waiting))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
+from kabo.knowledge.entries import Entry
 from kabo.knowledge.queries import bits_of, union
 from kabo.knowledge.task import Task
 
@@ -98,7 +99,8 @@ class _Learning:
                 made = union(choice.make for choice in branching.choices)
                 ones, zeros = ones | made, zeros | branching.mask
             for number, propagator in list(self._waiting.items()):
-                if propagator.watches & ones:
+                told = propagator.holds | propagator.fails if isinstance(propagator, Entry) else propagator.watches
+                if told & ones:
                     del self._waiting[number]
                     ones, zeros = ones | propagator.makes, zeros | getattr(propagator, "mask", 0)
             for rule in self._closure.rules:

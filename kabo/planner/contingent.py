@@ -16,6 +16,7 @@ from kabo.planner.delay import delay_sensing
 from kabo.planner.explanation import Explanation
 from kabo.planner.failures import Failure, Failures
 from kabo.planner.memo import Memo, Solved
+from kabo.planner.packed import PackedTask
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import (
     Exhausted,
@@ -44,6 +45,7 @@ def find_skeleton(
     geometry: Geometry | None = None,
     limits: Limits | None = None,
     on_progress: OnProgress | None = None,
+    packed: PackedTask | None = None,
 ) -> SearchResult:
     """A contingent plan for the task, the proof that there is none, or what ended the search.
 
@@ -53,17 +55,14 @@ def find_skeleton(
         geometry: what may be refused and which attempts there are; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called now and then with the statistics so far.
+        packed: the same task as packed searches want it, to be used again; None makes it where it is needed.
 
     Raises:
         KeyError: there is no search of that name.
     """
     limits, search = limits or Limits(), search or DEFAULT_SEARCH
     if search in ("best", "astar", "breadth-first") and not task.branchings:
-        from kabo.planner.classical import classical_task
-        from kabo.planner.packed import packed_skeleton
-
-        compiled = classical_task(task)
-        found = None if compiled is None else packed_skeleton(task, compiled, search, geometry, limits)
+        found = (packed or PackedTask(task)).skeleton(search, geometry, limits)
         if found is not None:
             return found
     counter = Counter(limits, on_progress)
@@ -124,6 +123,9 @@ class _Contingent:
                 self.remember(node, outcome)
                 break
             self.failures.add_choice(key, choice_of(weak[0]), outcome)
+            if self.is_doomed(node):
+                outcome = self.failures.add_nodes(key, [key], set())
+                break
             if self.dead_ends is not None:
                 self.dead_ends -= 1
                 if self.dead_ends < 0:
@@ -183,6 +185,22 @@ class _Contingent:
         steps = steps_of(found.path)
         delayed = delay_sensing(self.space, node, steps)
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
+
+    def is_doomed(self, node: Node) -> bool:
+        """Whether what is unknown may turn out so that the goal is out of reach even relaxed, and that known at once.
+
+        Judged only where nothing is inferred: there every single outcome is a possible world.
+        """
+        task, state = self.space.task, node[0]
+        if not task.closure.is_empty or self.search is not SEARCHES["best"]:
+            return False
+        parts = range(len(task.goal))
+        return any(
+            self.space.relaxation.estimate(after, parts).value is None
+            for branching in task.branchings.values()
+            for _, after in branching.outcomes(state)
+            if after != state and not self.space.task.is_goal(after)
+        )
 
     def lost(self, hoped: Node, node: Node) -> list[int]:
         """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""

@@ -89,10 +89,12 @@ class Ledger:
         """Geometric tests in formulas are taken to hold until they are asked."""
         return True
 
-    def refused_everywhere(self) -> "frozenset[GroundCall] | None":
-        """The refused calls if every refusal holds for all attempts in all situations."""
-        rows = [refusal for found in self.refusals.values() for refusal in found]
-        return frozenset(self.refusals) if all(r.attempt == 0 and not r.pattern for r in rows) else None
+    def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
+        """The calls with a refusal of all attempts in all situations; and whether those are all refusals."""
+        rows = [(call, not r.attempt and not r.pattern) for call, found in self.refusals.items() for r in found]
+        return frozenset(call for call, everywhere in rows if everywhere), all(
+            everywhere for _, everywhere in rows
+        )
 
     # ------------------------------------------------------------------------------------------ keeping books
     def after(self, call: GroundCall, attempt: int, trace: Trace) -> Trace:
@@ -186,9 +188,9 @@ class Interleaved:
         """Geometric tests in formulas are taken to hold."""
         return True
 
-    def refused_everywhere(self) -> "frozenset[GroundCall] | None":
+    def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
         """Nothing is said of calls without a situation."""
-        return None
+        return frozenset(), False
 
     def failures(self) -> list[tuple[GroundCall, Failure]]:
         """Every call that failed somewhere, with its first failure."""

@@ -63,9 +63,9 @@ class Procedures:
         """A test inside a formula is asked where it is met: conjunctions have checked all before it."""
         return self.ask(call)
 
-    def refused_everywhere(self) -> "frozenset[GroundCall] | None":
-        """Every refusal is one of arguments alone; eager questions cannot wait for a search that asks nothing."""
-        return frozenset(call for call, answer in self._answers.items() if not answer)
+    def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
+        """Every refusal is one of arguments alone."""
+        return frozenset(call for call, answer in self._answers.items() if not answer), True
 
     # -------------------------------------------------------------------------------------------------- asking
     def ask(self, call: GroundCall) -> bool:

@@ -13,13 +13,15 @@ from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import Claim, open_entries
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some, bits_of, union
+from kabo.language.formulas import GroundCall
 
 
 class Relaxation:
     """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
 
-    def __init__(self, task: Task) -> None:
-        builder = _Builder(task)
+    def __init__(self, task: Task, refused: frozenset[GroundCall] = frozenset()) -> None:
+        """Leaves out the actions with refused calls."""
+        builder = _Builder(task, [action for action in task.actions if action.call not in refused])
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
         self._parts = [builder.facts_of(part.query) for part in task.goal]
         self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
@@ -46,7 +48,7 @@ class _Builder:
     before it: sensed already and still open.
     """
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: Task, actions: Sequence[GroundAction]) -> None:
         self._width, self._whether = task.width, task.whether
         self.operators: list[RelaxedOperator] = []
         self.auxiliary = 0
@@ -55,7 +57,7 @@ class _Builder:
         self.sensed = task.pending
         self._choices = {entry: union(c.make for c in b.choices) for entry, b in task.branchings.items()}
         self._known_of = {entry: union(c.make for c in b.choices) & ~entry for entry, b in task.branchings.items()}
-        conditions = [(action, self.facts_of(action.precondition)) for action in task.actions]
+        conditions = [(action, self.facts_of(action.precondition)) for action in actions]
         effects = [
             (action, update, (*facts, *self.facts_of(update.condition)))
             for action, facts in conditions

@@ -26,7 +26,7 @@ class Graph(Protocol[Node, Made]):
         ...
 
     def successors(
-        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
+        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
     ) -> Iterable[tuple[Hashable, Made, Node]]:
         """The nodes one move away, each with its key; if so wanted by some actions only, or by all others."""
         ...

@@ -31,8 +31,8 @@ class Geometry(Protocol):
         """A geometric test inside a formula; True where unknown."""
         ...
 
-    def refused_everywhere(self) -> "frozenset[GroundCall] | None":
-        """The refused calls, if each is refused whatever was done before; None if it depends on that for any."""
+    def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
+        """The calls that are refused whatever was done before, and whether nothing else is refused."""
         ...
 
 

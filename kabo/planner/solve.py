@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
 from kabo.planner.contingent import find_skeleton
+from kabo.planner.packed import PackedTask
 from kabo.planner.procedures import Procedures
 from kabo.planner.reasons import exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
@@ -71,6 +72,7 @@ class Run:
     expanded: int = 0
     generated: int = 0
     rounds: int = 0
+    packed: PackedTask | None = None
 
     def stop(self) -> bool:
         """Whether time is up or somebody asked to stop."""
@@ -154,8 +156,13 @@ def _search(
     began = perf_counter()
     run.rounds += 1
     limits = Limits(run.options.max_expansions - run.expanded, run.stop)
+    run.packed = run.packed or PackedTask(task)
     found = find_skeleton(
-        task, search=run.options.search, geometry=cast("Geometry | None", geometry), limits=limits
+        task,
+        search=run.options.search,
+        geometry=cast("Geometry | None", geometry),
+        limits=limits,
+        packed=run.packed,
     )
     run.expanded += found.statistics.expanded
     run.generated += found.statistics.generated

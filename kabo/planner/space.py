@@ -69,7 +69,8 @@ class Space:
         """The delete relaxation of the task, made when it is first asked for."""
         from kabo.planner.relaxed import Relaxation
 
-        return Relaxation(self.task)
+        refused = frozenset() if self.geometry is None else self.geometry.refused_everywhere()[0]
+        return Relaxation(self.task, refused)
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""

@@ -82,13 +82,13 @@ class WeakGraph:
         self._space, self._failures, self._counter = space, failures, counter
 
     def successors(
-        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
+        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
     ) -> Iterator[tuple[Hashable, Move, Node]]:
         """Every node that one action may lead to, all it senses decided one way or another.
 
         Only actions `among` these are looked at if that is given (and branching), and none of those `without` which.
         """
-        if not without:
+        if without is None:
             self._counter.expand()
         key = self.key(node)
         for tried, after in self._moves(node, among, without):
@@ -117,14 +117,14 @@ class WeakGraph:
         return 0.0 if move[0] is None else move[0][0].cost
 
     def _moves(
-        self, node: Node, among: frozenset[int] | None, without: frozenset[int]
+        self, node: Node, among: frozenset[int] | None, without: frozenset[int] | None
     ) -> Iterator[tuple[Try, Node]]:
         if self._space.task.open_branching(node[0]) is not None:
-            if not without:
+            if without is None:
                 yield None, node
             if not self._space.may_wait:
                 return
-        for action, attempt, after in self._space.moves(node, among, without):
+        for action, attempt, after in self._space.moves(node, among, without or frozenset()):
             yield (action, attempt, after[1]), after
 
 

@@ -67,7 +67,7 @@ def test_bad_input_is_exit_2_with_every_finding(kabo, parcels):
         ["one.yaml", "--epsilon", "0"],
         ["one.yaml", "--epsilon", "nan"],
         ["one.yaml", "--seed", "-1"],
-        ["one.yaml", "--search", "best"],
+        ["one.yaml", "--search", "fastest"],
         ["one.yaml", "--timeout", "0"],
         [],
     ],

@@ -110,9 +110,6 @@ def test_what_excludes_outcomes_excludes_them_elsewhere(tasks):
 
 
 # ------------------------------------------------------------------------------------------ in words, one by one
-@pytest.mark.xfail(
-    reason="needs() does not ask that an entry which is added, or a rule, contradicts nothing", strict=True
-)
 def test_that_nothing_contradicts_itself_is_a_need_too():
     """At least one of r, p(x) holds, says the action: it cannot be done where both are known to be false."""
     mend = action("mend", effects=[add(lit("p", "x"))])

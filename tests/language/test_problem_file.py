@@ -106,7 +106,7 @@ WRONG_PROBLEMS = [
     (
         "search: breadth-first",
         "search: «breadthfirst»",
-        '`search` must be one of breadth-first, depth-first, iterative-deepening, greedy, astar, not "breadthfirst"',
+        '`search` must be one of best, greedy, astar, breadth-first, depth-first, iterative-deepening, not "breadthfirst"',
         'did you mean "breadth-first"?',
     ),
     ("seed: 3", "seed: «-1»", '`seed` must be a whole number from 0 on, not "-1"', None),

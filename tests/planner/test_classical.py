@@ -119,7 +119,7 @@ def executed(task, skeleton):
 @pytest.mark.parametrize("search", SEARCHES)
 def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(search, tasks):
     seen = []
-    for task, compiled in tasks:
+    for task, _compiled in tasks:
         found = PackedTask(task).skeleton(search, None, Limits())
         known = task.is_goal(task.initial) or breadth_first(task.initial, States(task)).path is not None
         assert isinstance(found, Found if known else Unreachable)
@@ -129,7 +129,7 @@ def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(searc
 
 
 def test_breadth_first_is_as_short_and_astar_as_cheap_as_in_python(tasks):
-    for task, compiled in tasks:
+    for task, _compiled in tasks:
         graph, start = States(task), task.initial
         shortest = PackedTask(task).skeleton("breadth-first", None, Limits())
         if task.is_goal(start) or not isinstance(shortest, Found):

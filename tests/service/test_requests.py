@@ -96,7 +96,7 @@ def test_bad_files_are_told_with_the_names_of_the_client(endpoint, parcels):
         ({"files": {"p.yaml": 7}}, {}, "bad_request"),
         ({"files": {"p.yaml": {"base64": "!"}}}, {}, "bad_request"),
         ({"files": {"p.yaml": "problem: p"}}, {"workers": 8}, "bad_request"),
-        ({"files": {"p.yaml": "problem: p"}}, {"search": "best"}, "bad_request"),
+        ({"files": {"p.yaml": "problem: p"}}, {"search": "fastest"}, "bad_request"),
     ],
 )
 def test_requests_that_cannot_be_used_get_an_error_reply(endpoint, problem, options, code):
