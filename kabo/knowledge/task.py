@@ -1,6 +1,6 @@
 """A grounded problem: initial knowledge, actions, branchings and goal, all as bits of one integer."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kabo.knowledge.actions import Branching, GroundAction
@@ -49,14 +49,3 @@ class Task:
         """The first entry of the state to branch on, or None if nothing that was sensed is open."""
         pending = open_entries(state, self.pending)
         return self.branchings[pending & -pending] if pending else None
-
-    def leaves(self, state: int, test: GeometricOracle = optimistic) -> Iterator[int]:
-        """The states behind all open branchings; one that fulfils the goal need not be branched any further."""
-        stack = [state]
-        while stack:
-            state = stack.pop()
-            branching = self.open_branching(state)
-            if branching is None or self.is_goal(state, test):
-                yield state
-            else:
-                stack.extend(reversed([child for _, child in branching.outcomes(state)]))
