@@ -231,8 +231,8 @@ def _open(
 ) -> dict[int, Branching]:
     """The branchings that are open at the start, or that an action can open."""
     entered = open_entries(initial, whether)
-    for action in actions:
-        entered |= union(open_entries(update.make, whether) for update in action.effects.updates)
+    updates = {id(update): update for action in actions for update in action.effects.updates}  # actions share many
+    entered |= union(open_entries(update.make, whether) for update in updates.values())
     for rule in rules:
         entered |= open_entries(rule.make, whether)
     return {entry: split for entry, split in splits.items() if entry & entered}

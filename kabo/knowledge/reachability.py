@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
 from kabo.knowledge.entries import Entry
+from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import bits_of, union
 from kabo.knowledge.task import Task
 
@@ -39,26 +40,13 @@ def relaxed_reach(
     """
     learning = _Learning(branchings, closure)
     ones, zeros = learning.after(initial, ~initial)
-    reached: set[int] = set()
+    doing = _Doing(actions)
     layers, history = 0, [(ones, zeros)]
     while True:
-        now = ones, zeros, len(reached)
-        possible: dict[int, bool] = {}  # of updates; actions share many
-        new_ones, new_zeros = ones, zeros
-        for action in actions:
-            if action.index in reached and not action.reads & learning.fresh:
-                continue
-            if action.precondition.possible(ones, zeros):
-                reached.add(action.index)
-                made, cleared = _relaxed_effects(action, ones, zeros, possible)
-                new_ones |= made
-                new_zeros |= cleared
-                if not by_layers:
-                    ones, zeros = new_ones, new_zeros
-        ones, zeros = learning.after(new_ones, new_zeros)
-        learning.fresh = ones ^ now[0] | zeros ^ now[1]
-        if (ones, zeros, len(reached)) == now:
-            used = tuple(action for action in actions if action.index in reached)
+        now = ones, zeros, len(doing.reached)
+        ones, zeros = learning.after(*doing.after(ones, zeros, at_once=not by_layers))
+        if (ones, zeros, len(doing.reached)) == now:
+            used = tuple(action for action in actions if action.index in doing.reached)
             return Reach(ones, zeros, used, layers, tuple(history))
         layers += 1
         history.append((ones, zeros))
@@ -70,16 +58,43 @@ def unreachable_goals(task: Task) -> list[str]:
     return [part.text for part in task.goal if not part.query.possible(reach.ones, reach.zeros)]
 
 
-def _relaxed_effects(action: GroundAction, ones: int, zeros: int, possible: dict[int, bool]) -> tuple[int, int]:
-    made, cleared = 0, union(entry.mask for entry in action.effects.entries)
-    for update in action.effects.updates:
-        known = possible.get(id(update))
-        if known is None:
-            known = possible[id(update)] = update.condition.possible(ones, zeros)
-        if known:
-            made |= update.make | (update.assignment.bits.mask if update.assignment else 0)
-            cleared |= update.clear
-    return made, cleared
+class _Doing:
+    """What actions may add to bits that are possible. What has been possible once is not looked at again."""
+
+    def __init__(self, actions: Sequence[GroundAction]) -> None:
+        self.reached: set[int] = set()  # indices of the actions that can apply
+        self._waiting = list(actions)
+        self._updates: dict[int, Update] = {}  # of actions that can apply; they share many
+        self._done: set[int] = set()  # those of them that have been possible
+
+    def after(self, ones: int, zeros: int, *, at_once: bool) -> tuple[int, int]:
+        """The bits that can be 1 and those that can be 0 after one round; `at_once` an action sees what others made."""
+        new_ones, new_zeros = ones, zeros
+        for update in list(self._updates.values()):
+            if update.condition.possible(ones, zeros):
+                new_ones, new_zeros = self._with(update, new_ones, new_zeros)
+        waiting, self._waiting = self._waiting, []
+        for action in waiting:
+            if at_once:
+                ones, zeros = new_ones, new_zeros
+            if not action.precondition.possible(ones, zeros):
+                self._waiting.append(action)
+                continue
+            self.reached.add(action.index)
+            new_zeros |= union(entry.mask for entry in action.effects.entries)
+            for update in action.effects.updates:
+                if id(update) in self._done:
+                    continue
+                if update.condition.possible(ones, zeros):
+                    new_ones, new_zeros = self._with(update, new_ones, new_zeros)
+                else:
+                    self._updates[id(update)] = update
+        return new_ones, new_zeros
+
+    def _with(self, update: Update, ones: int, zeros: int) -> tuple[int, int]:
+        self._done.add(id(update))
+        self._updates.pop(id(update), None)
+        return ones | update.make | (update.assignment.bits.mask if update.assignment else 0), zeros | update.clear
 
 
 class _Learning:
@@ -88,7 +103,6 @@ class _Learning:
     def __init__(self, branchings: Mapping[int, Branching], closure: Closure) -> None:
         self._branchings, self._closure = dict(branchings), closure
         self._waiting = dict(enumerate(closure.propagators))
-        self.fresh = -1
 
     def after(self, ones: int, zeros: int) -> tuple[int, int]:
         """The bits that can be 1, and those that can be 0, once everything that could be inferred is."""

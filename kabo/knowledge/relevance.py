@@ -49,24 +49,19 @@ class _Death:
 
 @dataclass(frozen=True)
 class _Droppable:
-    """A group of bits and what decides whether it is obsolete; answers are kept by the bits that they rest on."""
+    """A group of bits, all actions that read it, and what decides whether it is obsolete."""
 
     group: int
     readers: tuple[_Death, ...]
     deciding: int
-    answers: dict[int, bool]
 
     def is_obsolete(self, state: int) -> bool:
         """Whether all its readers are dead."""
-        read = state & self.deciding
-        answer = self.answers.get(read)
-        if answer is None:
-            answer = self.answers[read] = all(death.happened(state) for death in self.readers)
-        return answer
+        return all(death.happened(state) for death in self.readers)
 
 
 class Relevance:
-    """Drops from states what only dead actions would read."""
+    """Drops from states what only dead actions would read; found out when it is first asked for."""
 
     def __init__(
         self,
@@ -76,8 +71,16 @@ class Relevance:
         closure: Closure,
         groups: Iterable[int],
     ) -> None:
-        actions = tuple(actions)
-        makers = _Makers(actions, branchings, closure)
+        self._actions, self._goal, self._groups = tuple(actions), goal, groups
+        self._branchings, self._closure = branchings, closure
+        self._entries = union(branchings)
+        self._asked = 0  # the deciding bits of the state that was asked for last
+        self._dropped = 0  # what was obsolete there
+
+    @cached_property
+    def _droppable(self) -> list[_Droppable]:
+        makers = _Makers(self._actions, self._branchings, self._closure)
+        found: list[_Droppable] = []
         deaths: dict[int, _Death] = {}
 
         def death(action: GroundAction) -> _Death:
@@ -85,26 +88,40 @@ class Relevance:
                 deaths[action.index] = makers.death(action)
             return deaths[action.index]
 
-        self._droppable: list[_Droppable] = []
-        for group, reading in _readers(actions, groups):
-            if (goal.reads | closure.reads) & group or not all(death(action).is_possible for action in reading):
+        for group, reading in _readers(self._actions, self._groups):
+            read = (self._goal.reads | self._closure.reads) & group
+            if read or not all(death(action).is_possible for action in reading):
                 continue
             readers = tuple(death(action) for action in reading)
-            deciding = union(reader.reads for reader in readers)
-            self._droppable.append(_Droppable(group, readers, deciding, {}))
-        self._entries = union(branchings)
-        self._deciding = union(one.deciding for one in self._droppable)
-        self._kept: dict[int, int] = {}
+            found.append(_Droppable(group, readers, union(reader.reads for reader in readers)))
+        self._dropped = union(one.group for one in found if one.is_obsolete(0))
+        return found
+
+    @cached_property
+    def _deciding(self) -> int:
+        return union(one.deciding for one in self._droppable)
+
+    @cached_property
+    def _decided(self) -> dict[int, list[_Droppable]]:
+        """For each deciding bit the groups that it decides about."""
+        decided: dict[int, list[_Droppable]] = {}
+        for one in self._droppable:
+            for bit in bits_of(one.deciding):
+                decided.setdefault(bit, []).append(one)
+        return decided
 
     def reduced(self, state: int) -> int:
         """The state without what no longer matters; while an entry stands open, everything does."""
         if not self._droppable or open_entries(state, self._entries):
             return state
         deciding = state & self._deciding
-        kept = self._kept.get(deciding)
-        if kept is None:
-            kept = self._kept[deciding] = ~union(o.group for o in self._droppable if o.is_obsolete(state))
-        return state & kept
+        changed = deciding ^ self._asked
+        if changed:  # only what the difference to the last state decides about is asked again
+            self._asked = deciding
+            again = {one.group: one for bit in bits_of(changed) for one in self._decided[bit]}
+            self._dropped &= ~union(again)
+            self._dropped |= union(group for group, one in again.items() if one.is_obsolete(state))
+        return state & ~self._dropped
 
 
 def _readers(actions: Iterable[GroundAction], groups: Iterable[int]) -> Iterator[tuple[int, list[GroundAction]]]:
@@ -132,31 +149,39 @@ class _Makers:
         self._written = [(action, *_written(action)) for action in actions]
         self._made = union(made for _, made, _ in self._written)
         self._cleared = union(cleared for *_, cleared in self._written)
+        immortal = [(made, cleared) for action, made, cleared in self._written if not self._final(action).mask]
+        self._always_made = union(made for made, _ in immortal) | self._by_sensing
+        self._always_cleared = union(cleared for _, cleared in immortal) | self._by_sensing
 
     @cached_property
-    def _writers(self) -> tuple[dict[int, list[GroundAction]], dict[int, list[GroundAction]]]:
-        """For each bit the actions that may set it, and those that may clear it."""
-        setting: dict[int, list[GroundAction]] = {}
-        clearing: dict[int, list[GroundAction]] = {}
+    def _writers(self) -> tuple[dict[int, list[AllOf]], dict[int, list[AllOf]]]:
+        """For each bit what the actions that may set it cannot regain, and those that may clear it.
+
+        Only for bits that some precondition asks for, and that no action can always write.
+        """
+        tests = [split(action.precondition) for action, *_ in self._written]
+        ones = union(value for _, value, _ in tests) & ~self._always_made
+        zeros = union(mask & ~value for mask, value, _ in tests) & ~self._always_cleared
+        setting: dict[int, list[AllOf]] = {}
+        clearing: dict[int, list[AllOf]] = {}
         for action, made, cleared in self._written:
-            for bit in bits_of(made):
-                setting.setdefault(bit, []).append(action)
-            for bit in bits_of(cleared):
-                clearing.setdefault(bit, []).append(action)
+            for bit in bits_of(made & ones):
+                setting.setdefault(bit, []).append(self._final(action))
+            for bit in bits_of(cleared & zeros):
+                clearing.setdefault(bit, []).append(self._final(action))
         return setting, clearing
 
     def death(self, action: GroundAction) -> _Death:
         """When the action is dead."""
         final = self._final(action)
         mask, value, _ = split(action.precondition)
+        ones, zeros = value & ~self._always_made, mask & ~value & ~self._always_cleared
         setting, clearing = self._writers
-        waiting = []
-        for bit in bits_of(mask & ~(final.mask | self._by_sensing)):
-            writers = (setting if value & bit else clearing).get(bit, ())
-            makers = tuple(self._final(maker) for maker in writers)
-            if all(maker.mask for maker in makers):
-                waiting.append((AllOf(bit, value & bit), makers))
-        return _Death(final, tuple(waiting))
+        waiting = tuple(
+            (AllOf(bit, value & bit), tuple((setting if value & bit else clearing).get(bit, ())))
+            for bit in bits_of((ones | zeros) & ~final.mask)
+        )
+        return _Death(final, waiting)
 
     def _final(self, action: GroundAction) -> AllOf:
         """The literals of the precondition that nothing can make hold again once they fail."""

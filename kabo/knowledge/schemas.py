@@ -4,7 +4,7 @@ What does not depend on a parameter is compiled once for all its values: `forall
 add(Kf, highest(o)))` is compiled once for each `this`, not once for each pair of arguments.
 """
 
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -50,7 +50,7 @@ class Schema:
     def instances(self) -> Iterator[Draft]:
         """All instances whose static preconditions hold, arguments in the order of declaration."""
         names = [parameter.name for parameter in self.action.parameters]
-        objects = [self.compiler.of_type(parameter.type) for parameter in self.action.parameters]
+        objects = [self._places(parameter.type) for parameter in self.action.parameters]
         joins, ready = self._preconditions_by_parameter()
 
         def bind(position: int, binding: dict[str, str], known: Query) -> Iterator[Draft]:
@@ -63,11 +63,14 @@ class Schema:
                 return
             name = names[position]
             allowed = [self.statics.values(literal, name, binding) for literal in joins[position]]
-            for value in objects[position]:
-                if all(value in values for values in allowed):
-                    yield from bind(position + 1, {**binding, name: value}, known)
+            for value in _common(objects[position], allowed):
+                yield from bind(position + 1, {**binding, name: value}, known)
 
         return bind(0, {}, TRUE)
+
+    def _places(self, kind: str) -> Mapping[str, int]:
+        """The objects of a type, each with its place in the order of declaration."""
+        return {name: place for place, name in enumerate(self.compiler.of_type(kind))}
 
     def _preconditions_by_parameter(self) -> tuple[list[list[Literal]], list[list[Formula]]]:
         """Preconditions by how many parameters must be bound before they can be compiled; static ones apart.
@@ -122,6 +125,15 @@ def drafts(compiler: Compiler, problem: Problem) -> Iterator[Draft]:
     statics = StaticFacts(compiler)
     for action in problem.domain.actions.values():
         yield from Schema(compiler, statics, action).instances()
+
+
+def _common(objects: Mapping[str, int], allowed: Sequence[Mapping[str, None]]) -> Iterable[str]:
+    """The objects that all joins allow, in their order; found from the join that allows fewest."""
+    if not allowed:
+        return objects
+    fewest = min(allowed, key=len)
+    found = [value for value in fewest if value in objects and all(value in values for values in allowed)]
+    return sorted(found, key=objects.__getitem__)
 
 
 def free_variables(tree: object) -> tuple[str, ...]:
