@@ -1,0 +1,5 @@
+"""The tasks room: Task Construction, the language in which geometric procedures are written [T ch. 3].
+
+`core` knows no robot and nothing of kabo; `robots` has the stages that ask the geometry server; `files` reads and
+writes task files; `library` holds the tasks that domains may call.
+"""

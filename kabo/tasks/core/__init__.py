@@ -1,0 +1,63 @@
+"""Task Construction without robots: stages, containers, states, solutions, costs and their scheduling [T ch. 3].
+
+Scenes are opaque here, and nothing of kabo is imported: any program may plan with these stages.
+"""
+
+from kabo.tasks.core.containers import (
+    Alternatives,
+    Container,
+    Fallbacks,
+    Limit,
+    Merger,
+    Parallel,
+    Serial,
+    Wrapper,
+)
+from kabo.tasks.core.custom import backward, connector, forward, generator, monitor, propagator, wrapper
+from kabo.tasks.core.errors import InitialisationError, TaskError, UndeclaredProperty, UndefinedProperty
+from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.properties import INTERFACE, MISSING, PARENT, Interface, Parent, Property, Reference
+from kabo.tasks.core.results import SAME, Failure, Result
+from kabo.tasks.core.solutions import Solution, State
+from kabo.tasks.core.stages import Connector, CostTerm, Generator, Monitor, Propagator, Stage
+
+__all__ = [
+    "INTERFACE",
+    "MISSING",
+    "PARENT",
+    "SAME",
+    "Alternatives",
+    "Connector",
+    "Container",
+    "CostTerm",
+    "Failure",
+    "Fallbacks",
+    "Flow",
+    "Generator",
+    "InitialisationError",
+    "Interface",
+    "Limit",
+    "Merger",
+    "Monitor",
+    "Parallel",
+    "Parent",
+    "Propagator",
+    "Property",
+    "Reference",
+    "Result",
+    "Serial",
+    "Solution",
+    "Stage",
+    "State",
+    "TaskError",
+    "UndeclaredProperty",
+    "UndefinedProperty",
+    "Wrapper",
+    "backward",
+    "connector",
+    "forward",
+    "generator",
+    "monitor",
+    "propagator",
+    "wrapper",
+]
