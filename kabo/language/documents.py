@@ -2,7 +2,9 @@
 
 Read from parser events with an explicit stack: libyaml's composer would overflow the C stack on deep nesting, and
 its trees would hide duplicate keys. What YAML could do beyond plain data (tags, anchors, aliases, merge keys, a
-second document) is refused where it stands, so nothing is ever expanded.
+second document) is refused where it stands, so nothing is ever expanded. Task files alone may have anchors and
+aliases [T 3.7]: an alias is the node of its anchor once more, whoever reads the tree meets it as often as it stands
+there, and the limits hold for the expanded tree (which is never made).
 """
 
 import re
@@ -87,10 +89,13 @@ def size_of(node: Node) -> int:
     return count
 
 
-def read_document(source: SourceFile, findings: Findings) -> Mapping | None:
-    """The mapping that `source` consists of; None if there is none or the YAML is broken. Findings say why."""
+def read_document(source: SourceFile, findings: Findings, *, aliases: bool = False) -> Mapping | None:
+    """The mapping that `source` consists of; None if there is none or the YAML is broken. Findings say why.
+
+    With `aliases` anchors and aliases are allowed, and an alias stands for the node of its anchor.
+    """
     findings.know(source)
-    builder = _Builder(source, findings)
+    builder = _Builder(source, findings, aliases)
     try:
         for event in yaml.parse(source.text, Loader=_LOADER):
             if not builder.take(event):
@@ -137,11 +142,12 @@ def _report_broken(source: SourceFile, findings: Findings, error: Any) -> None:
 class _Builder:
     """The tree under construction: one frame for every list or mapping that is open."""
 
-    def __init__(self, source: SourceFile, findings: Findings) -> None:
+    def __init__(self, source: SourceFile, findings: Findings, aliases: bool) -> None:
         self._source, self._findings = source, findings
         self._open: list[_Frame] = []
         self._root: Node | None = None
         self._nodes = self._documents = 0
+        self._anchors: dict[str, _Anchored] | None = {} if aliases else None
 
     def take(self, event: Any) -> bool:
         """Adds what the event says; False if reading must stop."""
@@ -157,25 +163,82 @@ class _Builder:
         return True
 
     def _take_node(self, event: Any) -> bool:
-        self._nodes += 1
-        if self._nodes > MAX_NODES:
-            self._report(event, f"the file has more than {MAX_NODES} values")
-            return False
         self._refuse_extras(event)
         start, end = event.start_mark.index, event.end_mark.index
+        if isinstance(event, yaml.AliasEvent):
+            return self._take_alias(event, start, end)
+        if not self._count(event, 1):
+            return False
         if isinstance(event, yaml.CollectionStartEvent):
-            if len(self._open) >= MAX_DEPTH:
-                self._report(event, f"nested deeper than {MAX_DEPTH} levels")
+            if not self._fits(event, 1):
                 return False
-            self._open.append(_Frame(isinstance(event, yaml.MappingStartEvent), start, bool(event.flow_style)))
-        elif isinstance(event, yaml.AliasEvent):
-            self._put(Scalar(self._source, start, end, "", "", True))
+            is_mapping = isinstance(event, yaml.MappingStartEvent)
+            anchor = self._anchor(event)
+            self._open.append(_Frame(is_mapping, start, bool(event.flow_style), anchor, self._nodes - 1))
         else:
-            self._put(Scalar(self._source, start, end, event.value, event.style or "", event.tag is not None))
+            scalar = Scalar(self._source, start, end, event.value, event.style or "", event.tag is not None)
+            if (name := self._anchor(event)) is not None and self._anchors is not None:
+                self._anchors[name] = _Anchored(scalar, 1, 0)
+            self._put(scalar)
         return True
 
+    def _count(self, event: Any, more: int) -> bool:
+        self._nodes += more
+        if self._nodes > MAX_NODES:
+            self._report(event, f"the file has more than {MAX_NODES} values")
+        return self._nodes <= MAX_NODES
+
+    def _fits(self, event: Any, levels: int) -> bool:
+        """Whether so many more levels may stand here."""
+        if len(self._open) + levels > MAX_DEPTH:
+            self._report(event, f"nested deeper than {MAX_DEPTH} levels")
+            return False
+        if self._open:
+            self._open[-1].levels = max(self._open[-1].levels, levels)
+        return True
+
+    # ---------------------------------------------------------------------------------------- anchors, aliases
+    def _anchor(self, event: Any) -> str | None:
+        """The anchor that an event brings, if anchors are allowed; reports one that is taken."""
+        name = event.anchor
+        if name is None or self._anchors is None:
+            return None
+        if name in self._anchors:
+            self._report(event, f'the anchor "{name}" is defined twice', length=len(name) + 1)
+        self._anchors[name] = _Anchored(None, 0, 0)  # open: what it stands for is not complete yet
+        return str(name)
+
+    def _take_alias(self, event: Any, start: int, end: int) -> bool:
+        found = None if self._anchors is None else self._anchors.get(event.anchor)
+        refused = Scalar(self._source, start, end, "", "", True)
+        if found is None or found.node is None:
+            if self._anchors is not None:
+                self._report_alias(event, self._anchors)
+            self._put(refused)
+            return self._count(event, 1)
+        if self._open and self._open[-1].is_mapping and self._open[-1].key is None:
+            self._report(event, "an alias cannot be a key")
+            self._put(refused)
+            return self._count(event, 1)
+        if not self._count(event, found.size) or not self._fits(event, found.levels):
+            return False
+        self._put(found.node)
+        return True
+
+    def _report_alias(self, event: Any, anchors: dict[str, "_Anchored"]) -> None:
+        name = event.anchor
+        if name in anchors:
+            self._report(event, f'the alias "{name}" stands inside its own anchor', "nothing can contain itself")
+        else:
+            hint = (
+                self._findings.near(name, list(anchors))
+                if anchors
+                else "an anchor &name stands before its aliases"
+            )
+            self._report(event, f'there is no anchor "{name}" before this alias', hint)
+
     def _refuse_extras(self, event: Any) -> None:
-        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+        if self._anchors is None and (isinstance(event, yaml.AliasEvent) or event.anchor is not None):
             kind = "alias" if isinstance(event, yaml.AliasEvent) else "anchor"
             hint = "`models` and `model:` say a thing once; in a formula write `and` instead of `&`"
             self._report(event, f'the {kind} "{event.anchor}" is not allowed in this file', hint, length=1)
@@ -200,9 +263,8 @@ class _Builder:
         if not isinstance(key, Scalar):
             self._findings.add(key.place, "a key must be a word")
         elif key.text == "<<" and not key.style:
-            self._findings.add(
-                key.place, 'the merge key "<<" is not allowed', "`model:` copies the keys of a model"
-            )
+            hint = "`model:` copies the keys of a model" if self._anchors is None else "write the keys out"
+            self._findings.add(key.place, 'the merge key "<<" is not allowed', hint)
         elif key.text in frame.entries:
             first = frame.entries[key.text][0].place
             message = f'duplicate key "{key.text}"'
@@ -212,10 +274,17 @@ class _Builder:
 
     def _close(self, end: int) -> None:
         frame = self._open.pop()
+        node: Node
         if frame.is_mapping:
-            self._put(Mapping(self._source, frame.start, end, frame.entries, frame.flow))
+            node = Mapping(self._source, frame.start, end, frame.entries, frame.flow)
         else:
-            self._put(Sequence(self._source, frame.start, end, frame.items, frame.flow))
+            node = Sequence(self._source, frame.start, end, frame.items, frame.flow)
+        levels = frame.levels + 1
+        if frame.anchor is not None and self._anchors is not None:
+            self._anchors[frame.anchor] = _Anchored(node, self._nodes - frame.before, levels)
+        if self._open:
+            self._open[-1].levels = max(self._open[-1].levels, levels)
+        self._put(node)
 
     def _report(self, event: Any, message: str, hint: str | None = None, *, length: int | None = None) -> None:
         start = event.start_mark.index
@@ -233,11 +302,23 @@ class _Builder:
         return None
 
 
+@dataclass(frozen=True)
+class _Anchored:
+    """What an anchor stands for (None as long as that is still open), with the size of the expanded tree."""
+
+    node: Node | None
+    size: int
+    levels: int
+
+
 @dataclass
 class _Frame:
     is_mapping: bool
     start: int
     flow: bool
+    anchor: str | None = None
+    before: int = 0  # how many nodes there were before
+    levels: int = 0  # of lists and mappings, nested inside
     items: list[Node] = field(default_factory=list)
     entries: dict[str, tuple[Scalar, Node]] = field(default_factory=dict)
     key: Node | None = None

@@ -1,0 +1,118 @@
+"""A task file as plain data with places: the tree of its stages, and the values that stand beside them [T 3.7].
+
+What a scalar means is decided by the stage that gets it, which this room does not know: values stay as written.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from kabo.language.formulas import Place
+
+THINGS = ("robot", "body", "region")  # of the scene
+FAMILIES = ("grasp", "placement", "motion_constraint")  # names that the scene gives
+KINDS = (*THINGS, *FAMILIES, "name", "number", "boolean")  # of a task's declared properties
+
+
+@dataclass(frozen=True)
+class Word:
+    """A scalar; `quoted` text is never taken for a number, however it looks."""
+
+    text: str
+    quoted: bool
+    place: Place
+
+
+@dataclass(frozen=True)
+class Reference:
+    """`<PARENT>`, `<PARENT:name>`, `<INTERFACE:name>`; without a name, the property's own."""
+
+    source: Literal["PARENT", "INTERFACE"]
+    name: str | None
+    place: Place
+
+    def __str__(self) -> str:
+        return f"<{self.source}>" if self.name is None else f"<{self.source}:{self.name}>"
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list of values."""
+
+    values: tuple["Written", ...]
+    place: Place
+
+
+@dataclass(frozen=True)
+class Entries:
+    """A mapping of words to values."""
+
+    values: Mapping[str, "Written"]
+    place: Place
+
+
+Written = Word | Reference | Items | Entries
+Value = str | int | float | bool | None
+
+
+@dataclass(frozen=True)
+class Input:
+    """A property that a task declares: what a call of the task may fill, in this order.
+
+    Attributes:
+        kind: one of `KINDS`; None where the file only names the property.
+        required: whether there is no default.
+    """
+
+    name: str
+    kind: str | None
+    place: Place
+    required: bool = True
+    default: Value = None
+
+
+@dataclass(frozen=True)
+class StageDescription:
+    """A stage as it is written.
+
+    Attributes:
+        type: what `stage` says; None if that is missing (which was reported).
+        stages: the children of a container; None for what has no key `stages`.
+        wrapped: the child of a wrapper.
+        properties: every other key; `keys` are their places.
+    """
+
+    name: str
+    type: str | None
+    place: Place
+    type_place: Place
+    stages: tuple["StageDescription", ...] | None = None
+    wrapped: "StageDescription | None" = None
+    monitors: Word | None = None
+    properties: Mapping[str, Written] = field(default_factory=dict)
+    keys: Mapping[str, Place] = field(default_factory=dict)
+
+    @property
+    def children(self) -> tuple["StageDescription", ...]:
+        """The stages below, wrapped or not."""
+        return (*(self.stages or ()), *(() if self.wrapped is None else (self.wrapped,)))
+
+    def walk(self) -> Iterator["StageDescription"]:
+        """This stage and all below, each before its children."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+
+@dataclass(frozen=True)
+class TaskDescription:
+    """A task file: what may be asked of it, and its stages below `root`, a serial container of the task's name."""
+
+    name: str
+    inputs: tuple[Input, ...]
+    root: StageDescription
+    max_solutions: int | None = None
+    timeout: float | None = None
+    path: Path = Path()
+    digest: str = ""
