@@ -49,6 +49,7 @@ def normal_form(task: FiniteTask) -> NormalTask:
     switches: list[Switch] = []
 
     def intern(variable: int, rules: list[tuple[tuple[int, ...], int, int]]) -> int:
+        rules.sort(key=_target)  # of rules for one variable the last one counts; else their order says nothing
         key = (variable, tuple(rules))
         if key not in known:
             known[key] = len(switches)
@@ -106,6 +107,10 @@ def _left_to_test(e: Effect, tests: Tests, sizes: Sequence[int]) -> Tests | None
         if met != possible:
             left[v] = met
     return left
+
+
+def _target(rule: tuple[tuple[int, ...], int, int]) -> int:
+    return rule[1]
 
 
 def _switch(variable: int, rules: list[tuple[tuple[int, ...], int, int]]) -> Switch:

@@ -16,7 +16,7 @@ from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never, as_num
 from kabo.finite_domain.result import SearchResult
 
 PLAIN_STATES = 4000  # entered in plain Python, at most: less time than loading the kernel takes
-PLAIN_PAIRS = 1_000_000  # pairs of variables looked at in them, and operators
+PLAIN_PAIRS = 200_000  # pairs of variables looked at in them, and operators
 MOST_PLAN_FACTS = 256  # of a relaxed plan that are counted
 PAIR_BYTES = 512 << 20  # for the pairs seen; partitions that come later are told apart by facts alone
 

@@ -21,10 +21,6 @@ if TYPE_CHECKING:  # loaded where a task without sensing needs them
     from kabo.finite_domain import CompiledTask
     from kabo.finite_domain import SearchResult as PackedResult
 
-PLAIN_PAIRS = (
-    200_000  # pairs of facts that novelty search looks at in plain Python before it goes over to a kernel
-)
-
 
 class PackedTask:
     """A task prepared for packed searches when one is first asked for."""
@@ -79,7 +75,6 @@ def _searched(
 
     budget = Budget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best":
-        work = min(3000, PLAIN_PAIRS // max(1, len(compiled.task.variables) ** 2))
-        return bfws(compiled, forbidden=forbidden, budget=budget, plain_work=work)
+        return bfws(compiled, forbidden=forbidden, budget=budget)
     run = astar if search == "astar" else breadth_first
     return run(compiled, forbidden=forbidden, budget=budget)
