@@ -7,7 +7,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import product
 
 from kabo.knowledge.entries import Entry
-from kabo.knowledge.facts import AtomBits, Claim, NumberBits, TermBits, Vocabulary, finite
+from kabo.knowledge.external import Externals
+from kabo.knowledge.facts import AtomBits, Claim, NumberBits, TermBits, Vocabulary
+from kabo.knowledge.numbers import computed, stored
 from kabo.knowledge.queries import (
     FALSE,
     TRUE,
@@ -21,7 +23,6 @@ from kabo.knowledge.queries import (
     disjunction,
     negation,
     truth,
-    union,
 )
 from kabo.knowledge.runtime import RunTimeValue
 from kabo.knowledge.symbols import Symbols
@@ -33,6 +34,7 @@ from kabo.language.formulas import (
     Comparison,
     Constant,
     Exists,
+    External,
     Forall,
     Formula,
     GroundCall,
@@ -89,7 +91,9 @@ class Compiler:
                 return self._each(atom.arguments, binding, lambda names: self._whether(atom, names))
             case KnowValue(term=term):
                 return self._each(term.arguments, binding, lambda names: self._value_known(term, names))
-            case Test(call=call):
+            case Test(call=External() as external):
+                return self._externals(binding).test(external)
+            case Test(call=ProcedureCall() as call):
                 return GeometricTest(ground_call(call, binding))
         return self._compound(formula, binding)
 
@@ -139,6 +143,8 @@ class Compiler:
                 plain_name = term.function.rsplit(" ", 1)[-1]
                 self._numeric[term.function] = self.problem.values_of(plain_name) is None
             return self._numeric[term.function]
+        if isinstance(term, External):
+            return self.problem.domain.procedures[term.procedure].is_number
         return isinstance(term, Number | Arithmetic)
 
     def atom(self, name: str, arguments: tuple[str, ...]) -> AtomBits:
@@ -197,7 +203,16 @@ class Compiler:
                     for condition, names in self.argument_cases(term.arguments, binding)
                     for value, bit in self.term(function, names).equal.items()
                 ]
+            case External():
+                return list(self._externals(binding).cases(term))
         raise TypeError(f"not an object term: {term!r}")
+
+    def _externals(self, binding: Binding) -> Externals:
+        return Externals(
+            self.problem,
+            lambda arguments: self.argument_cases(arguments, binding),
+            lambda term: self.number(term, binding),
+        )
 
     def _literal(self, literal: Literal, binding: Binding) -> Query:
         def ask(names: tuple[str, ...]) -> Query:
@@ -224,7 +239,7 @@ class Compiler:
         if self.is_number(claim.left) or self.is_number(claim.right):
             left, right = self.number(claim.left, binding), self.number(claim.right, binding)
             query = Compare(claim.operator, left, right)
-            return query if query.reads else truth(query.holds(0))
+            return query if query.reads or query.has_tests else truth(query.holds(0))
         if claim.operator == "=":
             return self._equal(claim.left, claim.right, binding)
         return self._different(claim.left, claim.right, binding)
@@ -265,6 +280,8 @@ class Compiler:
     def _is_not(self, term: Term, name: str, binding: Binding) -> Query:
         """K(term != name)."""
         term = plain(term)
+        if isinstance(term, External):
+            return disjunction(condition for condition, answer in self.cases(term, binding) if answer != name)
         if not isinstance(term, Application):
             return truth(self.cases(term, binding)[0][1] != name)
 
@@ -318,28 +335,16 @@ class Compiler:
             case Number(value=value):
                 return NumberTerm(0, lambda _state: value)
             case Arithmetic() as sum_:
-                return _arithmetic(
-                    sum_.operator, self.number(sum_.left, binding), self.number(sum_.right, binding)
-                )
+                return computed(sum_.operator, self.number(sum_.left, binding), self.number(sum_.right, binding))
             case Application(function=function) as applied:
                 choices = [
                     (condition, self.number_term(function, names))
                     for condition, names in self.argument_cases(applied.arguments, binding)
                 ]
-                return self._fluent_number(function, choices)
+                return stored(choices, self.static if self.is_static(function) else None)
+            case External() as external:
+                return self._externals(binding).number(external)
         raise TypeError(f"not a number: {term!r}")
-
-    def _fluent_number(self, function: str, choices: list[tuple[Query, NumberBits]]) -> NumberTerm:
-        static = self.static if self.is_static(function) else None
-
-        def value(state: int) -> float | None:
-            for condition, bits in choices:
-                if condition.holds(state):
-                    return bits.decode(state if static is None else static)
-            return None
-
-        reads = union(condition.reads | (bits.field if static is None else 0) for condition, bits in choices)
-        return NumberTerm(reads, value)
 
 
 def _object(term: Variable | Constant, binding: Binding) -> str:
@@ -349,24 +354,6 @@ def _object(term: Variable | Constant, binding: Binding) -> str:
 def plain(term: Term) -> Term:
     """The term itself, also if its value is taken at run time."""
     return term.term if isinstance(term, RunTimeValue) else term
-
-
-def _arithmetic(operator: str, left: NumberTerm, right: NumberTerm) -> NumberTerm:
-    def value(state: int) -> float | None:
-        first, second = left.value(state), right.value(state)
-        if first is None or second is None or (operator == "/" and second == 0.0):
-            return None
-        return finite(_OPERATIONS[operator](first, second))
-
-    return NumberTerm(left.reads | right.reads, value)
-
-
-_OPERATIONS: Mapping[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-}
 
 
 def ground_call(call: ProcedureCall, binding: Binding) -> GroundCall:

@@ -17,6 +17,7 @@ from kabo.language.formulas import (
     Conditional,
     Effect,
     ExactlyOne,
+    External,
     Fact,
     FactAll,
     FactForall,
@@ -165,7 +166,7 @@ class _Databases:
                 yield self._world(bits, known, bits.mask)
         if not adds:
             yield self._uncertain(bits)
-        if adds and isinstance(value, Application | RunTimeValue):
+        if adds and isinstance(value, Application | External | RunTimeValue):
             unknown = conjunction([self.condition, *(negation(case) for case, _ in cases)])
             later = bits.whether if isinstance(value, RunTimeValue) else 0
             yield self._world(bits, unknown, bits.mask & ~later, later)

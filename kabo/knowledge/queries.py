@@ -111,20 +111,33 @@ FALSE: Final = AnyOf(0)
 
 @dataclass(frozen=True)
 class NumberTerm:
-    """A number that may be known: `value` reads the bits `reads` of a state, None means unknown."""
+    """A number that may be known: `value` reads the bits `reads` of a state, None means unknown.
+
+    `asks` says whether an external procedure is asked for it.
+    """
 
     reads: int
     value: Callable[[int], float | None]
+    asks: bool = False
+
+
+class Signed(Query):
+    """A leaf that is denied as a whole: `positive` is False for "not known so"."""
+
+    positive: bool
 
 
 @dataclass(frozen=True)
-class Compare(Query):
+class Compare(Signed):
     """A comparison of two known numbers; `positive` is False for "not known to compare so"."""
 
     operator: str
     left: NumberTerm
     right: NumberTerm
     positive: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "has_tests", self.left.asks or self.right.asks)
 
     @property
     def reads(self) -> int:
@@ -147,7 +160,7 @@ class Compare(Query):
 
 
 @dataclass(frozen=True)
-class GeometricTest(Query):
+class GeometricTest(Signed):
     """A geometric test; depends on no bit, only on the geometric state behind the oracle."""
 
     call: GroundCall
@@ -297,8 +310,8 @@ def negation(query: Query) -> Query:
             return disjunction(AllOf(bit, bit & ~value) for bit in bits_of(mask))
         case AnyOf(mask):
             return AllOf(mask, 0)
-        case Compare() | GeometricTest():
-            return replace(query, positive=not query.positive)
+        case Signed():
+            return replace(query, positive=not query.positive)  # type: ignore[type-var]
         case All():
             return disjunction(negation(part) for part in query.parts)
         case Some():
@@ -338,7 +351,7 @@ def tested_for_zero(query: Query) -> int:
     match query:
         case AllOf(mask, value):
             return mask & ~value
-        case Compare(positive=False):
+        case Signed(positive=False):
             return query.reads
         case All() | Some():
             return union(tested_for_zero(part) for part in query.parts)

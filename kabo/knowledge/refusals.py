@@ -11,6 +11,7 @@ from kabo.language.formulas import (
     Conditional,
     Effect,
     ExactlyOne,
+    External,
     Fact,
     FactAll,
     FactForall,
@@ -31,16 +32,30 @@ _Refusal = tuple[str, Place | None]
 def refuse_unsupported(problem: Problem) -> None:
     """Raises an InputError with a Diagnostic for everything in the problem that is not supported."""
     where = str(problem.domain.path or problem.path)
-    found = [_diagnostic(what, place, where) for what, place in _refusals(problem)]
+    found = [_diagnostic(f"{what} not supported", place, where) for what, place in _refusals(problem)]
+    found += [_diagnostic(what, place, where) for what, place in _unanswered(problem)]
     if found:
         raise InputError(found)
 
 
 def _diagnostic(what: str, place: Place | None, file: str) -> Diagnostic:
-    message = f"{what} not supported"
     if place is None:
-        return Diagnostic(file, 1, 1, message)
-    return Diagnostic(place.file, place.line, place.column, message, length=place.length)
+        return Diagnostic(file, 1, 1, what)
+    return Diagnostic(place.file, place.line, place.column, what, length=place.length)
+
+
+def _unanswered(problem: Problem) -> Iterator[_Refusal]:
+    """Values that nobody can be asked for; each procedure where it is declared."""
+    given = frozenset() if problem.answers is None else problem.answers.given
+    domain = problem.domain
+    used = _externals((*domain.actions.values(), *problem.initial, *problem.goal))
+    for name in sorted({external.procedure for external in used} - given):
+        if not domain.procedures[name].is_test:
+            remedy = f'kabo.solve(…, procedures={{"{name}": …}})'
+            yield (
+                f'nobody answers for the procedure "{name}": give a function, {remedy}',
+                domain.procedures[name].place,
+            )
 
 
 def _refusals(problem: Problem) -> Iterator[_Refusal]:
@@ -56,15 +71,20 @@ def _refusals(problem: Problem) -> Iterator[_Refusal]:
 
 
 def _in_rule(rule: Effect, problem: Problem) -> Iterator[_Refusal]:
-    """Rules infer: they compute no numbers and ask no geometry."""
+    """Rules infer: they compute no numbers and ask nobody."""
     match rule:
         case Change(facts=facts):
+            for external in _externals(facts):
+                yield f'the procedure "{external.procedure}" in an update rule is', external.place
             for fact in facts:
                 if _is_about_a_number(fact, problem):
                     yield "assigning a number in an update rule is", fact.place
         case Conditional(condition=condition, updates=inner):
+            for external in _externals(condition):
+                yield f'the procedure "{external.procedure}" in an update rule is', external.place
             for test in _tests(condition):
-                yield "a geometric test in an update rule is", test.place
+                if not isinstance(test.call, External):
+                    yield "a geometric test in an update rule is", test.place
             for update in inner:
                 yield from _in_rule(update, problem)
         case ForEach(effects=inner):
@@ -79,14 +99,23 @@ def _is_about_a_number(fact: Fact, problem: Problem) -> bool:
 
 
 def _tests(tree: object) -> Iterator[Test]:
-    if isinstance(tree, Test):
-        yield tree
-    elif isinstance(tree, tuple):
+    return (part for part in _parts(tree) if isinstance(part, Test))
+
+
+def _externals(tree: object) -> Iterator[External]:
+    return (part for part in _parts(tree) if isinstance(part, External))
+
+
+def _parts(tree: object) -> Iterator[object]:
+    """The tree and all that is in it."""
+    if isinstance(tree, tuple):
         for part in tree:
-            yield from _tests(part)
+            yield from _parts(part)
     elif hasattr(tree, "__dataclass_fields__"):
+        yield tree
         for name in tree.__dataclass_fields__:
-            yield from _tests(getattr(tree, name))
+            if name != "place":
+                yield from _parts(getattr(tree, name))
 
 
 def _in_effects(effects: Iterable[Effect], run_time: frozenset[str] = frozenset()) -> Iterator[_Refusal]:
@@ -97,9 +126,13 @@ def _in_effects(effects: Iterable[Effect], run_time: frozenset[str] = frozenset(
             case Change():
                 for fact in effect.facts:
                     yield from _in_fact(fact, run_time)
+                for external in _externals(effect.facts) if effect.database != "Kf" else ():
+                    yield f'the procedure "{external.procedure}" in a fact of {effect.database} is', external.place
             case WorldEffect():
                 for claim in (*effect.conditions, *effect.outcomes):
                     yield from _in_fact(claim, run_time)
+                    for external in _externals(claim):
+                        yield f'the procedure "{external.procedure}" inside `when` is', external.place
 
 
 def _in_fact(fact: Fact, run_time: frozenset[str]) -> Iterator[_Refusal]:
@@ -125,7 +158,7 @@ def _in_comparison(fact: Comparison, run_time: frozenset[str]) -> Iterator[_Refu
     elif fact.operator not in ("=", "!="):
         yield f'the comparison "{fact.operator}" as a fact is', fact.place
     elif fact.operator == "!=" and any(
-        isinstance(side, Application | Arithmetic) for side in sides if side != named
+        isinstance(side, Application | Arithmetic | External) for side in sides if side != named
     ):
         yield '"!=" between two terms as a fact is', fact.place
     else:
@@ -136,7 +169,7 @@ def _in_arguments(
     arguments: Iterable[Term], place: Place | None, run_time: frozenset[str] = frozenset()
 ) -> Iterator[_Refusal]:
     for argument in arguments:
-        if isinstance(argument, Application | Arithmetic):
+        if isinstance(argument, Application | Arithmetic | External):
             yield "a function term as an argument of a fact is", place
         elif isinstance(argument, Variable) and argument.name in run_time:
             yield f'the run-time variable "{argument.name}" as an argument of a fact is', place

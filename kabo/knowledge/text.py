@@ -12,6 +12,7 @@ from kabo.language.formulas import (
     Comparison,
     Constant,
     Exists,
+    External,
     Forall,
     Formula,
     Know,
@@ -21,6 +22,7 @@ from kabo.language.formulas import (
     Not,
     Number,
     Or,
+    ProcedureCall,
     Temporal,
     Term,
     Test,
@@ -42,7 +44,7 @@ def formula_text(formula: Formula, binding: Binding) -> str:
         case KnowValue(term=term):
             return f"Kv({term_text(term, binding)})"
         case Test(call=call):
-            return str(ground_call(call, _OwnName(binding)))
+            return _called(call, binding)
         case Not(body=body):
             return f"not {_part(body, binding)}"
         case And(parts=parts):
@@ -57,6 +59,12 @@ def formula_text(formula: Formula, binding: Binding) -> str:
             return f"exists({_variables(variables)}) {_part(body, binding)}"
         case Temporal(kind=kind, body=body):
             return f"{kind}({formula_text(body, binding)})"
+
+
+def _called(call: ProcedureCall | External, binding: Binding) -> str:
+    if isinstance(call, ProcedureCall):
+        return str(ground_call(call, _OwnName(binding)))
+    return _applied(call, binding) if call.arguments else f"{call.procedure}()"
 
 
 class _OwnName(dict[str, str]):
@@ -91,13 +99,15 @@ def term_text(term: Term, binding: Binding) -> str:
             return binding.get(name, name)
         case Number(value=value):
             return str(int(value)) if value.is_integer() else repr(value)
-        case Application():
+        case Application() | External():
             return _applied(term, binding)
         case Arithmetic(operator=operator, left=left, right=right):
             return f"({term_text(left, binding)} {operator} {term_text(right, binding)})"
 
 
-def _applied(thing: Atom | Application, binding: Binding) -> str:
-    name = thing.predicate if isinstance(thing, Atom) else thing.function
+def _applied(thing: Atom | Application | External, binding: Binding) -> str:
+    match thing:
+        case Atom(predicate=name) | Application(function=name) | External(procedure=name):
+            pass
     arguments = ", ".join(term_text(argument, binding) for argument in thing.arguments)
     return f"{name}({arguments})" if arguments else name

@@ -1,22 +1,25 @@
-"""Domain files: types, constants, predicates, functions, update rules and actions [LANGUAGE 2]."""
+"""Domain files: types, constants, predicates, functions, procedures, update rules and actions [LANGUAGE 2]."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
 
 from kabo.language import formulas as f
+from kabo.language.calls import read_call
 from kabo.language.documents import Mapping, Node, Scalar, Sequence
 from kabo.language.effects import read_effects
 from kabo.language.findings import Findings
-from kabo.language.problem import Action, Domain, Function, Parameter
+from kabo.language.problem import Action, Domain, Function, Parameter, Procedure
 from kabo.language.procedures import PROCEDURES
 from kabo.language.queries import read_formula
 from kabo.language.syntax import Tree, parse
-from kabo.language.terms import Context, read_atom, read_call, read_function_term, read_term
+from kabo.language.terms import Context, read_atom, read_function_term, read_term
 from kabo.language.values import Reader
-from kabo.language.vocabulary import NUMBER, Kind, Scope, Symbol, Values, Vocabulary
+from kabo.language.vocabulary import NUMBER, TEST, Kind, Scope, Symbol, Values, Vocabulary
 
-DOMAIN_KEYS = ("domain", "types", "constants", "predicates", "functions", "update_rules", "actions")
+DOMAIN_KEYS = (
+    "domain", "types", "constants", "predicates", "functions", "procedures", "update_rules", "actions",
+)  # fmt: skip
 ACTION_KEYS = ("parameters", "preconditions", "geometry", "effects", "sense", "cost")
 FUNCTION_KEYS = ("arguments", "value")
 
@@ -33,6 +36,7 @@ class DomainReading:
     constants: dict[str, str] = field(default_factory=dict)
     predicates: dict[str, tuple[str, ...]] = field(default_factory=dict)
     functions: dict[str, Function] = field(default_factory=dict)
+    procedures: dict[str, Procedure] = field(default_factory=dict)
     domain: Domain | None = None
 
 
@@ -46,11 +50,12 @@ def read_domain(root: Mapping, findings: Findings) -> DomainReading:
     _read_constants(reading, root.get("constants"))
     _read_predicates(reading, root.get("predicates"))
     _read_functions(reading, root.get("functions"))
+    _read_procedures(reading, root.get("procedures"))
     rules = _read_rules(reading, root.get("update_rules"))
     actions = _read_actions(reading, reader.require(root, "actions", "a domain"))
     reading.domain = Domain(
         name or "", dict(reading.vocabulary.types), reading.constants, reading.predicates, reading.functions,
-        rules, actions, root.source.path,
+        rules, actions, root.source.path, reading.procedures,
     )  # fmt: skip
     return reading
 
@@ -113,11 +118,16 @@ def _read_predicates(reading: DomainReading, node: Node | None) -> None:
             reading.predicates[name] = tuple(kind for kind in kinds if isinstance(kind, str))
 
 
-def _argument_types(reading: DomainReading, node: Node | None, where: str) -> tuple[Kind, ...]:
+def _argument_types(
+    reading: DomainReading, node: Node | None, where: str, *, numbers: bool = False
+) -> tuple[Kind, ...]:
     kinds: list[Kind] = []
     for item in reading.reader.items(node, f"the arguments {where}"):
         scalar = reading.reader.scalar(item, f"a type {where}")
-        known = scalar is not None and reading.vocabulary.check_type(scalar.text, scalar.place, where)
+        known = scalar is not None and (
+            (numbers and scalar.text == NUMBER)
+            or reading.vocabulary.check_type(scalar.text, scalar.place, where, *([NUMBER] if numbers else []))
+        )
         kinds.append(scalar.text if known and scalar is not None else None)
     return tuple(kinds)
 
@@ -140,6 +150,29 @@ def _read_functions(reading: DomainReading, node: Node | None) -> None:
             kind_name = kind if isinstance(kind, str) and kind != NUMBER else None
             values = kind.names if isinstance(kind, Values) else None
             reading.functions[name] = Function(name, arguments, kind_name, values)
+
+
+def _read_procedures(reading: DomainReading, node: Node | None) -> None:
+    """External procedures: as functions, but a value is not needed, and arguments may be numbers."""
+    for name, key, value in reading.reader.entries(node, "the procedures"):
+        what = f'the procedure "{name}"'
+        mapping = reading.reader.mapping(value, what)
+        kinds: tuple[Kind, ...] = ()
+        kind: Kind = TEST
+        if mapping is not None:
+            reading.reader.keys(mapping, FUNCTION_KEYS, what)
+            kinds = _argument_types(reading, mapping.get("arguments"), f"of {what}", numbers=True)
+            if (answer := mapping.get("value")) is not None:
+                kind = _value_kind(reading, answer, what)
+        if name in PROCEDURES:
+            reading.findings.add(key.place, f'"{name}" is the name of a procedure of geometry')
+        elif reading.reader.check_name(key, "a procedure") and reading.vocabulary.declare(
+            Symbol("procedure", name, key.place, kind, kinds)
+        ):
+            arguments = tuple(each for each in kinds if isinstance(each, str))
+            kind_name = kind if isinstance(kind, str) and kind not in (NUMBER, TEST) else None
+            values = kind.names if isinstance(kind, Values) else None
+            reading.procedures[name] = Procedure(name, arguments, kind == TEST, kind_name, values, key.place)
 
 
 def _value_kind(reading: DomainReading, node: Node | None, what: str) -> Kind:

@@ -170,5 +170,9 @@ def _assignment(
 def _kind_of(context: Context, term: f.Term) -> Kind:
     if isinstance(term, f.Number | f.Arithmetic):
         return NUMBER
-    symbol = context.scope.find(term.function if isinstance(term, f.Application) else term.name)
+    if isinstance(term, f.External):
+        name = term.procedure
+    else:
+        name = term.function if isinstance(term, f.Application) else term.name
+    symbol = context.scope.find(name)
     return None if symbol is None else symbol.kind

@@ -66,7 +66,16 @@ class Arithmetic:
     place: Place | None = _place
 
 
-Term = Constant | Variable | Number | Application | Arithmetic
+@dataclass(frozen=True)
+class External:
+    """An external procedure of the domain asked for its answer: `distance(here, there)`; a pure function."""
+
+    procedure: str
+    arguments: tuple["Term", ...] = ()
+    place: Place | None = _place
+
+
+Term = Constant | Variable | Number | Application | Arithmetic | External
 
 
 # ------------------------------------------------------------------------------------------------------ claims
@@ -136,9 +145,9 @@ class Truth:
 
 @dataclass(frozen=True)
 class Test:
-    """A call of a geometric test: true or false, advances nothing."""
+    """A call of a geometric test, or of an external procedure that is one: true or false, advances nothing."""
 
-    call: "ProcedureCall"
+    call: "ProcedureCall | External"
     place: Place | None = _place
 
 

@@ -1,10 +1,10 @@
 """A problem as data: domain, objects, initial knowledge, goal, options, the scene's description, files read."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kabo.language.formulas import Application, Atom, Effect, Formula, Place, ProcedureCall, Term
+from kabo.language.formulas import Application, Atom, Effect, Formula, GroundCall, Place, ProcedureCall, Term
 from kabo.language.scene_description import SceneDescription
 
 
@@ -16,6 +16,34 @@ class Function:
     arguments: tuple[str, ...]
     value_type: str | None = None
     values: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """An external procedure's signature; a test, or else its value is as a function's."""
+
+    name: str
+    arguments: tuple[str, ...]
+    is_test: bool
+    value_type: str | None = None
+    values: tuple[str, ...] | None = None
+    place: Place | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def is_number(self) -> bool:
+        """Whether its value is a number."""
+        return not self.is_test and self.value_type is None and self.values is None
+
+
+Answer = bool | str | float | None  # of a test, with an object, with a number; None: there is no value
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Asks the external procedures that are `given`; equal calls have equal answers."""
+
+    given: frozenset[str]
+    ask: Callable[[GroundCall], Answer]
 
 
 @dataclass(frozen=True)
@@ -54,6 +82,7 @@ class Domain:
     update_rules: tuple[Effect, ...]
     actions: Mapping[str, Action]
     path: Path | None = None
+    procedures: Mapping[str, Procedure] = field(default_factory=dict)
 
     def is_a(self, kind: str, ancestor: str) -> bool:
         """Whether type `kind` is `ancestor` or one of its subtypes."""
@@ -84,7 +113,8 @@ class Problem:
 
     `objects` maps every object *and* every constant of the domain to its type, in order of declaration (constants
     first). `files` maps every file read so far, as a path relative to the problem's folder with forward slashes,
-    to `sha256:…` of its bytes; scene loading adds meshes and URDF files.
+    to `sha256:…` of its bytes; scene loading adds meshes and URDF files. `answers` asks the domain's external
+    procedures; no file says it, and without it tests hold and nothing has a value.
     """
 
     name: str
@@ -96,6 +126,7 @@ class Problem:
     scene: SceneDescription | None
     path: Path
     files: Mapping[str, str]
+    answers: Answers | None = field(default=None, compare=False, repr=False)
 
     def of_type(self, kind: str) -> tuple[str, ...]:
         """The names of all objects and constants of type `kind` or a subtype, in order of declaration."""
@@ -107,3 +138,10 @@ class Problem:
         if declared.values is not None:
             return declared.values
         return None if declared.value_type is None else self.of_type(declared.value_type)
+
+    def answers_of(self, procedure: str) -> tuple[str, ...]:
+        """All objects that an external procedure can answer, in order of declaration; none for numbers and tests."""
+        declared = self.domain.procedures[procedure]
+        if declared.values is not None:
+            return declared.values
+        return () if declared.value_type is None else self.of_type(declared.value_type)

@@ -150,7 +150,9 @@ def ancestors(kind: str, types: MappingType[str, str | None]) -> Iterator[str]:
 
 def _filled(call: f.ProcedureCall) -> Iterator[tuple[Property, f.Argument]]:
     """Every argument of a call with the property that it fills."""
-    properties = PROCEDURES[call.procedure]
+    properties = PROCEDURES.get(call.procedure)
+    if properties is None:
+        return  # an external procedure: its arguments were checked by their types
     by_name = {each.name: each for each in properties}
     for number, argument in enumerate(call.arguments):
         yield (properties[number] if argument.name is None else by_name[argument.name]), argument
@@ -166,7 +168,7 @@ def _calls_of(*trees: object) -> Iterator[f.ProcedureCall]:
         elif isinstance(tree, tuple):
             waiting.extend(tree)
         elif isinstance(tree, f.Test):
-            yield tree.call
+            waiting.append(tree.call)
         elif isinstance(tree, f.Conditional):
             waiting.append(tree.condition)
         elif isinstance(tree, f.ForEach):

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 
 from kabo.language import formulas as f
+from kabo.language.calls import read_call, read_test
 from kabo.language.syntax import Tree
 from kabo.language.terms import (
     Context,
     read_atom,
-    read_call,
     read_claim,
     read_function_term,
     read_variables,
@@ -71,8 +71,11 @@ def _test(context: Context, tree: Tree) -> f.Formula | None:
         written = source if source.startswith(name) else f"{name}(…)"
         context.report(tree, f'"{name}" is a predicate, and a formula is about knowledge', f"write K({written})")
         return None
+    if symbol is not None and symbol.role == "procedure":
+        asked = read_test(context, tree, symbol)
+        return None if asked is None else f.Test(asked, context.parsed.place(tree))
     if name not in context.procedures:
-        known = {**context.scope.names("predicate"), **dict.fromkeys(context.procedures, ("", None))}
+        known = {**context.scope.names("predicate", "procedure"), **dict.fromkeys(context.procedures, ("", None))}
         hint = context.findings.near(name, known.keys(), known)
         context.report(tree.children[0], f'unknown geometric test "{name}" {context.where}', hint)
         return None

@@ -54,6 +54,11 @@ def _(tree: f.Application) -> str:
 
 
 @_spell.register
+def _(tree: f.External) -> str:
+    return _call(tree.procedure, tree.arguments)
+
+
+@_spell.register
 def _(tree: f.Atom) -> str:
     return _call(tree.predicate, tree.arguments)
 
@@ -102,7 +107,8 @@ def _(tree: f.Truth) -> str:
 
 @_spell.register
 def _(tree: f.Test) -> str:
-    return _spell(tree.call)
+    text = _spell(tree.call)
+    return text if text.endswith(")") else f"{text}()"
 
 
 @_spell.register

@@ -1,20 +1,18 @@
-"""Terms, atoms, claims and procedure calls: parse trees with every name resolved and every type checked.
+"""Terms, atoms and claims: parse trees with every name resolved and every type checked.
 
 A function returns None after reporting what is wrong, and goes on with the parts beside it.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-
-import lark
 
 from kabo.language import formulas as f
 from kabo.language.findings import Findings, spell_place
-from kabo.language.procedures import Property, spell_signature
+from kabo.language.procedures import Property
 from kabo.language.syntax import Parsed, Token, Tree
 from kabo.language.values import NAME, proper_name
-from kabo.language.vocabulary import NUMBER, Kind, Scope, Symbol, Values, Vocabulary, term_of
+from kabo.language.vocabulary import NUMBER, TEST, Kind, Scope, Symbol, Values, Vocabulary, term_of
 
 
 @dataclass(frozen=True)
@@ -138,11 +136,16 @@ def _named_term(context: Context, tree: Tree) -> tuple[f.Term | None, Kind]:
     if symbol.role == "predicate":
         context.report(name, f'"{name}" is a predicate: it is true or false, and no value')
         return None, None
-    if symbol.role == "function":
+    if symbol.kind == TEST:
+        hint = f"{context.text(tree)} stands by itself, without K"
+        context.report(name, f'the procedure "{name}" is a test: it is true or false, and no value', hint)
+        return None, None
+    if symbol.role in ("function", "procedure"):
         arguments = read_arguments(context, tree, symbol)
         if arguments is None:
             return None, None
-        return f.Application(str(name), arguments, context.parsed.place(tree)), symbol.kind
+        kind_of_term = f.Application if symbol.role == "function" else f.External
+        return kind_of_term(str(name), arguments, context.parsed.place(tree)), symbol.kind
     if len(tree.children) > 1:
         context.report(name, f'"{name}" is {symbol.description} and takes no arguments')
         return None, None
@@ -187,7 +190,8 @@ def read_atom(context: Context, tree: Tree) -> f.Atom | None:
     elif symbol.role == "function":
         context.report(name, f'"{name}" is a function, not a predicate', _value_hint(context, tree))
     elif symbol.role != "predicate":
-        context.report(name, f'"{name}" is {symbol.description}, not a predicate')
+        hint = f"write {context.text(tree)} without K" if symbol.kind == TEST else None
+        context.report(name, f'"{name}" is {symbol.description}, not a predicate', hint)
     else:
         arguments = read_arguments(context, tree, symbol)
         return None if arguments is None else f.Atom(str(name), arguments, context.parsed.place(tree))
@@ -211,6 +215,9 @@ def read_function_term(context: Context, tree: Tree) -> f.Application | None:
             return None
         if symbol.role == "predicate":
             context.report(name, f'"{name}" is a predicate', f"write Kw({context.text(tree)})")
+            return None
+        if symbol.role == "procedure":
+            context.report(name, f'"{name}" is a procedure: what it answers is known whenever it is asked')
             return None
         if symbol.role == "function":
             term, _ = read_term(context, tree)
@@ -267,82 +274,3 @@ def read_variables(context: Context, tree: Tree) -> tuple[tuple[f.Variable, ...]
         found[str(name)] = symbol
     variables = tuple(f.Variable(str(name), str(kind), context.parsed.place(name)) for kind, name in pairs)
     return variables, context.inside(context.scope.with_bound(found))
-
-
-# ----------------------------------------------------------------------------------------------- procedure calls
-def read_call(context: Context, tree: Tree) -> f.ProcedureCall | None:
-    """A call of a geometric procedure: its name, and arguments that its properties have room for."""
-    name = tree.children[0]
-    properties = context.procedures.get(str(name))
-    arguments = [_argument(context, piece) for piece in tree.children[1:]]
-    if properties is None:
-        hint = context.findings.near(str(name), context.procedures)
-        hint = hint or f"the procedures are {', '.join(sorted(context.procedures))}"
-        context.report(name, f'unknown procedure "{name}" {context.where}', hint)
-        return None
-    if None in arguments:
-        return None
-    given = [argument for argument in arguments if argument is not None]
-    if not _check_properties(context, tree, properties, given):
-        return None
-    return f.ProcedureCall(str(name), tuple(given), context.parsed.place(tree))
-
-
-def _argument(context: Context, tree: Tree) -> f.Argument | None:
-    place = context.parsed.place(tree)
-    if tree.data in ("term", "number") and len(tree.children) == 1:  # in a test inside a formula
-        tree = lark.Tree("argument", list(tree.children), tree.meta)
-    if tree.data != "argument":
-        context.report(tree, "an argument of a procedure is a parameter, a name or a number")
-        return None
-    value = tree.children[-1]
-    if not isinstance(value, lark.Token):
-        return None
-    named = str(tree.children[0]) if len(tree.children) == 2 else None
-    if value.type == "NUMBER":
-        return f.Argument(f.Number(float(str(value)), context.parsed.place(value)), named, place)
-    symbol = context.scope.find(str(value))
-    if symbol is not None and symbol.role in ("predicate", "function") and named is None:
-        context.report(value, f'"{value}" is {symbol.description}, and no argument of a procedure')
-        return None
-    if symbol is not None and symbol.role == "run-time variable":
-        context.report(value, f'the run-time variable "{value}" has no value yet and may not stand in `geometry`')
-        return None
-    if symbol is None or symbol.role in ("predicate", "function"):
-        return f.Argument(f.Constant(str(value), context.parsed.place(value)), named, place)
-    term = term_of(symbol, context.parsed.place(value))
-    return f.Argument(term, named, place)
-
-
-def _check_properties(
-    context: Context, tree: Tree, properties: Sequence[Property], given: Sequence[f.Argument]
-) -> bool:
-    signature = spell_signature(str(tree.children[0]), tuple(properties))
-    positional = [argument for argument in given if argument.name is None]
-    filled = [each.name for each in properties[: len(positional)]]
-    by_name = {each.name: each for each in properties}
-    for number, (argument, piece) in enumerate(zip(given, tree.children[1:], strict=True)):
-        if argument.name is None:
-            if number >= len(positional):
-                context.report(piece, "arguments by position stand before those by name")
-                return False
-            wanted: Property | None = properties[number] if number < len(properties) else None
-        else:
-            wanted = by_name.get(argument.name)
-            if wanted is None:
-                hint = context.findings.near(argument.name, by_name) or f"it is {signature}"
-                context.report(piece, f'{tree.children[0]} has no property "{argument.name}"', hint)
-                return False
-            if argument.name in filled:
-                context.report(piece, f'"{argument.name}" is given twice')
-                return False
-            filled.append(argument.name)
-        if wanted is not None and isinstance(argument.value, f.Number):
-            context.report(piece, f'the property "{wanted.name}" takes a name, not a number')
-            return False
-    missing = [each.name for each in properties if each.required and each.name not in filled]
-    if missing or len(positional) > len(properties):
-        problem = f'lacks "{missing[0]}"' if missing else f"takes at most {len(properties)} arguments"
-        context.report(tree.children[0], f"{tree.children[0]} {problem}", f"it is {signature}")
-        return False
-    return True

@@ -11,6 +11,7 @@ from kabo.language.findings import Findings, spell_place
 from kabo.language.formulas import Application, Constant, Place, Variable
 
 NUMBER = "number"
+TEST = "true or false"  # what an external procedure without a value answers; no name of a type has blanks
 
 
 @dataclass(frozen=True)
@@ -28,10 +29,18 @@ Kind = str | Values | None  # a type's name, `number`, an enumeration; None: unk
 
 @dataclass(frozen=True)
 class Symbol:
-    """What a name stands for; `kind` is that of its value, `arguments` those of a predicate or function."""
+    """What a name stands for; `kind` is that of its value, `arguments` of a predicate, function or procedure."""
 
     role: Literal[
-        "predicate", "function", "constant", "object", "value", "parameter", "run-time variable", "variable"
+        "predicate",
+        "function",
+        "procedure",
+        "constant",
+        "object",
+        "value",
+        "parameter",
+        "run-time variable",
+        "variable",
     ]
     name: str
     place: Place

@@ -4,7 +4,7 @@
 ever lost is proven to be out of reach, whatever geometry says, and has causes. Only then does it search.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, Literal
@@ -19,6 +19,7 @@ from kabo.planner.contingent import find_skeleton
 from kabo.planner.dead_ends import dead_ends
 from kabo.planner.makers import Makers
 from kabo.planner.origins import Origins
+from kabo.planner.procedures import Procedures
 from kabo.planner.settled import why_false
 from kabo.planner.skeleton import Exhausted, Found, Limits
 from kabo.planner.unused import Unused
@@ -86,10 +87,11 @@ def explain(
     max_expansions: int | None = None,
     timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
+    procedures: Mapping[str, Callable[..., Any]] | None = None,
 ) -> Explanation:
     """What is out of reach in a problem and why, what is of no use in it, and whether there is a plan.
 
-    Only knowledge is looked at: every procedure is taken to succeed.
+    Only knowledge is looked at: every action's procedure is taken to succeed.
 
     Args:
         problem: whose names have been checked.
@@ -97,11 +99,14 @@ def explain(
         max_expansions: nodes that this search expands at most.
         timeout: seconds after which it gives up.
         cancelled: asked now and then; True ends it soon.
+        procedures: functions that answer for what formulas ask of external procedures, as for `solve`.
 
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
     """
     began = perf_counter()
+    if procedures:
+        problem = Procedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
     blocked = _blocked(whole)
     goals = _unreachable(blocked)

@@ -8,7 +8,7 @@ until a plan is found, proven impossible, or the budget is spent:
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
@@ -17,7 +17,7 @@ from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.packed import PackedTask
-from kabo.planner.procedures import Procedures
+from kabo.planner.procedures import Procedures, refuse_without_motion
 from kabo.planner.reasons import exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Skeleton, Unreachable
@@ -118,15 +118,21 @@ def solve(
         workers: processes to use.
         progress: told now and then what is done.
         cancelled: asked now and then whether to stop.
-        procedures: functions to ask instead of geometry, by the names of procedures in the domain: called with the
-            arguments (names of objects and numbers), and with a `seed` if they take one; true means success. Equal
-            arguments must have equal answers. Procedures without a function always succeed.
+        procedures: functions by the names of procedures: of external ones that the domain declares, or of those of
+            geometry, which then nobody else is asked for. Called with the arguments (names of objects and numbers),
+            and with a `seed` if they take one. They answer true for success, or with their value, None if there is
+            none. Equal arguments must have equal answers. Tests and calls without a function always succeed.
 
     Raises:
-        InputError: the problem uses what the planner does not support, or its scene does not load.
+        InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
+            answer is not as the domain declares it.
     """
     given = problem.options
-    has_geometry = problem.scene is not None and (geometry or given.geometry) != "none" and procedures is None
+    asked = Procedures(problem, procedures or {}, geometry_order, _first(seed, given.seed, 0))
+    replaced = procedures is not None and not (
+        procedures and problem.domain.procedures.keys() >= procedures.keys()
+    )
+    has_geometry = problem.scene is not None and (geometry or given.geometry) != "none" and not replaced
     scene_epsilon = problem.scene.epsilon if has_geometry and problem.scene is not None else None
     options = Options(
         search or given.search or DEFAULT_SEARCH,
@@ -138,12 +144,18 @@ def solve(
         _first(max_samples, given.max_samples, MAX_SAMPLES),
         _first(timeout, given.seconds, SECONDS),
     )
-    run = Run(problem, options, progress, cancelled)
-    task = ground(problem)
-    run.symbolic_s = perf_counter() - run.began
-    if procedures is not None:
-        return _with_procedures(run, task, Procedures(procedures, options.geometry_order, options.seed))
-    return _integrated(run, task) if has_geometry else _symbolic(run, task)
+    if has_geometry:
+        refuse_without_motion(problem)
+    run = Run(asked.answering() if procedures else problem, options, progress, cancelled)
+    task = ground(run.problem)
+    run.symbolic_s = perf_counter() - run.began - asked.seconds
+    if procedures is not None and not has_geometry:
+        return _with_procedures(run, task, asked)
+    result = _integrated(run, task) if has_geometry else _symbolic(run, task)
+    if procedures:
+        rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
+        result = replace(result, statistics={**result.statistics, "procedures": rows})
+    return result
 
 
 def _first(*values: Any) -> Any:
@@ -199,10 +211,10 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
         if procedures.follow(found.skeleton):
             variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
             plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
-            return Result("solved", plan, _statistics(run, None) | _calls(procedures))
+            return Result("solved", plan, _statistics(run, None) | procedures.figures())
         if run.stop():
             break
-    statistics = _statistics(run, None) | _calls(procedures)
+    statistics = _statistics(run, None) | procedures.figures()
     told = tuple(f"refused: {call}" for call in procedures.failed())
     if isinstance(found, Unreachable):
         if not told:
@@ -211,14 +223,6 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
         return Result("no_plan", None, statistics, Reason("refusals", None, text, told[:12]))
     budget = found.budget if isinstance(found, Exhausted) else "time"
     return Result("exhausted", None, statistics, exhausted(budget, []))
-
-
-def _calls(procedures: Procedures) -> dict[str, Any]:
-    rows = {
-        name: {"calls": counted.calls, "failures": {"refused": counted.failures} if counted.failures else {}}
-        for name, counted in procedures.counted.items()
-    }
-    return {"procedures": rows, "geometric_s": procedures.seconds}
 
 
 def _integrated(run: Run, task: Task) -> Result:

@@ -5,6 +5,7 @@ judges with dictionaries and sets, and with the original triangle meshes. What i
 """
 
 import sys
+from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -34,11 +35,18 @@ def __getattr__(name: str) -> Any:
 class _Room(ModuleType):
     """`kabo.verify` is this room and, as the façade promises, also the function."""
 
-    def __call__(self, problem: "Problem", plan: "Plan", *, knowledge_only: bool = False) -> Report:
+    def __call__(
+        self,
+        problem: "Problem",
+        plan: "Plan",
+        *,
+        knowledge_only: bool = False,
+        procedures: "Mapping[str, Callable[..., Any]] | None" = None,
+    ) -> Report:
         """As `verify_plan`."""
         from kabo.verify.verification import verify_plan
 
-        return verify_plan(problem, plan, knowledge_only=knowledge_only)
+        return verify_plan(problem, plan, knowledge_only=knowledge_only, procedures=procedures)
 
 
 sys.modules[__name__].__class__ = _Room

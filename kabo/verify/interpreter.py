@@ -10,6 +10,7 @@ from itertools import product
 from kabo.language.formulas import And, Forall, Formula, Temporal
 from kabo.language.problem import Action, Problem
 from kabo.plan import ValueOf
+from kabo.verify.asking import external_of, succeeds
 from kabo.verify.draft import ContradictionError, Draft
 from kabo.verify.ground import (
     Binding,
@@ -44,6 +45,7 @@ class GroundAction:
     values: tuple[tuple[str, Symbol | None], ...]  # run-time variables: the text and symbol of their terms
     preconditions: tuple[Question, ...]
     effects: tuple[Rule, ...]
+    refused: bool  # whether the function that answers for its procedure says no
 
 
 @dataclass(frozen=True)
@@ -177,6 +179,7 @@ class Interpreter:
         if key not in self._actions:
             schema = self.problem.domain.actions[name]
             binding: Binding = dict(arguments)
+            call = external_of(schema.geometry, self.problem)
             self._actions[key] = GroundAction(
                 schema,
                 tuple(
@@ -186,6 +189,7 @@ class Interpreter:
                 ),
                 tuple(question(part, self.problem, binding) for part in schema.preconditions),
                 (*rules_of(schema.effects, self.problem, binding), *sensing(schema.sense, self.problem, binding)),
+                call is not None and not succeeds(call, self.problem, binding),
             )
         return self._actions[key]
 

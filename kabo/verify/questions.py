@@ -15,8 +15,10 @@ from kabo.language.formulas import (
     Comparison,
     Constant,
     Exists,
+    External,
     Forall,
     Formula,
+    GroundCall,
     Know,
     KnowValue,
     KnowWhether,
@@ -33,6 +35,7 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 from kabo.plan import ValueOf
+from kabo.verify.asking import asker
 from kabo.verify.ground import Binding, NotVerifiableError, Symbol, Value, instances, read_symbol
 from kabo.verify.knowledge import Facts, Knowledge, will_be_known
 
@@ -49,6 +52,8 @@ def value_of(term: Term, problem: Problem, binding: Binding) -> Reader:
     """The known value of a term; None where it is not known."""
     if isinstance(term, Arithmetic):
         return _computed(term, problem, binding)
+    if isinstance(term, External):
+        return _answered(term, problem, binding)
     namer = symbol_of(term, problem, binding)
     if namer is None:
         value = _fixed(term, binding)
@@ -85,6 +90,17 @@ def _computed(term: Arithmetic, problem: Problem, binding: Binding) -> Reader:
         return float(_COMPUTE[term.operator](one, two))
 
     return compute
+
+
+def _answered(term: External, problem: Problem, binding: Binding) -> Reader:
+    """What an external procedure answers; None where an argument is not known."""
+    ask, readers = asker(term, problem), [value_of(argument, problem, binding) for argument in term.arguments]
+
+    def answer(state: Facts) -> Value | None:
+        values = tuple(read(state) for read in readers)
+        return None if None in values else ask(GroundCall(term.procedure, values))  # type: ignore[arg-type]
+
+    return answer
 
 
 def symbol_of(term: Term | Atom, problem: Problem, binding: Binding) -> Symbol | Namer | None:
@@ -213,6 +229,9 @@ def question(
             return _all(inside(body, more) for more in instances(problem, variables, binding))
         case Exists(variables, body):
             return _any(inside(body, more) for more in instances(problem, variables, binding))
+        case Test(External() as external):
+            answer = _answered(external, problem, binding)
+            return lambda state: answer(state) is True
         case Test() if problem.scene is None:
             return lambda state: True  # without a scene every geometric test succeeds
         case Temporal() if temporal is not None:

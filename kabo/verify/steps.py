@@ -82,6 +82,8 @@ def _unmet(action: GroundAction, state: Knowledge) -> Iterator[str]:
     for number, (formula, holds) in enumerate(zip(schema.preconditions, action.preconditions, strict=True), 1):
         if not holds(state):
             yield f'precondition {number} of "{schema.name}" does not hold' + because(formula)
+    if action.refused and schema.geometry is not None:
+        yield f'the procedure "{schema.geometry.procedure}" of "{schema.name}" fails here'
 
 
 def _branch(interpreter: Interpreter, node: Node, state: Knowledge, result: Step) -> Iterator[Way]:

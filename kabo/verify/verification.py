@@ -1,9 +1,11 @@
 """Verifies a plan: the graph, the files, the knowledge of every branch, possible worlds, and every motion."""
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from kabo.language import Problem
 from kabo.plan import Plan, plan_statistics
+from kabo.verify.asking import answering
 from kabo.verify.files import check_files
 from kabo.verify.replay import replay
 from kabo.verify.report import Finding, Report
@@ -13,17 +15,27 @@ from kabo.verify.worlds import WorldReport, validate_worlds
 WITHOUT_GEOMETRY = "the plan was made with --geometry none: its motions do not exist and were not verified"
 
 
-def verify_plan(problem: Problem, plan: Plan, *, knowledge_only: bool = False) -> Report:
+def verify_plan(
+    problem: Problem,
+    plan: Plan,
+    *,
+    knowledge_only: bool = False,
+    procedures: Mapping[str, Callable[..., Any]] | None = None,
+) -> Report:
     """Whether a plan solves a problem: every branch and world reaches the goal, every motion is its action's and free.
 
     Args:
         problem: the problem as its files say it now.
         plan: the plan to judge.
         knowledge_only: leave geometry out; the report says so.
+        procedures: functions by the names of procedures, as for `kabo.solve`.
 
     Raises:
-        InputError: the scene's meshes or URDFs do not load.
+        InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
     """
+    if procedures:
+        seed = plan.options.get("seed")
+        problem = answering(problem, procedures, seed if isinstance(seed, int) else 0)
     order, findings = check_structure(plan)
     if not order:
         return Report(tuple(findings), knowledge_only=knowledge_only)

@@ -1,0 +1,36 @@
+"""What external procedures may answer, checked where it comes in: a wrong answer must not look like a missing plan."""
+
+import math
+from typing import Any
+
+from kabo.errors import Diagnostic, InputError
+from kabo.language.formulas import GroundCall
+from kabo.language.problem import Answer, Problem
+
+
+def checked_answer(problem: Problem, call: GroundCall, answer: Any) -> Answer:
+    """The answer as kabo works with it: of a test its truth, a number as float, an object's name; None is no value.
+
+    Procedures that the domain does not declare are those of geometry: they succeed or fail.
+
+    Raises:
+        InputError: the procedure's declaration allows no such answer.
+    """
+    declared = problem.domain.procedures.get(call.procedure)
+    if declared is None or declared.is_test:
+        return bool(answer)
+    if answer is None:
+        return None
+    if declared.is_number:
+        if isinstance(answer, int | float) and not isinstance(answer, bool) and math.isfinite(answer):
+            return float(answer) + 0.0
+        expected = "a finite number"
+    else:
+        if isinstance(answer, str) and answer in problem.answers_of(call.procedure):
+            return answer
+        kind = f"a {declared.value_type}"
+        expected = kind if declared.values is None else f"one of {', '.join(declared.values)}"
+    place = declared.place
+    file, line, column = (str(problem.path), 1, 1) if place is None else (place.file, place.line, place.column)
+    message = f"{call} answered {answer!r}, which is not {expected}"
+    raise InputError([Diagnostic(file, line, column, message, length=1 if place is None else place.length)])

@@ -1,0 +1,81 @@
+"""External procedures, asked on the verifier's own: what a plan was made with must still be answered so."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from kabo.language.answers import checked_answer
+from kabo.language.formulas import Argument, Constant, External, GroundCall, Number, ProcedureCall, Variable
+from kabo.language.problem import Answer, Answers, Problem
+from kabo.verify.ground import Binding, NotVerifiableError
+
+SEEDS = 16  # of a procedure that takes a seed: one of the first answers counts, as when planning
+
+
+def answering(problem: Problem, functions: Mapping[str, Callable[..., Any]], seed: int) -> Problem:
+    """The problem with functions that answer for its procedures, equal calls asked once."""
+    known: dict[GroundCall, Answer] = {}
+
+    def ask(call: GroundCall) -> Answer:
+        if call.procedure not in functions:
+            return True
+        if call not in known:
+            known[call] = _asked(problem, functions[call.procedure], call, seed)
+        return known[call]
+
+    return replace(problem, answers=Answers(frozenset(functions), ask))
+
+
+def _asked(problem: Problem, function: Callable[..., Any], call: GroundCall, seed: int) -> Answer:
+    options = dict(call.options)
+    try:
+        seeds = [seed + k for k in range(SEEDS)] if "seed" in inspect.signature(function).parameters else []
+    except (TypeError, ValueError):
+        seeds = []
+    for own in [{"seed": number} for number in seeds] or [{}]:
+        answer = checked_answer(problem, call, function(*call.arguments, **options, **own))
+        if answer is not False and answer is not None:
+            break
+    return answer
+
+
+def asker(external: External, problem: Problem) -> Callable[[GroundCall], Answer]:
+    """Asks an external procedure; a test that nobody answers for succeeds, as when planning.
+
+    Raises:
+        NotVerifiableError: nobody answers for its value.
+    """
+    answers, name = problem.answers, external.procedure
+    if answers is None or name not in answers.given:
+        if problem.domain.procedures[name].is_test:
+            return lambda call: True
+        raise NotVerifiableError(f'nobody answers for the procedure "{name}": give its function')
+    return answers.ask
+
+
+def external_of(call: ProcedureCall | None, problem: Problem) -> ProcedureCall | None:
+    """An action's call, if functions answer for it."""
+    return (
+        call
+        if call is not None and problem.answers is not None and call.procedure in problem.answers.given
+        else None
+    )
+
+
+def succeeds(call: ProcedureCall, problem: Problem, binding: Binding) -> bool:
+    """Whether an action's call succeeds; its arguments are objects, names and numbers."""
+    assert problem.answers is not None
+
+    def value(argument: Argument) -> str | float:
+        match argument.value:
+            case Constant(name=name):
+                return name
+            case Number(value=number):
+                return number
+            case Variable(name=name):
+                return binding[name]  # type: ignore[return-value]
+
+    positional = tuple(value(argument) for argument in call.arguments if argument.name is None)
+    named = sorted((argument.name, value(argument)) for argument in call.arguments if argument.name is not None)
+    return problem.answers.ask(GroundCall(call.procedure, positional, tuple(named))) is not False
