@@ -14,6 +14,7 @@ from kabo.knowledge.queries import Query, bits_of, union
 from kabo.language.formulas import Place
 
 MAX_ROUNDS = 1000  # of update rules: rules that still change something then do not settle
+KEPT = 20_000  # closures that are remembered: search, reordering and explanation ask for the same ones
 
 
 class Propagator(Protocol):
@@ -76,7 +77,12 @@ class Closure:
                 self._watching.setdefault(bit, []).append(number)
         self._watched = union(self._watching)
         self._active = [p.active if isinstance(p, Entry) else 0 for p in self.propagators]  # 0: always
+        # From a permanent entry nothing follows while two members may hold (and of Kx none is known to).
+        self._fails = [p.fails if isinstance(p, Entry) and not p.active else 0 for p in self.propagators]
+        self._decisive = [p.holds if isinstance(p, Entry) and p.exactly else 0 for p in self.propagators]
+        self._known: dict[tuple[int, int], tuple[int | None, Trace]] = {}  # state and what changed in it
         self._rule_watch = union(rule.watches for rule in self.rules)
+        self._telling = self._watched | self._rule_watch
         self._rules_of: dict[int, list[int]] = {}
         for number, rule in enumerate(self.rules):
             for bit in bits_of(rule.watches) if rule.watches else [0]:
@@ -97,8 +103,19 @@ class Closure:
         Raises:
             InputError: the update rules do not settle.
         """
-        if self.is_empty:
+        if not (changed & self._telling or self.monitors):
             return state
+        known = self._known.get((state, changed))
+        if known is None:
+            events: Trace = []
+            if len(self._known) >= KEPT:
+                self._known.clear()
+            known = self._known[state, changed] = self._completed(state, changed, events), events
+        if trace is not None:
+            trace += known[1]
+        return known[0]
+
+    def _completed(self, state: int, changed: int, trace: Trace) -> int | None:
         for _ in range(MAX_ROUNDS):
             after = self._propagated(state, changed, trace) if changed & self._watched else state
             if after is None:
@@ -140,6 +157,9 @@ class Closure:
             queued.discard(number)
             active = self._active[number]
             if active and not state & active:
+                continue
+            left = self._fails[number] & ~state
+            if left & (left - 1) and not state & self._decisive[number]:
                 continue
             after = self.propagators[number].propagate(state, trace)
             if after is None:

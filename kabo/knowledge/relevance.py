@@ -74,8 +74,8 @@ class Relevance:
         self._actions, self._goal, self._groups = tuple(actions), goal, groups
         self._branchings, self._closure = branchings, closure
         self._entries = union(branchings)
-        self._asked = 0  # the deciding bits of the state that was asked for last
-        self._dropped = 0  # what was obsolete there
+        self._dropped: dict[int, int] = {}  # deciding bits of a state -> what is obsolete there
+        self._last = 0  # those that were asked for last
 
     @cached_property
     def _droppable(self) -> list[_Droppable]:
@@ -94,7 +94,7 @@ class Relevance:
                 continue
             readers = tuple(death(action) for action in reading)
             found.append(_Droppable(group, readers, union(reader.reads for reader in readers)))
-        self._dropped = union(one.group for one in found if one.is_obsolete(0))
+        self._dropped[0] = union(one.group for one in found if one.is_obsolete(0))
         return found
 
     @cached_property
@@ -115,13 +115,18 @@ class Relevance:
         if not self._droppable or open_entries(state, self._entries):
             return state
         deciding = state & self._deciding
-        changed = deciding ^ self._asked
-        if changed:  # only what the difference to the last state decides about is asked again
-            self._asked = deciding
-            again = {one.group: one for bit in bits_of(changed) for one in self._decided[bit]}
-            self._dropped &= ~union(again)
-            self._dropped |= union(group for group, one in again.items() if one.is_obsolete(state))
-        return state & ~self._dropped
+        dropped = self._dropped.get(deciding)
+        if dropped is None:
+            dropped = self._dropped[deciding] = self._changed(
+                self._dropped[self._last], deciding ^ self._last, state
+            )
+            self._last = deciding
+        return state & ~dropped
+
+    def _changed(self, dropped: int, changed: int, state: int) -> int:
+        """What is obsolete: only what the changed bits decide about is asked again."""
+        again = {one.group: one for bit in bits_of(changed) for one in self._decided[bit]}
+        return dropped & ~union(again) | union(group for group, one in again.items() if one.is_obsolete(state))
 
 
 def _readers(actions: Iterable[GroundAction], groups: Iterable[int]) -> Iterator[tuple[int, list[GroundAction]]]:

@@ -207,7 +207,7 @@ class _Contingent:
         return [
             number
             for number in range(len(self.space.task.goal))
-            if self.space.holds(number, hoped) and not self.space.holds(number, node)
+            if self.space.holds((number,), hoped) and not self.space.holds((number,), node)
         ]
 
     def serves(self, node: Node, after: Node, solved: Solved) -> bool:

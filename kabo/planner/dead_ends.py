@@ -80,8 +80,8 @@ class _DeadEnds:
             return
         alone: list[str] = []
         for number, part in enumerate(parts):
-            steps = [] if self.space.holds(number, self.space.start) else self.lucky(self.holds(number))
-            if steps == [] and not self.space.holds(number, self.space.start):
+            steps = [] if self.space.holds((number,), self.space.start) else self.lucky(self.holds(number))
+            if steps == [] and not self.space.holds((number,), self.space.start):
                 alone.append(part.text)
         if alone:
             yield f"Not even alone, and with luck in all that is sensed, can {listed(alone, 'or')} be reached."
@@ -90,4 +90,4 @@ class _DeadEnds:
             yield f"Each part of the goal can be reached alone, but not {texts} together, not even with luck."
 
     def holds(self, number: int) -> Callable[[Node], bool]:
-        return lambda node: self.space.holds(number, node)
+        return lambda node: self.space.holds((number,), node)

@@ -40,8 +40,8 @@ class Graph(Protocol[Node, Made]):
         """The numbers of the conjuncts of the goal, in the order to see to them."""
         ...
 
-    def holds(self, part: int, node: Node) -> bool:
-        """Whether a conjunct of the goal holds."""
+    def holds(self, parts: tuple[int, ...], node: Node) -> bool:
+        """Whether these conjuncts of the goal hold."""
         ...
 
     def estimate(self, node: Node, parts: Sequence[int]) -> "tuple[int | None, frozenset[int]]":
@@ -145,11 +145,11 @@ def serial(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     been reached is not risked on the way, if that can be; where a conjunct cannot be reached soon without losing an
     earlier one for good, the goal is searched for as a whole.
     """
-    node, path, reached = start, [], [part for part in graph.parts if graph.holds(part, start)]
+    node, path, reached = start, [], tuple(part for part in graph.parts if graph.holds((part,), start))
     for part in graph.parts:
-        if graph.holds(part, node) and all(graph.holds(other, node) for other in reached):
+        wanted = (part, *reached) if part not in reached else reached
+        if graph.holds(wanted, node):
             continue
-        wanted = [part, *reached] if part not in reached else reached
         arrived = _all_hold(graph, wanted)
         step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached)
         if step is None or step.path is None:
@@ -165,9 +165,9 @@ def serial(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     return Search(path) if path and graph.is_end(node) else greedy(start, graph)
 
 
-def _all_hold(graph: Graph[Node, Move], parts: list[int]) -> Callable[[Node], bool]:
+def _all_hold(graph: Graph[Node, Move], parts: tuple[int, ...]) -> Callable[[Node], bool]:
     def reached(node: Node) -> bool:
-        return all(graph.holds(part, node) for part in parts) or graph.is_end(node)
+        return graph.holds(parts, node) or graph.is_end(node)
 
     return reached
 
@@ -178,7 +178,7 @@ def _greedy(
     is_end: Callable[[Node], bool],
     parts: Sequence[int],
     limit: int | None,
-    kept: Sequence[int] = (),
+    kept: tuple[int, ...] = (),
 ) -> Search[Node, Move] | None:
     """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
 
@@ -215,7 +215,7 @@ def _greedy(
         for child_key, move, child in successors:
             if child_key in parents:
                 continue
-            if not all(graph.holds(part, child) for part in kept):
+            if not graph.holds(kept, child):
                 continue
             parents[child_key] = key, move, child
             if is_end(child):

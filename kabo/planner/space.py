@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
 from kabo.knowledge.facts import open_entries
-from kabo.knowledge.queries import Query, bits_of, split, union
+from kabo.knowledge.queries import Query, bits_of, conjunction, split, union
 from kabo.language.formulas import GroundCall
 from kabo.planner.skeleton import Geometry, Trace
 
@@ -55,13 +55,15 @@ class Space:
         self.geometry = geometry
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
         self._reduced = task.relevance.reduced
+        self._together: dict[tuple[int, ...], Query] = {}  # conjuncts of the goal as one query
+        self._entries: list[_Indexed] = []
         self._by_bit: dict[int, list[_Indexed]] = {}
         for action in task.actions:
             mask, value, rest = split(action.precondition)
             telling = value & task.functional or value & ~task.initial or value
-            self._by_bit.setdefault(_rarest(telling, self._by_bit), []).append(
-                (action.index, mask, value, rest, action, action.after)
-            )
+            entry = (action.index, mask, value, rest, action, action.after)
+            self._by_bit.setdefault(_rarest(telling, self._by_bit), []).append(entry)
+            self._entries.append(entry)
         self._indexed = union(self._by_bit)
 
     @cached_property
@@ -94,9 +96,12 @@ class Space:
         branching = self.task.open_branching(node[0])
         return branching is None or all(self.is_goal(child) for _, child in self.outcomes(node, branching))
 
-    def holds(self, part: int, node: Node) -> bool:
-        """Whether a conjunct of the goal holds."""
-        return self.task.goal[part].query.holds(node[0], self.oracle(node[1]))
+    def holds(self, parts: tuple[int, ...], node: Node) -> bool:
+        """Whether these conjuncts of the goal hold."""
+        query = self._together.get(parts)
+        if query is None:
+            query = self._together[parts] = conjunction(self.task.goal[part].query for part in parts)
+        return query.holds(node[0], self.oracle(node[1]))
 
     def moves(
         self, node: Node, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
@@ -109,15 +114,11 @@ class Space:
         """
         state, trace = node
         test = self.oracle(trace)
-        found = [
-            entry
-            for bit in (0, *bits_of(state & self._indexed))
-            for entry in self._by_bit.get(bit, ())
-            if state & entry[1] == entry[2]
-        ]
+        listed = self._listed(state) if among is None else map(self._entries.__getitem__, among)
+        found = [entry for entry in listed if state & entry[1] == entry[2]]
         found.sort(key=_place)
         for index, _, _, rest, action, after_of in found:
-            if index in without or (among is not None and index not in among):
+            if index in without:
                 continue
             if rest is not None and not rest.holds(state, test):
                 continue
@@ -126,6 +127,11 @@ class Space:
                 continue
             for attempt, trace_after in self._options(action, trace):
                 yield action, attempt, (after, trace_after)
+
+    def _listed(self, state: int) -> Iterator[_Indexed]:
+        """The actions whose preconditions may hold in the state."""
+        for bit in (0, *bits_of(state & self._indexed)):
+            yield from self._by_bit.get(bit, ())
 
     def after(self, node: Node, step: Step) -> Node:
         """The node after a step that is known to be possible."""

@@ -52,8 +52,8 @@ class Arrows:
     def parts(self):
         return range(len(self.goals))
 
-    def holds(self, part, node):
-        return node in self.goals[part]
+    def holds(self, parts, node):
+        return all(node in self.goals[part] for part in parts)
 
     def estimate(self, node, parts):
         self.estimated.append((node, tuple(parts)))
