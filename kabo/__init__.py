@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from kabo.imports import load_problem
     from kabo.language.problem import Problem
     from kabo.meshes import load_mesh
-    from kabo.plan import Plan, plan_from_json, plan_to_json
+    from kabo.plan import Plan, plan_from_json, plan_to_json, policy, unfold
     from kabo.planner.explaining import Explanation, explain
     from kabo.planner.result import Progress, Reason, Result
     from kabo.planner.solve import solve
@@ -47,7 +47,9 @@ _HOMES = {
     "load_scene": "kabo.scene",
     "plan_from_json": "kabo.plan",
     "plan_to_json": "kabo.plan",
+    "policy": "kabo.plan",
     "solve": "kabo.planner.solve",
+    "unfold": "kabo.plan",
     "verify_plan": "kabo.verify",
 }
 
@@ -72,7 +74,9 @@ __all__ = [
     "load_scene",
     "plan_from_json",
     "plan_to_json",
+    "policy",
     "solve",
+    "unfold",
     "verify",
     "verify_plan",
 ]

@@ -1,4 +1,4 @@
-"""The plan room: a plan as data, its canonical file, its statistics, and the tree that people read.
+"""The plan room: a plan as data, its canonical file, its statistics, its views as policy, as tree and for people.
 
 It knows the format `kabo-plan/1` (LANGUAGE section 6) and nothing else: not who made a plan, nor if it is right.
 Plans that a search makes go through `PlanBuilder`, which gives equal continuations one node.
@@ -16,19 +16,24 @@ from kabo.plan.plan import (
     StateChange,
     ValueOf,
 )
+from kabo.plan.policies import Decision, Observation, Policy, policy
 from kabo.plan.reading import load_plan, plan_from_json
 from kabo.plan.schema import schema
 from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
+from kabo.plan.unfolding import unfold
 from kabo.plan.writing import plan_hash, plan_to_json, write_atomically, write_plan
 
 __all__ = [
     "Certificate",
     "Clearance",
+    "Decision",
     "Node",
     "ObjectPose",
+    "Observation",
     "Plan",
     "PlanBuilder",
     "PlanStatistics",
+    "Policy",
     "Segment",
     "StateChange",
     "ValueOf",
@@ -38,8 +43,10 @@ __all__ = [
     "plan_hash",
     "plan_statistics",
     "plan_to_json",
+    "policy",
     "schema",
     "topological_order",
+    "unfold",
     "write_atomically",
     "write_plan",
 ]

@@ -1,0 +1,112 @@
+"""A plan as a policy: from what was found out so far to what is to be done next. A pure view of the same plan.
+
+Nothing happens by chance between two observations, so the history of observations says all: where a run of the plan
+is, what it does until it looks again, and what it may see then.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from kabo.plan.plan import Node, Plan
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What was found out at run time: a fact that the plan branches on, and its outcome as plans name it."""
+
+    fact: str
+    outcome: str
+
+
+History = tuple[Observation, ...]
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What to do: the action and sense nodes one after the other, then see which of the `outcomes` of `observe` it is.
+
+    With nothing to observe the goal is reached after the actions.
+    """
+
+    actions: tuple[Node, ...]
+    observe: str | None = None
+    outcomes: tuple[str, ...] = ()
+
+    @property
+    def is_last(self) -> bool:
+        """Whether the goal is reached after the actions."""
+        return self.observe is None
+
+
+class Policy:
+    """The policy of one plan: `policy(history)` is what to do after these observations.
+
+    Two histories after which the plan goes on alike have equal decisions from there on: `place` tells so.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+
+    def __call__(self, history: Sequence[Observation] = ()) -> Decision:
+        """What to do after the observations, the first one first.
+
+        Raises:
+            ValueError: the plan cannot come to these observations; says which one is wrong.
+        """
+        return self._from(self.place(history))
+
+    def place(self, history: Sequence[Observation] = ()) -> str:
+        """The node from which the plan goes on after the observations.
+
+        Raises:
+            ValueError: the plan cannot come to these observations.
+        """
+        name = self.plan.root
+        for number, seen in enumerate(history, start=1):
+            node = self._branching(name)
+            if node is None:
+                raise ValueError(f"observation {number}: the goal is reached, nothing is left to observe")
+            if seen.fact != node.on:
+                raise ValueError(f"observation {number}: the plan observes {node.on} here, not {seen.fact}")
+            if seen.outcome not in node.branches:
+                expected = ", ".join(node.branches)
+                raise ValueError(f"observation {number}: {seen.fact} is {seen.outcome}, expected was {expected}")
+            name = node.branches[seen.outcome]
+        return name
+
+    def rules(self) -> Iterator[tuple[History, Decision]]:
+        """Every history with its decision, as lines of a table: as many as the plan has branches, so it is lazy."""
+        waiting: list[tuple[History, str]] = [((), self.plan.root)]
+        while waiting:
+            history, name = waiting.pop()
+            decision = self._from(name)
+            yield history, decision
+            node = self._branching(name)
+            if node is not None:
+                following = [
+                    (Observation(str(node.on), outcome), after) for outcome, after in node.branches.items()
+                ]
+                waiting += [((*history, seen), after) for seen, after in reversed(following)]
+
+    def _from(self, name: str) -> Decision:
+        actions = tuple(node for node in self._until_it_branches(name) if node.action is not None)
+        node = self._branching(name)
+        return Decision(actions) if node is None else Decision(actions, node.on, tuple(node.branches))
+
+    def _branching(self, name: str) -> Node | None:
+        """The next node that branches; None if there is none before the goal."""
+        *_, last = self._until_it_branches(name)
+        return last if last.branches else None
+
+    def _until_it_branches(self, name: str) -> Iterator[Node]:
+        while True:
+            node = self.plan.nodes[name]
+            yield node
+            if node.branches or node.next is None:
+                return
+            name = node.next
+
+
+def policy(plan: Plan) -> Policy:
+    """The plan as a function from the history of observations to what is to be done next."""
+    return Policy(plan)

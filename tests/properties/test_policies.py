@@ -1,0 +1,106 @@
+"""Laws of a plan's views: a policy reaches the goal in every possible world, a tree has exactly the plan's branches."""
+
+from hypothesis import given
+
+from kabo.errors import InputError
+from kabo.language import load_problem
+from kabo.plan import Observation, policy, unfold
+from kabo.planner.solve import solve
+from kabo.verify import verify_plan
+from kabo.verify.interpreter import Interpreter, outcome_text
+from kabo.verify.knowledge import truth
+from kabo.verify.linked import linked_groups
+from kabo.verify.possible_worlds import all_worlds
+from tests.conftest import PROPERTY_SCALE
+from tests.properties.test_plan import branches, built, trees, unfolded
+from tests.random_knowledge import random_problem
+
+COUNT = max(60, round(1000 * PROPERTY_SCALE))
+
+
+@given(tree=trees())
+def test_unfolding_gives_exactly_the_branches_of_the_plan(tree):
+    plan = built(tree)
+    alone = unfold(plan)
+    assert branches(unfolded(alone, alone.root)) == branches(unfolded(plan, plan.root))
+    assert len(alone.nodes) == 1 + sum(len(node.successors) for node in alone.nodes.values())
+
+
+@given(tree=trees())
+def test_histories_are_the_branches(tree):
+    plan = built(tree)
+    rules = dict(policy(plan).rules())
+    leaves = [history for history, decision in rules.items() if decision.is_last]
+    assert len(leaves) == len(branches(tree))
+    for history, decision in rules.items():
+        assert policy(plan)(history) == decision
+        assert all((*history, Observation(decision.observe, o)) in rules for o in decision.outcomes)
+
+
+def all_that_is_the_case(interpreter, start):
+    """Every world, as the knowledge of somebody who knows all of it."""
+    problem = interpreter.problem
+    symbols = [
+        (name, arguments)
+        for name, kinds in {
+            **problem.domain.predicates,
+            **{name: function.arguments for name, function in problem.domain.functions.items()},
+        }.items()
+        for arguments in ([()] if not kinds else [(each,) for each in problem.of_type(kinds[0])])
+    ]
+    for values in all_worlds(linked_groups(problem, start, interpreter.rules, symbols), 1000) or ():
+        state = start
+        for symbol, value in values.items():
+            state = state and interpreter.learned(state, symbol, value)
+        if state is not None:
+            yield state
+
+
+def run(interpreter, plan, world):
+    """The world after the policy; None if an action does what only luck decides."""
+    history, chosen = [], policy(plan)
+    while True:
+        decision = chosen(history)
+        for node in decision.actions:
+            world, _ = interpreter.act(world, interpreter.action(node.action, node.arguments))
+        if decision.is_last:
+            return world
+        thing = interpreter.read(decision.observe)
+        if isinstance(thing[0], str):
+            value = world.known.get(thing)
+        else:
+            truths = [truth(claim, world) for claim in thing]
+            value = None if None in truths else all(truths)
+        if value is None:
+            return None
+        history.append(Observation(decision.observe, outcome_text(value)))
+
+
+def test_a_policy_reaches_the_goal_in_every_possible_world(tmp_path):
+    """Random problems without effects that depend on knowledge: a world is then changed alike whoever knows it."""
+    worlds = observing = 0
+    for seed in range(COUNT):
+        domain, text = random_problem(seed)
+        if any(
+            word in domain + text
+            for word in ("=>", "not K(", "del(", "LCW", "always", "initially", "update_rules")
+        ):
+            continue
+        (tmp_path / "domain.yaml").write_text(domain)
+        (tmp_path / "problem.yaml").write_text(text)
+        problem = load_problem(tmp_path / "problem.yaml")
+        try:
+            plan = solve(problem, max_expansions=20_000).plan
+        except InputError:
+            continue
+        if plan is None:
+            continue
+        assert verify_plan(problem, unfold(plan), knowledge_only=True).ok
+        interpreter = Interpreter(problem)
+        for world in all_that_is_the_case(interpreter, interpreter.initial()):
+            after = run(interpreter, plan, world)
+            if after is not None:
+                assert interpreter.reaches_goal(after), f"seed {seed}, {world.known}"
+                worlds += 1
+                observing += len(plan.nodes) > 2
+    assert min(worlds, observing) > COUNT // 20, (worlds, observing)
