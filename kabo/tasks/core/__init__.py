@@ -15,11 +15,15 @@ from kabo.tasks.core.containers import (
 )
 from kabo.tasks.core.custom import backward, connector, forward, generator, monitor, propagator, wrapper
 from kabo.tasks.core.errors import InitialisationError, TaskError, UndeclaredProperty, UndefinedProperty
+from kabo.tasks.core.explanation import Explanation
 from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.interfaces import arrows
+from kabo.tasks.core.nodes import StageStatistics
 from kabo.tasks.core.properties import INTERFACE, MISSING, PARENT, Interface, Parent, Property, Reference
 from kabo.tasks.core.results import SAME, Failure, Result
 from kabo.tasks.core.solutions import Solution, State
 from kabo.tasks.core.stages import Connector, CostTerm, Generator, Monitor, Propagator, Stage
+from kabo.tasks.core.task import Task
 
 __all__ = [
     "INTERFACE",
@@ -29,6 +33,7 @@ __all__ = [
     "Alternatives",
     "Connector",
     "Container",
+    "Explanation",
     "CostTerm",
     "Failure",
     "Fallbacks",
@@ -48,11 +53,14 @@ __all__ = [
     "Serial",
     "Solution",
     "Stage",
+    "StageStatistics",
     "State",
+    "Task",
     "TaskError",
     "UndeclaredProperty",
     "UndefinedProperty",
     "Wrapper",
+    "arrows",
     "backward",
     "connector",
     "forward",

@@ -32,7 +32,7 @@ def _maker(base: type[Stage], *methods: str) -> Callable[..., Callable[[Function
             def method(self: Stage, *arguments: Any) -> Any:
                 return function(*arguments)
 
-            content: dict[str, Any] = {name: method for name in methods}
+            content: dict[str, Any] = dict.fromkeys(methods, method)
             content["PROPERTIES"] = {name: _declared(value) for name, value in declared.items()}
             content |= {"__doc__": function.__doc__, "__module__": function.__module__}
             return type(function.__name__, (base,), content)

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from kabo.tasks.core.containers import Container, Merger, Parallel, Serial, Wrapper, is_connector, is_generator
+from kabo.tasks.core.errors import InitialisationError, TaskError
 from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.stages import Monitor, Stage
-from kabo.tasks.core.errors import InitialisationError, TaskError
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Union
+from typing import Any
 
 
 class _Same:
@@ -49,8 +49,8 @@ class Failure:
     details: Any = None
 
 
-Answer = Union[Result, Failure]
-Answers = Union[Iterable[Answer], Answer, None]
+Answer = Result | Failure
+Answers = Iterable[Answer] | Answer | None
 
 
 def answers(given: Answers) -> tuple[Iterator[Answer], bool]:

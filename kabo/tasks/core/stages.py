@@ -5,11 +5,11 @@ two; a monitoring generator is triggered by each success of another stage.
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Optional
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from kabo.tasks.core.errors import TaskError
 from kabo.tasks.core.flow import PROPAGATE, Flow, Flows
-from kabo.tasks.core.properties import Property, Properties
+from kabo.tasks.core.properties import Properties, Property
 from kabo.tasks.core.results import Answers
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Stage:
             declared |= getattr(base, "PROPERTIES", {})
         self.name = name
         self.cost = cost
-        self.parent: Optional[Stage] = None
+        self.parent: Stage | None = None
         self.properties = Properties(self, declared, open_ended=self.OPEN)
         for key, value in properties.items():
             self.properties.set(key, value)

@@ -1,0 +1,166 @@
+"""The graph of one container: states between its children, best paths through them, and what may still be of use.
+
+A solution is an edge from one position to the next. Two things are kept up to date for every state and side: the
+longest, then cheapest path that leads there [T 3.5], and whether the state is *alive*, that is, whether something on
+that side leads on to the border, or may yet. What is dead stays dead, so whatever only it would need is pruned.
+"""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
+
+if TYPE_CHECKING:
+    from kabo.tasks.core.nodes import Node
+
+Best = tuple[int, int, float]  # stages in this container, stages outside, cost
+
+
+def better(first: Best, second: Best) -> bool:
+    """Whether a path is longer, or as long and cheaper."""
+    longer = first[0] + first[1] - second[0] - second[1]
+    return longer > 0 or (longer == 0 and first[2] < second[2])
+
+
+def reads(node: "Node", side: int) -> bool:
+    """Whether a node takes its states from that side of it."""
+    return node.flow.reads_start if side == LEFT else node.flow.reads_end
+
+
+class Level:
+    """The states between the children of one container (or beside the child of a wrapper), and their edges."""
+
+    def __init__(self, owner: "Node") -> None:
+        self.owner = owner
+        self.children: list[Node] = []
+        self.top = False  # whether this is the task's own level: its borders are the goal
+
+    # --------------------------------------------------------------------------------------------- growing
+    def enter(self, outer: State, side: int, number: int, lane: object) -> State:
+        """The counterpart of a state that comes in at a border."""
+        inner = State(outer.scene, outer.properties, number, lane)
+        inner.level, inner.announced = self, True
+        inner.position = 0 if side == LEFT else len(self.children)
+        inner.outside.append(outer)
+        outer.inside.append(inner)
+        near = outer.best[side]
+        inner.best[side] = (0, near[0] + near[1], near[2])
+        inner.alive[side] = outer.alive[side]
+        return inner
+
+    def add(self, solution: Solution, index: int) -> None:
+        """Adds a success of the child at `index`; new states go on to its neighbours."""
+        start, end = solution.start, solution.end
+        if start is None or end is None:
+            raise ValueError("a success has a state on both sides")
+        for state, position in ((start, index), (end, index + 1)):
+            if state.level is None:
+                state.level, state.position = self, position
+        start.edges[RIGHT].append(solution)
+        end.edges[LEFT].append(solution)
+        self._improve(start, end, solution.cost)
+        for state, side in ((start, LEFT), (end, RIGHT)):
+            if not state.announced:
+                state.announced = True
+                neighbour = self.neighbour(state, side)
+                if neighbour is not None and reads(neighbour, 1 - side):
+                    neighbour.take(state, 1 - side, state.lane)
+
+    def neighbour(self, state: State, side: int) -> "Node | None":
+        """The child on that side of a state; None at the border."""
+        k = state.position if side == RIGHT else state.position - 1
+        return self.children[k] if 0 <= k < len(self.children) else None
+
+    def at_border(self, state: State, side: int) -> bool:
+        """Whether nothing of this container is on that side of a state."""
+        return state.position == (0 if side == LEFT else len(self.children))
+
+    def complete(self, state: State, side: int) -> bool:
+        """Whether a path leads from the state to the border on that side."""
+        needed = state.position if side == LEFT else len(self.children) - state.position
+        return state.best[side][0] == needed
+
+    # ------------------------------------------------------------------------------------------ best paths
+    def _improve(self, start: State, end: State, cost: float) -> None:
+        _relax([(start, end, cost, LEFT), (end, start, cost, RIGHT)])
+
+    # --------------------------------------------------------------------------------------------- support
+    def supported(self, state: State, side: int) -> bool:
+        """Whether something on that side of a state leads on, or may yet."""
+        for edge in state.edges[side]:
+            beyond = edge.end if side == RIGHT else edge.start
+            if beyond is not None and beyond.alive[side]:
+                return True
+        neighbour = self.neighbour(state, side)
+        if neighbour is not None:
+            return reads(neighbour, 1 - side) and neighbour.works_on(state, side)
+        if self.top or not state.outside or self.owner.works_at_border(state):
+            return True
+        return any(outer.alive[side] for outer in state.outside)
+
+    def delivers(self, position: int, side: int, lane: object) -> bool:
+        """Whether new states may still come to a position from that side."""
+        k = position if side == RIGHT else position - 1
+        if not 0 <= k < len(self.children):
+            return self.owner.border_delivers(side, lane)
+        child = self.children[k]
+        if reads(child, 1 - side):
+            return False
+        if child.busy():
+            return True
+        if not reads(child, side):
+            return False
+        return self.delivers(position + 1 if side == RIGHT else position - 1, side, lane)
+
+
+def _relax(waiting: list[tuple[State, State, float, int]]) -> None:
+    """Carries better paths on: each entry is (near, far, cost, side): far is reached through near, from `side`."""
+    while waiting:
+        near, far, cost, side = waiting.pop()
+        stages, outside, total = near.best[side]
+        offered = (stages + 1, outside, total + cost)
+        if better(offered, far.best[side]):
+            _set_best(far, side, offered, waiting)
+
+
+def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, State, float, int]]) -> None:
+    """Notes a better path to a state from `side` and hands it on: along edges, to the inside, to queues."""
+    entries = [(state, best)]
+    while entries:
+        here, value = entries.pop()
+        here.best[side] = value
+        for edge in here.edges[1 - side]:
+            far = edge.end if side == LEFT else edge.start
+            if far is not None:
+                waiting.append((here, far, edge.cost, side))
+        if here.level is not None and here.announced:
+            for beside in (LEFT, RIGHT):
+                neighbour = here.level.neighbour(here, beside)
+                if neighbour is not None and reads(neighbour, 1 - beside):
+                    neighbour.rekey(here, 1 - beside)
+        for inner in here.inside:
+            offered = (0, value[0] + value[1], value[2])
+            if inner.level.at_border(inner, side) and better(offered, inner.best[side]):
+                entries.append((inner, offered))
+
+
+def reconsider(states: Iterable[tuple[State, int]]) -> None:
+    """Finds out which of the states are dead on the given side now, and all that dies with them."""
+    waiting = list(states)
+    while waiting:
+        state, side = waiting.pop()
+        level = state.level
+        if level is None or not state.alive[side] or level.supported(state, side):
+            continue
+        state.alive[side] = False
+        for edge in state.edges[1 - side]:
+            near = edge.start if side == RIGHT else edge.end
+            if near is not None:
+                waiting.append((near, side))
+        waiting.extend((inner, side) for inner in state.inside if inner.level.at_border(inner, side))
+        neighbour = level.neighbour(state, 1 - side)
+        if neighbour is not None and reads(neighbour, side):
+            waiting.extend((partner, side) for partner in neighbour.partners(state, 1 - side))
+        if level.at_border(state, 1 - side) and reads(level.owner, 1 - side):
+            for outer in state.outside:
+                waiting.extend(level.owner.finished(outer, side, state.lane))

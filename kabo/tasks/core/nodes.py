@@ -1,0 +1,489 @@
+"""Nodes: the stages of one planning run, each with its queue of jobs [T 3.6].
+
+A stage is structure and never changes; its node holds what one run knows about it: which states wait, which jobs
+were asked how often, what failed. A job runs if the side that it does not compute is alive. Of the jobs that wait,
+those asked less often come first, then those on longer, then on cheaper paths.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING, Any
+
+from kabo.tasks.core.errors import UndefinedProperty
+from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.graph import Level
+from kabo.tasks.core.jobs import Job, job_seed, stage_seed
+from kabo.tasks.core.properties import Resolver
+from kabo.tasks.core.results import SAME, Answer, Answers, Failure, Result
+from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
+from kabo.tasks.core.stages import Stage
+
+if TYPE_CHECKING:
+    from kabo.tasks.core.planning import Planning
+
+KEPT = 100  # failures that a stage keeps; all are counted
+INFINITE = float("inf")
+Ended = list[tuple[State, int]]  # states, and the side on which something may have died
+
+
+@dataclass
+class StageStatistics:
+    """What a stage did in one run: jobs, their seconds, successes with their costs, failures by reason."""
+
+    calls: int = 0
+    seconds: float = 0.0
+    successes: int = 0
+    failures: Counter[str] = field(default_factory=Counter)
+    mismatches: Counter[str] = field(default_factory=Counter)
+    costs: list[float] = field(default_factory=list)
+
+
+class Node:
+    """A stage in one planning run."""
+
+    def __init__(
+        self, stage: Stage, planning: "Planning", parent: "Node | None", level: Level, index: int
+    ) -> None:
+        self.stage = stage
+        self.planning = planning
+        self.parent = parent
+        self.level = level  # where its solutions are edges
+        self.index = index
+        self.flow: Flow = planning.flows[stage]
+        self.children: list[Node] = []
+        self.statistics = StageStatistics()
+        self.failures: list[Solution] = []
+        self.solutions: list[Solution] = []
+        self.monitors: list[Node] = []
+        self.closed = False  # a limit is reached: nothing more is wanted of it
+        self._resolver = Resolver(stage.properties)
+        self._seed = stage_seed(planning.seed, stage.path)
+        self._jobs = 0
+
+    # ---------------------------------------------------------------------------- what a run asks of a node
+    def start(self) -> None:
+        """May begin: generators have their first job."""
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """A state came to one side of it."""
+        raise NotImplementedError
+
+    def rekey(self, state: State, side: int) -> None:
+        """The priority of a state at that side became better."""
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether something may still lead from the state through this node to `side`."""
+        raise NotImplementedError
+
+    def partners(self, state: State, side: int) -> Iterable[State]:
+        """The states on the other side with which it might be joined."""
+        return ()
+
+    def busy(self) -> bool:
+        """Whether there are jobs left in it."""
+        raise NotImplementedError
+
+    def pick(self) -> Job | None:
+        """Its best job, taken out of the queue; None if there is none that may run."""
+        return None
+
+    def absorb(self, job: Job, found: list[Answer], finished: bool) -> Ended:
+        """Takes in what a job found."""
+        raise NotImplementedError
+
+    def function(self) -> Callable[..., Answers]:
+        """The stage function that its jobs call."""
+        raise NotImplementedError
+
+    # -------------------------------------------------------------------------------- what it says to others
+    def may_solve(self) -> bool:
+        """Whether it may still have successes: it is busy, or states may still come to it."""
+        if self.busy():
+            return True
+        from_left = self.flow.reads_start and self.level.delivers(self.index, LEFT, None)
+        return from_left or (self.flow.reads_end and self.level.delivers(self.index + 1, RIGHT, None))
+
+    def finished(self, state: State, side: int, lane: object) -> Ended:
+        """Its work on a state towards `side` is done; says what may have died of it."""
+        return [] if self.parent is None else self.parent.child_finished(self, state, side, lane)
+
+    def child_finished(self, child: "Node", state: State, side: int, lane: object) -> Ended:
+        """The same, of a child."""
+        return [(state, side)]
+
+    def child_solved(self, child: "Node", solution: Solution) -> None:
+        """A child had a success."""
+        raise NotImplementedError
+
+    def works_at_border(self, state: State) -> bool:
+        """Whether something may still leave it from a state at its inner border."""
+        return False
+
+    def border_delivers(self, side: int, lane: object) -> bool:
+        """Whether new states may still come in at its border."""
+        if self.parent is None or not (self.flow.reads_start if side == LEFT else self.flow.reads_end):
+            return False
+        return self.parent.delivers_to(self, side, lane)
+
+    def delivers_to(self, child: "Node", side: int, lane: object) -> bool:
+        """Whether new states may still come to that side of a child that shares its interfaces, or has its own."""
+        return child.level.delivers(child.index if side == LEFT else child.index + 1, side, lane)
+
+    def report(self, solution: Solution) -> bool:
+        """Counts a solution after its cost term had its say, and hands a success to the parent; False: a failure."""
+        term = self.stage.cost
+        if term is not None and not solution.failed:
+            answer = term(solution)
+            cost, comment = answer if isinstance(answer, tuple) else (answer, "")
+            solution.cost = float(cost)
+            solution.comment = ", ".join(text for text in (solution.comment, comment) if text)
+        if solution.failed:
+            self.fail(solution.start, solution.end, Failure("cost", solution.comment or "infinite cost"))
+            return False
+        self.statistics.successes += 1
+        self.statistics.costs.append(solution.cost)
+        self.solutions.append(solution)
+        if self.parent is not None:
+            self.parent.child_solved(self, solution)
+        for monitor in self.monitors:
+            monitor.trigger(solution)  # type: ignore[attr-defined]
+        return True
+
+    def fail(self, start: State | None, end: State | None, failure: Failure) -> None:
+        """Counts a failure, and keeps it while there are few."""
+        self.statistics.failures[failure.reason] += 1
+        if len(self.failures) < KEPT:
+            self.failures.append(
+                Solution(
+                    self.stage,
+                    start,
+                    end,
+                    INFINITE,
+                    failure.comment,
+                    reason=failure.reason,
+                    details=failure.details,
+                )
+            )
+
+    # -------------------------------------------------------------------------------------------- for all
+    def new_state(self, scene: Any, properties: Any, lane: object = None) -> State:
+        """A state that nobody knows yet."""
+        return State(scene, properties, self.planning.count(), lane)
+
+    def arguments(self, scenes: tuple[Any, ...], *interfaces: Any) -> tuple[Any, ...] | UndefinedProperty:
+        """The arguments of a new job; or the error, if an interface state lacks a property."""
+        try:
+            values = self._resolver.values(*interfaces)
+        except UndefinedProperty as error:
+            return error
+        self._jobs += 1
+        return (*scenes, values, job_seed(self._seed, self._jobs))
+
+    def solution(
+        self, start: State | None, end: State | None, result: Result, parts: tuple[Solution, ...] = ()
+    ) -> Solution:
+        """A solution of its stage."""
+        number = self.planning.count()
+        return Solution(self.stage, start, end, result.cost, result.comment, result.motion, parts, number)
+
+
+class Leaf(Node):
+    """A node with jobs of its own, for one subject each, in a heap."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.jobs: dict[Any, Job] = {}
+        self._heap: list[tuple[tuple[Any, ...], int, Job]] = []
+
+    def busy(self) -> bool:
+        """Whether a job waits or runs."""
+        return bool(self.jobs)
+
+    def queue(self, job: Job) -> None:
+        """Puts a job in, at its present priority."""
+        self.jobs[job.subject] = job
+        self._push(job)
+
+    def _push(self, job: Job) -> None:
+        job.key = self.key(job)
+        heappush(self._heap, (job.key, self.planning.count(), job))
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """What orders jobs; less is better, and it only gets less with time (but for being asked again)."""
+        raise NotImplementedError
+
+    def runnable(self, job: Job) -> bool:
+        """Whether the side that the job does not compute is alive."""
+        raise NotImplementedError
+
+    def pick(self) -> Job | None:
+        """The best job that may run; those that no longer may are dropped for good."""
+        if self.closed:
+            return None
+        while self._heap:
+            key, _, job = heappop(self._heap)
+            if job.key is not key or self.jobs.get(job.subject) is not job:
+                continue  # queued again at a better priority, or done meanwhile
+            if self.planning.pruning and not self.runnable(job):
+                del self.jobs[job.subject]
+                self.planning.ended(self.dropped(job))
+                continue
+            return job
+        return None
+
+    def dropped(self, job: Job) -> Ended:
+        """What may have died with a job that will not be run, or is done."""
+        raise NotImplementedError
+
+    def absorb(self, job: Job, found: list[Answer], finished: bool) -> Ended:
+        """Takes in what a job found; what has more to give is queued again, after those asked less often."""
+        for answer in found:
+            if isinstance(answer, Failure):
+                self.fail(*self.ends(job), answer)
+            else:
+                self.solve(job, answer)
+        if not finished:
+            job.asked += 1
+            self.queue(job)
+            return []
+        self.jobs.pop(job.subject, None)
+        return self.dropped(job)
+
+    def ends(self, job: Job) -> tuple[State | None, State | None]:
+        """The states of a job that a failure is shown with."""
+        return None, None
+
+    def solve(self, job: Job, result: Result) -> None:
+        """Makes a solution of a job's result."""
+        raise NotImplementedError
+
+
+class GeneratorNode(Leaf):
+    """A generator: one job, which may go on for ever."""
+
+    def start(self) -> None:
+        """Queues the job, once."""
+        if not self.jobs and not self.statistics.calls:
+            self.queue(Job(None, self.arguments((self.planning.scene,))))
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """There is only one."""
+        return (job.asked,)
+
+    def runnable(self, job: Job) -> bool:
+        """Always: it computes both sides."""
+        return True
+
+    def dropped(self, job: Job) -> Ended:
+        """Nothing waits for a generator but connectors, and those look for themselves."""
+        return []
+
+    def works_on(self, state: State, side: int) -> bool:
+        """It reads no states."""
+        return False
+
+    def function(self) -> Callable[..., Answers]:
+        """`generate`."""
+        return self.stage.generate  # type: ignore[attr-defined]
+
+    def solve(self, job: Job, result: Result) -> None:
+        """A state on either side."""
+        self.offer(result, {})
+
+    def offer(self, result: Result, inherited: Any) -> None:
+        """Writes both states of a result."""
+        properties = {**inherited, **result.properties}
+        before = result.scene if result.start is SAME else result.start
+        start, end = self.new_state(before, properties), self.new_state(result.scene, properties)
+        self.report(self.solution(start, end, result))
+
+
+class MonitorNode(GeneratorNode):
+    """A generator with one job for each success of the stage that it monitors."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.monitored: Node | None = None
+        self._started = False
+        self._asking = False
+
+    def start(self) -> None:
+        """Triggers count from now on, and those before."""
+        self._started = True
+
+    def trigger(self, solution: Solution) -> None:
+        """A success of the monitored stage."""
+        if solution.end is not None:
+            given = self.arguments((solution.end.scene,), solution.end.properties)
+            self.queue(Job(solution, given))
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """Those asked less often, then the cheaper ones."""
+        return job.asked, job.subject.cost
+
+    def pick(self) -> Job | None:
+        """The best trigger."""
+        return super().pick() if self._started else None
+
+    def busy(self) -> bool:
+        """Whether triggers wait, or may come."""
+        if self.jobs or self.monitored is None:
+            return bool(self.jobs)
+        if self._asking:  # stages that monitor each other: to be careful, yes
+            return True
+        self._asking = True
+        try:
+            return self.monitored.may_solve()
+        finally:
+            self._asking = False
+
+    def solve(self, job: Job, result: Result) -> None:
+        """A state on either side, with the properties of what was monitored."""
+        self.offer(result, job.subject.end.properties)
+
+
+class PropagatorNode(Leaf):
+    """A propagator: one job for each state that comes to it."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._forward = self.flow is Flow.FORWARD
+        self._near, self._far = (LEFT, RIGHT) if self._forward else (RIGHT, LEFT)
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Queues a job for it."""
+        self.queue(Job(state, self.arguments((state.scene,), state.properties)))
+
+    def rekey(self, state: State, side: int) -> None:
+        """Queues its job again."""
+        job = self.jobs.get(state)
+        if job is not None:
+            self._push(job)
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """Those asked less often, then by the priority of the state."""
+        return (job.asked, *job.subject.priority)
+
+    def runnable(self, job: Job) -> bool:
+        """Whether the state is alive on the side it comes from."""
+        return job.subject.alive[self._near]
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether its job is not done."""
+        return state in self.jobs and not self.closed
+
+    def dropped(self, job: Job) -> Ended:
+        """Nothing more leads on from the state through here."""
+        return self.finished(job.subject, self._far, job.subject.lane)
+
+    def function(self) -> Callable[..., Answers]:
+        """`forward` or `backward`."""
+        return self.stage.forward if self._forward else self.stage.backward  # type: ignore[attr-defined]
+
+    def ends(self, job: Job) -> tuple[State | None, State | None]:
+        """The state on the side it comes from."""
+        return (job.subject, None) if self._forward else (None, job.subject)
+
+    def solve(self, job: Job, result: Result) -> None:
+        """A new state on the far side."""
+        near: State = job.subject
+        properties = {**near.properties, **result.properties} if result.properties else near.properties
+        far = self.new_state(near.scene if result.scene is None else result.scene, properties, near.lane)
+        start, end = (near, far) if self._forward else (far, near)
+        self.report(self.solution(start, end, result))
+
+
+class ConnectorNode(Leaf):
+    """A connector: one job for each pair of states that may fit."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
+        self.open: dict[State, dict[tuple[State, object], Job]] = {}
+        self._lanes: dict[State, set[object]] = {}
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Queues a job for each state on the other side with which it may fit; counts those that do not."""
+        self._sides[side].append((state, lane))
+        self.open.setdefault(state, {})
+        self._lanes.setdefault(state, set()).add(lane)
+        for other, its_lane in self._sides[1 - side]:
+            if its_lane == lane:
+                self._pair(*((state, other) if side == LEFT else (other, state)), lane)
+
+    def _pair(self, start: State, end: State, lane: object) -> None:
+        given = self.arguments((start.scene, end.scene), start.properties, end.properties)
+        if not isinstance(given, UndefinedProperty):
+            reason = self.stage.mismatch(start.scene, end.scene, given[2])  # type: ignore[attr-defined]
+            if reason is not None:
+                self.statistics.mismatches[reason] += 1
+                self.planning.ended(self._closed(start, end, lane))
+                return
+        job = Job((start, end, lane), given)
+        self.open[start][end, lane] = job
+        self.open[end][start, lane] = job
+        self.queue(job)
+
+    def rekey(self, state: State, side: int) -> None:
+        """Queues all its pairs again."""
+        for job in self.open.get(state, {}).values():
+            self._push(job)
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """Those asked less often, then by the sum of depths, then of costs."""
+        start, end, _ = job.subject
+        first, second = start.priority, end.priority
+        return job.asked, first[0] + second[0], first[1] + second[1]
+
+    def runnable(self, job: Job) -> bool:
+        """Whether both ends are alive on their far sides."""
+        start, end, _ = job.subject
+        return start.alive[LEFT] and end.alive[RIGHT]
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether a pair is open with a state that is alive, or more states may come to the other side."""
+        if self.closed:
+            return False
+        if any(other.alive[side] for other, _ in self.open.get(state, ())):
+            return True
+        parent = self.parent
+        return parent is not None and any(parent.delivers_to(self, side, lane) for lane in self._lanes[state])
+
+    def waiting(self) -> Ended:
+        """The states that are alive through it only because partners may still come."""
+        return [
+            (state, 1 - side)
+            for side in (LEFT, RIGHT)
+            for state, _ in self._sides[side]
+            if state.alive[1 - side] and not self.open[state]
+        ]
+
+    def partners(self, state: State, side: int) -> Iterable[State]:
+        """Those with which it has open pairs."""
+        return [other for other, _ in self.open.get(state, ())]
+
+    def dropped(self, job: Job) -> Ended:
+        """Both ends have one partner less."""
+        start, end, lane = job.subject
+        self.open[start].pop((end, lane), None)
+        self.open[end].pop((start, lane), None)
+        return self._closed(start, end, lane)
+
+    def _closed(self, start: State, end: State, lane: object) -> Ended:
+        return [*self.finished(start, RIGHT, lane), *self.finished(end, LEFT, lane)]
+
+    def function(self) -> Callable[..., Answers]:
+        """`connect`."""
+        return self.stage.connect  # type: ignore[attr-defined]
+
+    def ends(self, job: Job) -> tuple[State | None, State | None]:
+        """Both."""
+        start, end, _ = job.subject
+        return start, end
+
+    def solve(self, job: Job, result: Result) -> None:
+        """An edge between both states."""
+        start, end, _ = job.subject
+        self.report(self.solution(start, end, result))

@@ -1,0 +1,75 @@
+"""Whole paths through a container, lazily, the cheapest first [T 3.6].
+
+Every path is found once, with its newest edge: for each new edge that completes paths, a search walks to both
+borders over edges that are not newer. The best-path costs of the states guide it, so it visits no dead ends but
+those that newer edges made look shorter.
+"""
+
+from collections.abc import Iterator
+from heapq import heappop, heappush
+
+from kabo.tasks.core.graph import Level
+from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
+
+Path = tuple[Solution, ...]
+
+
+class Paths:
+    """The whole paths of one level that were not asked for yet."""
+
+    def __init__(self, level: Level) -> None:
+        self._level = level
+        self._heap: list[tuple[float, int, Path, Iterator[tuple[float, Path]]]] = []
+        self._count = 0
+
+    def add(self, edge: Solution) -> None:
+        """Notes the paths through a new edge, if there are any."""
+        level, start, end = self._level, edge.start, edge.end
+        if start is None or end is None or not (level.complete(start, LEFT) and level.complete(end, RIGHT)):
+            return
+        self._push(_through(level, edge))
+
+    def _push(self, source: Iterator[tuple[float, Path]]) -> None:
+        first = next(source, None)
+        if first is not None:
+            self._count += 1
+            heappush(self._heap, (first[0], self._count, first[1], source))
+
+    def __bool__(self) -> bool:
+        return bool(self._heap)
+
+    def pop(self) -> Path:
+        """The cheapest path of all that were noted."""
+        _, _, path, source = heappop(self._heap)
+        self._push(source)
+        return path
+
+
+def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
+    """The paths through an edge, by rising cost, over edges that are not newer."""
+    count = 0
+    waiting: list[tuple[float, int, float, Path]] = [(0.0, 0, edge.cost, (edge,))]
+    while waiting:
+        bound, _, cost, path = heappop(waiting)
+        start, end = path[0].start, path[-1].end
+        if start is None or end is None:
+            continue
+        if not level.at_border(start, LEFT):
+            steps = ((e, e.start, (e, *path)) for e in start.edges[LEFT])
+            grown = [(e, s, end, p) for e, s, p in steps if s is not None and level.complete(s, LEFT)]
+        elif not level.at_border(end, RIGHT):
+            ahead = ((e, e.end, (*path, e)) for e in end.edges[RIGHT])
+            grown = [(e, start, t, p) for e, t, p in ahead if t is not None and level.complete(t, RIGHT)]
+        else:
+            if start.lane == end.lane or start.lane is None or end.lane is None:
+                yield bound, path
+            continue
+        for step, first, last, longer in grown:
+            if step.number <= edge.number:
+                count += 1
+                total = cost + step.cost
+                heappush(waiting, (_bound(first, last, total), count, total, longer))
+
+
+def _bound(start: State, end: State, cost: float) -> float:
+    return start.best[LEFT][2] + cost + end.best[RIGHT][2]

@@ -1,0 +1,192 @@
+"""One planning run: the nodes of a task, and the rounds in which their jobs are executed [T 3.6].
+
+A round walks the stages in order of time; each that is ready executes one job, its best, and what comes later in the
+order sees the states that came earlier in the same round. With workers, a round takes the jobs first, runs them side
+by side, and takes their answers in in the order of the stages: the same for any number of workers.
+"""
+
+from collections.abc import Iterator, Mapping
+from itertools import count
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from kabo.tasks.core.containers import Alternatives, Fallbacks, Merger, Serial, Wrapper
+from kabo.tasks.core.fallbacks import FallbacksNode
+from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.graph import Level, reconsider
+from kabo.tasks.core.groups import MergerNode, ParallelNode, SerialNode, WrapperNode
+from kabo.tasks.core.jobs import Job
+from kabo.tasks.core.nodes import ConnectorNode, Ended, GeneratorNode, MonitorNode, Node, PropagatorNode
+from kabo.tasks.core.results import Answer
+from kabo.tasks.core.solutions import Solution
+from kabo.tasks.core.stages import Monitor, Stage
+
+if TYPE_CHECKING:
+    from kabo.tasks.core.workers import Workers
+
+_GROUPS: tuple[tuple[type[Stage], type[Node]], ...] = (
+    (Serial, SerialNode),
+    (Alternatives, ParallelNode),
+    (Fallbacks, FallbacksNode),
+    (Merger, MergerNode),
+    (Wrapper, WrapperNode),
+    (Monitor, MonitorNode),
+)
+_LEAVES = {Flow.GENERATE: GeneratorNode, Flow.CONNECT: ConnectorNode}
+
+
+class Planning:
+    """A run of a task on one scene: its graph, its queues, its solutions so far."""
+
+    def __init__(
+        self, task: Serial, flows: Mapping[Stage, Flow], scene: Any, seed: int, *, pruning: bool = True
+    ) -> None:
+        self.flows, self.scene, self.seed, self.pruning = flows, scene, seed, pruning
+        self._numbers = count(1)
+        self._ended: Ended = []
+        self.nodes: dict[Stage, Node] = {}
+        self.order: list[Node] = []  # children before their containers, else in order of time
+        self.root = self._built(task, None, Level(None), 0)  # type: ignore[arg-type]
+        if not isinstance(self.root, SerialNode):
+            raise TypeError("a task is a serial container")
+        self.root.inner.top = True
+        self._gates = {node: self._gates_of(node) for node in self.order}
+        self._fallbacks = [node for node in self.order if isinstance(node, FallbacksNode)]
+        self._connectors = [node for node in self.order if isinstance(node, (ConnectorNode, FallbacksNode))]
+        for node in self.order:
+            if isinstance(node, MonitorNode):
+                node.monitored = self.nodes[node.stage.monitored]  # type: ignore[attr-defined]
+                node.monitored.monitors.append(node)
+        self.jobs = 0
+        self.exhausted = False
+        self.root.start()
+        self._rounds = self._walk()
+
+    def _built(self, stage: Stage, parent: Node | None, level: Level, index: int) -> Node:
+        kind = next((made for base, made in _GROUPS if isinstance(stage, base)), None)
+        node = (kind or _LEAVES.get(self.flows[stage], PropagatorNode))(stage, self, parent, level, index)
+        own = node.inner if isinstance(node, (SerialNode, WrapperNode)) else None
+        for i, child in enumerate(stage.children):
+            node.children.append(self._built(child, node, own or level, i if own else index))
+        if own is not None:
+            own.children = node.children
+        self.nodes[stage] = node
+        self.order.append(node)
+        return node
+
+    @staticmethod
+    def _gates_of(node: Node) -> list[tuple[FallbacksNode, Node]]:
+        found = []
+        while node.parent is not None:
+            if isinstance(node.parent, FallbacksNode) and node.parent.flow is Flow.CONNECT:
+                found.append((node.parent, node))
+            node = node.parent
+        return found
+
+    # ------------------------------------------------------------------------------------ for the nodes
+    def count(self) -> int:
+        """The next number, for whatever must keep its order of arrival."""
+        return next(self._numbers)
+
+    def ended(self, states: Ended) -> None:
+        """Something may have died of these; looked at after the job that runs."""
+        self._ended += states
+
+    # -------------------------------------------------------------------------------------------- rounds
+    def complete(self) -> bool:
+        """Whether whole solutions wait to be lifted."""
+        return bool(self.root.paths)  # type: ignore[attr-defined]
+
+    def lift(self) -> Solution | None:
+        """The cheapest whole solution that waits; None if its cost term refused it."""
+        before = len(self.root.solutions)
+        self.root.lift()  # type: ignore[attr-defined]
+        return self.root.solutions[-1] if len(self.root.solutions) > before else None
+
+    def step(self) -> bool:
+        """Executes one job, or lifts one solution of a container; False if nothing is left to do."""
+        if self.exhausted:
+            return False
+        self.exhausted = not next(self._rounds)
+        return not self.exhausted
+
+    def _walk(self) -> Iterator[bool]:
+        """Round after round; yields True after each job, False in the end."""
+        while True:
+            worked = False
+            for node in self.order:
+                if node is self.root:
+                    continue
+                if isinstance(node, SerialNode):
+                    if node.lift():
+                        worked = True
+                        self.settle()
+                    continue
+                job = self._job(node)
+                if job is not None:
+                    worked = True
+                    began = perf_counter()
+                    found, finished = job.run(node.function())
+                    self.take_in(node, job, found, finished, perf_counter() - began)
+                    yield True
+            if not self.between_rounds() and not worked:
+                yield False
+
+    def _job(self, node: Node) -> Job | None:
+        if any(not gate.permits(child) for gate, child in self._gates[node]):
+            return None
+        job = node.pick()
+        if job is None and self._ended:
+            self.settle()
+        return job
+
+    def take_in(self, node: Node, job: Job, found: list[Answer], finished: bool, seconds: float) -> None:
+        """Counts a job and gives its answers to its node."""
+        self.jobs += 1
+        node.statistics.calls += 1
+        node.statistics.seconds += seconds
+        self._ended += node.absorb(job, found, finished)
+        self.settle()
+
+    def settle(self) -> None:
+        """Finds out what has died."""
+        while self._ended:
+            ended, self._ended = self._ended, []
+            reconsider(ended)
+
+    def between_rounds(self) -> bool:
+        """What no single job brings about: partners that will never come, generators to fall back on."""
+        waiting = [entry for node in self._connectors for entry in node.waiting()]
+        if waiting:
+            alive = sum(state.alive[side] for state, side in waiting)
+            reconsider(waiting)
+            self.settle()
+            if sum(state.alive[side] for state, side in waiting) < alive:
+                return True
+        advanced = [node.advance() for node in self._fallbacks]  # all of them
+        return any(advanced)
+
+    # ----------------------------------------------------------------------------------- rounds with workers
+    def parallel_round(self, workers: "Workers", connector_jobs: int) -> bool:
+        """One round whose jobs run side by side; False if nothing is left to do."""
+        if self.exhausted:
+            return False
+        taken: list[tuple[Node, Job]] = []
+        worked = False
+        for node in self.order:
+            if node is self.root:
+                continue
+            if isinstance(node, SerialNode):
+                worked |= node.lift()
+                self.settle()
+                continue
+            for _ in range(connector_jobs if isinstance(node, ConnectorNode) else 1):
+                job = self._job(node)
+                if job is None:
+                    break
+                taken.append((node, job))
+        for (node, job), (found, finished, seconds) in zip(taken, workers.run(taken), strict=True):
+            self.take_in(node, job, found, finished, seconds)
+        more = self.between_rounds()
+        self.exhausted = not (taken or worked or more)
+        return not self.exhausted

@@ -1,0 +1,149 @@
+"""A task: a serial container that generates, and the plan function that anyone calls [T 3.6]."""
+
+from collections.abc import Callable, Mapping
+from time import monotonic
+from typing import Any
+
+from kabo.tasks.core.containers import Serial
+from kabo.tasks.core.explanation import Explanation, explain
+from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.groups import ParallelNode, SerialNode
+from kabo.tasks.core.interfaces import resolve, tree
+from kabo.tasks.core.nodes import StageStatistics
+from kabo.tasks.core.planning import Planning
+from kabo.tasks.core.solutions import Solution
+from kabo.tasks.core.stages import Stage
+from kabo.tasks.core.workers import Workers
+
+CONNECTOR_JOBS = 4  # pairs of one connector in a parallel round
+
+
+def never() -> bool:
+    """Nothing stops planning."""
+    return False
+
+
+class Task(Serial):
+    """A whole task. Planning is resumable and anytime: `plan` goes on where it left off; `reset` forgets.
+
+    Args:
+        name: of the task. children: its stages, in order of time.
+        seed: of all random choices. properties: its inputs, for the stages to inherit.
+    """
+
+    def __init__(
+        self, name: str, /, *children: Stage, seed: int = 0, pruning: bool = True, **properties: Any
+    ) -> None:
+        super().__init__(name, *children, **properties)
+        self.seed = seed
+        self.pruning = pruning
+        self.directions: Mapping[Stage, Flow] = {}
+        self._planning: Planning | None = None
+
+    # ------------------------------------------------------------------------------------------- planning
+    def initialise(self) -> None:
+        """Finds out which way every stage runs.
+
+        Raises:
+            InitialisationError: with all that does not fit; then nothing has changed.
+        """
+        self.directions = resolve(self)
+
+    def reset(self) -> None:
+        """Forgets all that was planned; the stages stay."""
+        self._planning = None
+
+    def plan(
+        self,
+        scene: Any = None,
+        max_solutions: int | None = None,
+        *,
+        jobs: int | None = None,
+        stop: Callable[[], bool] = never,
+        commit_after: float | None = None,
+        workers: int | None = None,
+        connector_jobs: int = CONNECTOR_JOBS,
+    ) -> list[Solution]:
+        """Plans until there are `max_solutions`, or nothing is left to try; returns all solutions, as found.
+
+        Args:
+            scene: where the task begins; taken at the first call.
+            max_solutions: in all, with those of former calls; None: every one.
+            jobs: how many jobs this call may execute. stop: asked between jobs, ends the call.
+            commit_after: seconds after which the call is content with one solution.
+            workers: processes for parallel rounds; the solutions are the same for any number of them.
+
+        Raises:
+            InitialisationError: the stages do not fit together.
+        """
+        run = self._run(scene)
+        began, limit = monotonic(), None if jobs is None else run.jobs + jobs
+
+        def enough() -> bool:
+            if max_solutions is not None and len(run.root.solutions) >= max_solutions:
+                return True
+            late = commit_after is not None and monotonic() - began >= commit_after
+            return bool(late and run.root.solutions) or stop() or (limit is not None and run.jobs >= limit)
+
+        if workers is None:
+            _advance(run, enough, run.step)
+        else:
+            nodes = [n for n in run.order if not isinstance(n, (SerialNode, ParallelNode))]
+            with Workers(nodes, [node.function() for node in nodes], workers) as pool:
+                _advance(run, enough, lambda: run.parallel_round(pool, connector_jobs))
+        return self.solutions
+
+    def _run(self, scene: Any) -> Planning:
+        if self._planning is None:
+            self.initialise()
+            self._planning = Planning(self, self.directions, scene, self.seed, pruning=self.pruning)
+        return self._planning
+
+    # -------------------------------------------------------------------------------------------- results
+    @property
+    def solutions(self) -> list[Solution]:
+        """The whole solutions so far, in order of discovery."""
+        return [] if self._planning is None else list(self._planning.root.solutions)
+
+    @property
+    def best(self) -> Solution | None:
+        """The cheapest solution so far, of equal ones the first."""
+        return min(self.solutions, key=lambda solution: solution.cost, default=None)
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether everything was tried."""
+        return self._planning is not None and self._planning.exhausted and not self._planning.complete()
+
+    @property
+    def statistics(self) -> dict[str, StageStatistics]:
+        """What each stage did, by its path, in order of time."""
+        return {stage.path: self._statistics(stage) for stage in self.walk()}
+
+    def _statistics(self, stage: Stage) -> StageStatistics:
+        return StageStatistics() if self._planning is None else self._planning.nodes[stage].statistics
+
+    def found(self, stage: Stage) -> tuple[list[Solution], list[Solution]]:
+        """The solutions of one stage so far, and the failures that it kept."""
+        if self._planning is None:
+            return [], []
+        node = self._planning.nodes[stage]
+        return list(node.solutions), list(node.failures)
+
+    def explain(self) -> Explanation:
+        """Why there is no solution (yet)."""
+        kept = {stage: self.found(stage)[1] for stage in self.walk()}
+        return explain(self, {stage: self._statistics(stage) for stage in self.walk()}, kept)
+
+    def tree(self) -> str:
+        """The structure as text: arrows, names, kinds, properties."""
+        return tree(self, self.directions or None)
+
+
+def _advance(run: Planning, enough: Callable[[], bool], step: Callable[[], bool]) -> None:
+    """Lifts whole solutions and takes steps until it is enough, or nothing is left."""
+    while not enough():
+        if run.complete():
+            run.lift()
+        elif not step():
+            return
