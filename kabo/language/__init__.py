@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from kabo.language.loading import check_files, load_problem
     from kabo.language.problem import Action, Domain, Function, Options, Parameter, Problem
-    from kabo.language.procedures import PROCEDURES, Property
+    from kabo.language.procedures import Procedures, Property
     from kabo.language.scene_description import SceneDescription
     from kabo.language.spelling import spell, spell_number
 
@@ -19,9 +19,9 @@ _HOMES = {
     "Domain": "problem",
     "Function": "problem",
     "Options": "problem",
-    "PROCEDURES": "procedures",
     "Parameter": "problem",
     "Problem": "problem",
+    "Procedures": "procedures",
     "Property": "procedures",
     "SceneDescription": "scene_description",
     "check_files": "loading",
@@ -31,13 +31,13 @@ _HOMES = {
 }
 
 __all__ = [
-    "PROCEDURES",
     "Action",
     "Domain",
     "Function",
     "Options",
     "Parameter",
     "Problem",
+    "Procedures",
     "Property",
     "SceneDescription",
     "check_files",

@@ -28,13 +28,15 @@ def read_call(context: Context, tree: Tree) -> f.ProcedureCall | None:
     symbol = context.scope.find(str(name))
     if symbol is not None and symbol.role == "procedure":
         return _external_call(context, tree, symbol)
-    properties = context.procedures.get(str(name))
     arguments = [_argument(context, piece) for piece in tree.children[1:]]
-    if properties is None:
-        hint = context.findings.near(str(name), context.procedures)
-        hint = hint or f"the procedures are {', '.join(sorted(context.procedures))}"
+    if str(name) not in context.procedures:
+        hint = context.findings.near(str(name), list(context.procedures))
+        hint = hint or f"the procedures are {', '.join(context.procedures)}"
         context.report(name, f'unknown procedure "{name}" {context.where}', hint)
         return None
+    properties = context.procedures[str(name)]
+    if properties is None:
+        return None  # its file is broken, which was reported
     if None in arguments:
         return None
     given = [argument for argument in arguments if argument is not None]
@@ -115,8 +117,7 @@ def _check_properties(
                 context.report(piece, f'"{argument.name}" is given twice')
                 return False
             filled.append(argument.name)
-        if wanted is not None and isinstance(argument.value, f.Number):
-            context.report(piece, f'the property "{wanted.name}" takes a name, not a number')
+        if wanted is not None and not _fits(context, piece, wanted, argument):
             return False
     missing = [each.name for each in properties if each.required and each.name not in filled]
     if missing or len(positional) > len(properties):
@@ -124,3 +125,13 @@ def _check_properties(
         context.report(tree.children[0], f"{tree.children[0]} {problem}", f"it is {signature}")
         return False
     return True
+
+
+def _fits(context: Context, piece: Tree, wanted: Property, argument: f.Argument) -> bool:
+    """Whether an argument may fill a property, as far as its form tells; reports if not."""
+    is_number = isinstance(argument.value, f.Number)
+    if wanted.kind == "any" or is_number == (wanted.kind == "number"):
+        return True
+    takes = "a number, not a name" if wanted.kind == "number" else "a name, not a number"
+    context.report(piece, f'the property "{wanted.name}" takes {takes}')
+    return False

@@ -1,7 +1,9 @@
 """Domain files: types, constants, predicates, functions, procedures, update rules and actions [LANGUAGE 2]."""
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TypeVar
 
 from kabo.language import formulas as f
@@ -10,7 +12,7 @@ from kabo.language.documents import Mapping, Node, Scalar, Sequence
 from kabo.language.effects import read_effects
 from kabo.language.findings import Findings
 from kabo.language.problem import Action, Domain, Function, Parameter, Procedure
-from kabo.language.procedures import PROCEDURES
+from kabo.language.procedures import Procedures
 from kabo.language.queries import read_formula
 from kabo.language.syntax import Tree, parse
 from kabo.language.terms import Context, read_atom, read_function_term, read_term
@@ -40,9 +42,13 @@ class DomainReading:
     domain: Domain | None = None
 
 
-def read_domain(root: Mapping, findings: Findings) -> DomainReading:
-    """The domain of a document; its formulas that could not be read are reported and left out."""
-    reading = DomainReading(findings, Reader(findings), Vocabulary(findings))
+def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None) -> DomainReading:
+    """The domain of a document; its formulas that could not be read are reported and left out.
+
+    `within`: if given, no task file outside of this folder is opened.
+    """
+    procedures = Procedures(os.path.dirname(root.source.name), findings, within)
+    reading = DomainReading(findings, Reader(findings), Vocabulary(findings, procedures=procedures))
     reader = reading.reader
     reader.keys(root, DOMAIN_KEYS, "a domain")
     name = reader.name(reader.require(root, "domain", "a domain"), "a domain")
@@ -164,7 +170,7 @@ def _read_procedures(reading: DomainReading, node: Node | None) -> None:
             kinds = _argument_types(reading, mapping.get("arguments"), f"of {what}", numbers=True)
             if (answer := mapping.get("value")) is not None:
                 kind = _value_kind(reading, answer, what)
-        if name in PROCEDURES:
+        if name in reading.vocabulary.procedures:
             reading.findings.add(key.place, f'"{name}" is the name of a procedure of geometry')
         elif reading.reader.check_name(key, "a procedure") and reading.vocabulary.declare(
             Symbol("procedure", name, key.place, kind, kinds)
@@ -212,7 +218,7 @@ def read_parsed(
     parsed = parse(scalar, start, findings)
     if parsed is None:
         return None
-    return read(Context(parsed, scope, where, PROCEDURES, {}), parsed.tree)
+    return read(Context(parsed, scope, where, {}), parsed.tree)
 
 
 def _read_rules(reading: DomainReading, node: Node | None) -> tuple[f.Effect, ...]:

@@ -15,6 +15,7 @@ from kabo.language.problem import Problem
 from kabo.language.problem_file import read_problem
 from kabo.language.scene_file import SceneReading, read_scene
 from kabo.language.source import UnreadableError, read_source
+from kabo.language.task_file import read_task
 
 
 @dataclass
@@ -25,7 +26,7 @@ class _Loading:
     digests: dict[str, str] = field(default_factory=dict)  # by real path
     within: Path | None = None  # no file outside of this folder is opened
 
-    def document(self, name: str, named_at: Place | None = None) -> Mapping | None:
+    def document(self, name: str, named_at: Place | None = None, *, aliases: bool = False) -> Mapping | None:
         """The document of the file called `name`; a missing one is reported where it is named."""
         try:
             if not lies_within(Path(name), self.within):
@@ -35,7 +36,7 @@ class _Loading:
             self._report(name, named_at, error)
             return None
         self.digests[name] = source.digest
-        return read_document(source, self.findings)
+        return read_document(source, self.findings, aliases=aliases)
 
     def _report(self, name: str, named_at: Place | None, error: UnreadableError) -> None:
         if error.offset is not None:
@@ -56,8 +57,9 @@ class _Loading:
         domain = self._domain(root, folder)
         scene = self._scene(root, folder)
         problem = read_problem(root, domain, scene, self.findings)
-        if problem is None:
+        if problem is None or domain is None:
             return None
+        self.digests |= domain.vocabulary.procedures.digests
         return replace(problem, files=self._relative_to(folder))
 
     def _domain(self, root: Mapping, folder: str) -> DomainReading | None:
@@ -70,7 +72,7 @@ class _Loading:
         if kind_of(document) != "domain":
             self.findings.add(named_at, f"{written} is no domain: it has none of the keys of one")
             return None
-        return read_domain(document, self.findings)
+        return read_domain(document, self.findings, within=self.within)
 
     def _scene(self, root: Mapping, folder: str) -> SceneReading | None:
         node = root.get("scene")
@@ -97,11 +99,14 @@ def _path_of(node: Node | None) -> str | None:
     return text if isinstance(text, str) and text.strip() and "\0" not in text else None
 
 
-_UNKNOWN_KIND = "this is no domain (key `domain`), problem (key `problem`) or scene (key `scene`)"
+_UNKNOWN_KIND = (
+    "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`) or task (key `stages`)"
+)
 _TELLING = {
     "problem": {"problem", "goal", "initial"},
     "domain": {"actions", "predicates", "types", "domain"},
     "scene": {"scene", "epsilon", "robots"},
+    "task": {"stages"},
 }
 
 
@@ -140,12 +145,15 @@ def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
 
 
 def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
-    """All diagnostics of domain, problem and scene files, and of the files that problems name, sorted by place."""
+    """All diagnostics of domain, problem, scene and task files, and of the files that they name, sorted by place."""
     found: dict[Diagnostic, None] = {}
     for path in paths:
         loading = _Loading()
         name = os.fspath(path)
         root = loading.document(name)
+        if root is not None and kind_of(root) == "task":  # the one kind of file that may have anchors
+            loading = _Loading()
+            root = loading.document(name, aliases=True)
         if root is not None:
             _check(loading, root, name)
         found.update(dict.fromkeys(loading.findings.diagnostics))
@@ -160,6 +168,8 @@ def _check(loading: _Loading, root: Mapping, name: str) -> None:
         read_domain(root, loading.findings)
     elif kind == "scene":
         read_scene(root, None, loading.findings)
+    elif kind == "task":
+        read_task(root, loading.findings)
     else:
         loading.findings.add(_first_key(root), _UNKNOWN_KIND)
 

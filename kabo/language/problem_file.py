@@ -9,20 +9,20 @@ from kabo.language.domain_file import DomainReading, read_named_things, read_par
 from kabo.language.effects import read_effects
 from kabo.language.findings import Findings, spell_place
 from kabo.language.problem import Options, Problem
-from kabo.language.procedures import PROCEDURES, Property
+from kabo.language.procedures import Procedures, Property
 from kabo.language.queries import read_formula
 from kabo.language.scene_file import SceneReading
 from kabo.language.spelling import spell
 from kabo.language.syntax import Tree, parse
+from kabo.language.task_description import FAMILIES, THINGS
 from kabo.language.terms import Context
 from kabo.language.values import Reader
-from kabo.language.vocabulary import Scope, Symbol
+from kabo.language.vocabulary import Scope, Symbol, Vocabulary
 
 PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "initial", "goal", "options")
 OPTION_KEYS = ("search", "seed", "epsilon", "geometry", "budget")
 BUDGET_KEYS = ("expansions", "samples", "seconds")
 SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening")
-THINGS = ("robot", "body", "region")
 GEOMETRIES = ("bounding", "exact", "none")
 
 
@@ -59,7 +59,7 @@ def read_problem(
         root.source.path, {},
     )  # fmt: skip
     if scene is not None and scene.description is not None:
-        _check_calls(problem, scene, places, findings)
+        _check_calls(problem, scene, places, domain.vocabulary)
     return problem
 
 
@@ -116,22 +116,22 @@ def read_options(reader: Reader, node: Node | None) -> Options:
 
 # -------------------------------------------------------------------------------------- objects and their things
 def _check_calls(
-    problem: Problem, scene: SceneReading, places: MappingType[str, f.Place], findings: Findings
+    problem: Problem, scene: SceneReading, places: MappingType[str, f.Place], vocabulary: Vocabulary
 ) -> None:
     """Reports every argument that a procedure can get and that the scene does not have."""
-    domain = problem.domain
+    domain, findings = problem.domain, vocabulary.findings
     wanted: dict[str, dict[str, f.ProcedureCall]] = {}  # type, kind of thing, the first call that says so
     calls = list(_calls_of(problem.goal, domain.update_rules))
     for action in domain.actions.values():
         calls.extend(_calls_of(action.geometry, action.preconditions, action.effects))
     for call in calls:
-        for property_, argument in _filled(call):
+        for property_, argument in _filled(call, vocabulary.procedures):
             value = argument.value
             if property_.kind in THINGS and isinstance(value, f.Variable):
                 wanted.setdefault(value.type, {}).setdefault(property_.kind, call)
             elif property_.kind in THINGS and isinstance(value, f.Constant):
                 _check_thing(scene, property_.kind, value.name, value.place, call, findings)
-            elif isinstance(value, f.Constant) and not scene.unsound:
+            elif property_.kind in FAMILIES and isinstance(value, f.Constant) and not scene.unsound:
                 _check_family(scene, property_, value, findings)
     for name, own_type in problem.objects.items():
         for kind in ancestors(own_type, domain.types):
@@ -148,9 +148,9 @@ def ancestors(kind: str, types: MappingType[str, str | None]) -> Iterator[str]:
         current = types.get(current)
 
 
-def _filled(call: f.ProcedureCall) -> Iterator[tuple[Property, f.Argument]]:
+def _filled(call: f.ProcedureCall, procedures: Procedures) -> Iterator[tuple[Property, f.Argument]]:
     """Every argument of a call with the property that it fills."""
-    properties = PROCEDURES.get(call.procedure)
+    properties = procedures.get(call.procedure)
     if properties is None:
         return  # an external procedure: its arguments were checked by their types
     by_name = {each.name: each for each in properties}

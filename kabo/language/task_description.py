@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Literal
 
 from kabo.language.formulas import Place
+from kabo.language.source import SourceFile
 
 THINGS = ("robot", "body", "region")  # of the scene
 FAMILIES = ("grasp", "placement", "motion_constraint")  # names that the scene gives
-KINDS = (*THINGS, *FAMILIES, "name", "number", "boolean")  # of a task's declared properties
+KINDS = (*THINGS, *FAMILIES, "name", "number", "boolean", "any")  # of a task's declared properties
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Input:
     """A property that a task declares: what a call of the task may fill, in this order.
 
     Attributes:
-        kind: one of `KINDS`; None where the file only names the property.
+        kind: one of `KINDS` (`any` where the file only names the property); None if it says none, which was reported.
         required: whether there is no default.
     """
 
@@ -114,5 +115,4 @@ class TaskDescription:
     root: StageDescription
     max_solutions: int | None = None
     timeout: float | None = None
-    path: Path = Path()
-    digest: str = ""
+    source: SourceFile = field(default_factory=lambda: SourceFile(Path(), "", ""))

@@ -32,7 +32,7 @@ ROOT_TYPE = "SerialContainer"
 _REFERENCE = re.compile(r"<(PARENT|INTERFACE)(?::([A-Za-z_][A-Za-z0-9_]*))?>")
 _LIKE_REFERENCE = re.compile(r"<\s*([A-Za-z]*)\s*(?::\s*([^<>]*?))?\s*>")
 _SOURCES = ("PARENT", "INTERFACE")
-_WHOLE = re.compile(r"[+-]?[0-9]{1,15}")
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 
 
 def load_task_description(path: Path, name: str | None = None) -> TaskDescription:
@@ -53,11 +53,16 @@ def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | No
     try:
         source = read_source(path, name)
     except UnreadableError as error:
-        before = error.text[: error.offset or 0]
-        place = Place(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
-        findings.add(place, error.message, error.hint)
+        report_unreadable(name, error, findings)
         return None
     return read_task_text(source, findings)
+
+
+def report_unreadable(name: str, error: UnreadableError, findings: Findings) -> None:
+    """Reports a file that is no text, where it ceases to be."""
+    before = error.text[: error.offset or 0]
+    place = Place(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
+    findings.add(place, error.message, error.hint)
 
 
 def read_task_text(source: SourceFile, findings: Findings) -> TaskDescription | None:
@@ -94,7 +99,7 @@ class _Reading:
         )
         return TaskDescription(
             name, inputs, tree, reader.whole(root.get("max_solutions"), "`max_solutions`", 1),
-            reader.positive(root.get("timeout"), "`timeout`"), root.source.path, root.source.digest,
+            reader.positive(root.get("timeout"), "`timeout`"), root.source,
         )  # fmt: skip
 
     def check_once(self, inputs: tuple[Input, ...], keys: dict[str, Place]) -> None:
@@ -122,7 +127,7 @@ class _Reading:
             if name is not None and name in found:
                 self.findings.add(item.place, f'the property "{name}" is declared twice')
             elif name is not None:
-                found[name] = Input(name, None, item.place)
+                found[name] = Input(name, "any", item.place)
         return tuple(found.values())
 
     def input(self, name: str, key: Scalar, node: Node) -> Input:
@@ -250,9 +255,6 @@ class _Reading:
     def reference(self, scalar: Scalar) -> Reference | None:
         text = scalar.text.strip()
         if (found := _REFERENCE.fullmatch(text)) is not None:
-            if found[1] == "INTERFACE" and found[2] is None:
-                hint = "write <INTERFACE:name> with the property that a stage before wrote"
-                self.findings.add(scalar.place, "<INTERFACE> needs the name of a property", hint)
             return Reference("PARENT" if found[1] == "PARENT" else "INTERFACE", found[2], scalar.place)
         if (like := _LIKE_REFERENCE.fullmatch(text)) is not None and not scalar.style:
             word = like[1].upper()

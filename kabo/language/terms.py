@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from kabo.language import formulas as f
 from kabo.language.findings import Findings, spell_place
-from kabo.language.procedures import Property
+from kabo.language.procedures import Procedures
 from kabo.language.syntax import Parsed, Token, Tree
 from kabo.language.values import NAME, proper_name
 from kabo.language.vocabulary import NUMBER, TEST, Kind, Scope, Symbol, Values, Vocabulary, term_of
@@ -21,7 +21,6 @@ class Context:
 
     Attributes:
         where: completes "unknown predicate "p" …": `in a precondition of action "pick_up"`.
-        procedures: what geometric procedures there are.
         hint_of: remedies for names that would be known elsewhere in the same formula.
         in_update: inside an atom of add or del, where no run-time variable may stand.
         fallback: the remedy for unknown names that nothing is near to.
@@ -30,7 +29,6 @@ class Context:
     parsed: Parsed
     scope: Scope
     where: str
-    procedures: Mapping[str, tuple[Property, ...]]
     hint_of: Mapping[str, str]
     in_update: bool = False
     fallback: str | None = None
@@ -44,6 +42,11 @@ class Context:
     def vocabulary(self) -> Vocabulary:
         """Types and declared names."""
         return self.scope.vocabulary
+
+    @property
+    def procedures(self) -> Procedures:
+        """What geometric procedures there are."""
+        return self.vocabulary.procedures
 
     def report(self, piece: Tree | Token, message: str, hint: str | None = None) -> None:
         """Reports something at a piece of the formula."""

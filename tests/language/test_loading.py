@@ -163,9 +163,11 @@ def test_a_missing_default_domain_is_reported_at_the_problem(kitchen: Kitchen) -
 def test_files_of_every_kind_are_told_apart_by_their_keys(kitchen: Kitchen) -> None:
     kitchen.write()
     assert check_files([kitchen.folder / f"{name}.yaml" for name in ("domain", "scene", "problem")]) == []
-    (kitchen.folder / "other.yaml").write_text("name: pick\nstages: []\n")
+    (kitchen.folder / "other.yaml").write_text("name: pick\n")
     (one,) = check_files([kitchen.folder / "other.yaml"])
-    assert one.message == "this is no domain (key `domain`), problem (key `problem`) or scene (key `scene`)"
+    assert one.message == (
+        "this is no domain (key `domain`), problem (key `problem`), scene (key `scene`) or task (key `stages`)"
+    )
 
 
 def test_only_a_problem_can_be_loaded_as_one(kitchen: Kitchen) -> None:

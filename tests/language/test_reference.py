@@ -12,7 +12,7 @@ KEYS = {
     *problem_file.OPTION_KEYS, *problem_file.BUDGET_KEYS, *scene_file.SCENE_KEYS, *scene_file.MATE_KEYS,
     *robots.ROBOT_KEYS, *robots.GRIPPER_KEYS, *robots.TOOL_KEYS, *bodies.BODY_KEYS, *bodies.REGION_KEYS,
     *bodies.GRASP_KEYS, *bodies.PLACEMENT_KEYS, *bodies.STROKE_KEYS, *poses.POSE_KEYS, *constraints.SHAPES,
-    *procedures.PROCEDURES,
+    *procedures.library_names(),
 }  # fmt: skip
 
 
