@@ -1,0 +1,187 @@
+"""From a task file to a task: `load_task`, and tasks made again and again of one file [T 3.7]."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from kabo.errors import Diagnostic, InputError, did_you_mean
+from kabo.language.findings import Findings
+from kabo.language.formulas import Place
+from kabo.language.task_description import Input, TaskDescription, Word
+from kabo.language.task_file import find_task
+from kabo.tasks.core import Container, InitialisationError, Monitor, Property, Stage, Task
+from kabo.tasks.files.checking import Recipe, check_task
+from kabo.tasks.files.kinds import KIND_TYPES
+from kabo.tasks.files.values import NoValue, value_of, wanted
+
+
+class TaskFile:
+    """A task file that was read and checked; `task` makes a new task of it, with arguments bound."""
+
+    def __init__(
+        self, description: TaskDescription, recipe: Recipe, warnings: tuple[Diagnostic, ...] = ()
+    ) -> None:
+        self.description, self.recipe, self.warnings = description, recipe, warnings
+
+    @property
+    def name(self) -> str:
+        """The task's name."""
+        return self.description.name
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The declared properties, in the order of positional arguments."""
+        return self.description.inputs
+
+    @property
+    def max_solutions(self) -> int | None:
+        """How many solutions the file asks for."""
+        return self.description.max_solutions
+
+    @property
+    def timeout(self) -> float | None:
+        """Seconds after which planning ends with what there is; None: never."""
+        return self.description.timeout
+
+    @cached_property
+    def places(self) -> Mapping[str, Place]:
+        """Where each stage stands, by its path; of equal paths the first."""
+        places: dict[str, Place] = {}
+        _note_places(self.recipe, (), places)
+        return places
+
+    def task(self, arguments: Mapping[str, Any] | None = None, *, seed: int = 0, partly: bool = False) -> Task:
+        """A new task with its declared properties bound to `arguments`.
+
+        Args:
+            arguments: values by the names of declared properties.
+            seed: of all that its stages draw.
+            partly: required properties may be missing, as for showing a task.
+
+        Raises:
+            InputError: an argument is unknown, missing, or of another type; all of them at once.
+        """
+        bound = self._bound(arguments or {}, partly)
+        task = Task(self.name, *map(_made, self.recipe.children), seed=seed)
+        for each in self.inputs:
+            kind = KIND_TYPES[each.kind or "any"]
+            if each.required:
+                task.properties.declare(each.name, kind)
+            else:
+                task.properties.declare(each.name, kind, each.default)
+            if bound.get(each.name) is not None:
+                task.properties.set(each.name, bound[each.name])
+        for name, value in self.recipe.values.items():
+            task.properties.set(name, value)
+        return task
+
+    def _bound(self, arguments: Mapping[str, Any], partly: bool) -> dict[str, Any]:
+        declared = {each.name: each for each in self.inputs}
+        findings = self._findings()
+        for name, value in arguments.items():
+            if name not in declared:
+                hint = did_you_mean(name, declared) or f"it has {', '.join(declared) or 'none'}"
+                findings.add(self.recipe.place, f'the task "{self.name}" has no property "{name}"', hint)
+            elif value is not None and not fits(declared[name], value):
+                kind = wanted(Property(KIND_TYPES[declared[name].kind or "any"]))
+                message = f'"{name}" must be {kind}, not {value!r}'
+                findings.add(declared[name].place, message)
+        for each in self.inputs:
+            if each.required and not partly and arguments.get(each.name) is None:
+                what = "property" if each.kind in (None, "any") else each.kind
+                message = f'the {what} "{each.name}" must be given'
+                findings.add(each.place, message, f"on the command line --set {each.name}=…")
+        if findings.errors:
+            raise InputError(findings.diagnostics)
+        return {each.name: each.default for each in self.inputs if not each.required} | dict(arguments)
+
+    def _findings(self) -> Findings:
+        findings = Findings()
+        findings.know(self.description.source)
+        return findings
+
+    def told(self, error: InitialisationError) -> InputError:
+        """What does not fit together, each at the place of the stage that it names first."""
+        findings = self._findings()
+        for message in error.errors:
+            named = (self.places.get(word) for word in message.split("'")[1::2])
+            findings.add(next((place for place in named if place is not None), self.recipe.place), message)
+        return InputError(findings.diagnostics)
+
+
+def fits(declared: Input, value: Any) -> bool:
+    """Whether a value may be given for a declared property."""
+    type_ = KIND_TYPES[declared.kind or "any"]
+    if type_ is float:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, type_[:1] if isinstance(type_, tuple) else type_)
+
+
+def _made(recipe: Recipe) -> Stage:
+    given: dict[str, Any] = {}
+    if recipe.monitors is not None:
+        given["monitors"] = recipe.monitors
+    if recipe.only is not None:
+        given["only"] = recipe.only
+    stage = recipe.kind(recipe.name, *map(_made, recipe.children), **given)
+    for name, value in recipe.values.items():
+        stage.properties.set(name, value)
+    assert isinstance(stage, Container) or not recipe.children
+    assert isinstance(stage, Monitor) or recipe.monitors is None
+    return stage
+
+
+def _note_places(recipe: Recipe, above: tuple[str, ...], places: dict[str, Place]) -> None:
+    places.setdefault("/".join(above) or recipe.name, recipe.place)
+    for child in recipe.children:
+        _note_places(child, (*above, child.name), places)
+
+
+def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None:
+    """The task file at `path`, called `name` in messages; None after reports of everything found."""
+    description = find_task(path, name, findings)
+    if description is None:
+        return None
+    recipe = check_task(description, findings)
+    if recipe is None:
+        return None
+    return TaskFile(
+        description, recipe, tuple(each for each in findings.diagnostics if each.severity == "warning")
+    )
+
+
+def load_task_file(path: str | Path) -> TaskFile:
+    """The task file at `path`, checked against the stages there are.
+
+    Raises:
+        InputError: with every finding: of the YAML, of stages, properties, types, monitors, and all references
+            that no ancestor answers.
+    """
+    findings = Findings()
+    found = find_task_file(Path(path), str(path), findings)
+    if found is None:
+        raise InputError(findings.diagnostics)
+    return found
+
+
+def load_task(path: str | Path, arguments: Mapping[str, Any] | None = None, *, seed: int = 0) -> Task:
+    """The task of a file with its declared properties bound.
+
+    Raises:
+        InputError: with every finding of the file, or of the arguments.
+    """
+    return load_task_file(path).task(arguments, seed=seed)
+
+
+def argument_of(declared: Input, text: str) -> Any:
+    """The value of a declared property that a person wrote as `name=text`.
+
+    Raises:
+        NoValue: it is none of the declared type.
+    """
+    word = Word(text, False, declared.place)
+    value = value_of(word, Property(KIND_TYPES[declared.kind or "any"]))
+    if not fits(declared, value):
+        raise NoValue(wanted(Property(KIND_TYPES[declared.kind or "any"])))
+    return value

@@ -1,0 +1,212 @@
+"""A task file against the stages there are: every name, type and reference; all findings at once [T 3.7].
+
+What comes out is a tree of recipes, from which a task is made as often as wanted.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from kabo.language.findings import Findings
+from kabo.language.formulas import Place
+from kabo.language.task_description import StageDescription, TaskDescription, Word
+from kabo.language.task_file import STAGE_KEYS, TASK_KEYS
+from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Property, Serial, Stage, Wrapper
+from kabo.tasks.files import registry
+from kabo.tasks.files.values import NoValue, described, parent_references, value_of
+
+ONLY = {"forward": Flow.FORWARD, "backward": Flow.BACKWARD}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How a stage is made: its class, and the values of its properties."""
+
+    kind: type[Stage]
+    name: str
+    place: Place
+    values: Mapping[str, Any]
+    children: tuple["Recipe", ...] = ()
+    monitors: str | None = None
+    only: Flow | None = None
+
+
+@dataclass(frozen=True)
+class _Holder:
+    """A stage on the way down to another, as references see it: what it declares or sets."""
+
+    name: str
+    names: frozenset[str]
+    description: StageDescription
+    used: set[str] = field(default_factory=set)  # what a stage below refers to
+
+
+def check_task(task: TaskDescription, findings: Findings) -> Recipe | None:
+    """The recipe of a task; None after reports. Mistakes of single stages do not hide those of others."""
+    checking = _Checking(task, findings)
+    recipe = checking.recipe(task.root, ())
+    return None if findings.errors else recipe
+
+
+class _Checking:
+    def __init__(self, task: TaskDescription, findings: Findings) -> None:
+        self.task, self.findings = task, findings
+        self.stages = registry.stages()
+
+    def recipe(self, stage: StageDescription, above: tuple[_Holder, ...]) -> Recipe:
+        root = not above
+        kind = Serial if root else self.kind(stage)
+        declared = declared_by(kind or Container)
+        if kind is not None:
+            self.structure(stage, kind)
+        values = self.values(stage, kind or Container, declared)
+        names = {*declared, *stage.properties, *((each.name for each in self.task.inputs) if root else ())}
+        here = _Holder(stage.name, frozenset(names), stage)
+        self.references(stage, above)
+        children = tuple(self.recipe(child, (*above, here)) for child in stage.children)
+        if stage.children:
+            self.unused(here, declared)
+        monitors = self.monitors(stage, kind, above)
+        only = self.only(stage, kind, declared)
+        return Recipe(kind or Stage, stage.name, stage.place, values, children, monitors, only)
+
+    def kind(self, stage: StageDescription) -> type[Stage] | None:
+        if stage.type is None:
+            return None
+        found = self.stages.get(stage.type)
+        if found is None:
+            self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', registry.near(stage.type))
+        return found
+
+    def structure(self, stage: StageDescription, kind: type[Stage]) -> None:
+        """Reports children where there can be none, and missing ones."""
+        wraps, holds = issubclass(kind, Wrapper), issubclass(kind, Container)
+        wanted = "wrapped" if wraps else "stages" if holds else None
+        given = {"stages": stage.stages is not None, "wrapped": stage.wrapped is not None}
+        for key, is_given in given.items():
+            if is_given and key != wanted:
+                what = (
+                    "wraps one stage: the key is `wrapped`" if wraps else f"it has {wanted or 'no stages inside'}"
+                )
+                self.findings.add(stage.place, f'"{stage.name}" is a {stage.type} and has no `{key}`', what)
+            elif not is_given and key == wanted and not any(given.values()):
+                self.findings.add(stage.place, f'"{stage.name}" is a {stage.type} and needs the key "{key}"')
+
+    # ------------------------------------------------------------------------------------------------ properties
+    def values(
+        self, stage: StageDescription, kind: type[Stage], declared: Mapping[str, Property]
+    ) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for name, written in stage.properties.items():
+            if name == "only" and issubclass(kind, Propagator) and name not in declared:
+                continue
+            if name not in declared and not kind.OPEN:
+                self.unknown(stage, name, declared)
+                continue
+            wanted = declared.get(name, Property())
+            try:
+                values[name] = value_of(written, wanted)
+            except NoValue as error:
+                found = f', this is "{written.text[:60]}"' if isinstance(written, Word) else ""
+                self.findings.add(written.place, f'"{name}" of "{stage.name}" must be {error}{found}')
+        for name, wanted in declared.items():
+            if wanted.default is MISSING and name not in stage.keys:
+                hint = f"{stage.type} has {described(declared)}"
+                self.findings.add(stage.place, f'"{stage.name}" needs the property "{name}"', hint)
+        return values
+
+    def unknown(self, stage: StageDescription, name: str, declared: Mapping[str, Property]) -> None:
+        hint = self.findings.near(name, [*declared, *STAGE_KEYS], all_if_few=False)
+        hint = hint or f"{stage.type} has {described(declared)}"
+        self.findings.add(stage.keys[name], f'"{stage.name}" has no property "{name}"', hint)
+
+    def unused(self, holder: _Holder, declared: Mapping[str, Property]) -> None:
+        """Warns of what a container sets in vain: often a key that was misspelt."""
+        stage = holder.description
+        for name, place in stage.keys.items():
+            if name in declared or name in holder.used:
+                continue
+            keys = TASK_KEYS if stage is self.task.root else STAGE_KEYS
+            hint = self.findings.near(name, [*declared, *keys], all_if_few=False)
+            message = f'no stage inside "{stage.name}" refers to its "{name}"'
+            self.findings.add(place, message, hint, warning=True)
+
+    def references(self, stage: StageDescription, above: tuple[_Holder, ...]) -> None:
+        """Reports every reference that no ancestor answers, with the ancestors in the order of the search."""
+        for key, written in stage.properties.items():
+            for name, reference in parent_references(written, key):
+                holder = next((each for each in reversed(above) if name in each.names), None)
+                if holder is not None:
+                    holder.used.add(name)
+                    continue
+                path = "/".join([*(each.name for each in above[1:]), stage.name])
+                searched = ", ".join(f'"{each.name}"' for each in reversed(above)) or "it has none"
+                message = f'{reference} of "{path}" ({key}) refers to nothing: no ancestor has "{name}"'
+                near = self.findings.near(
+                    name, sorted({n for each in above for n in each.names}), all_if_few=False
+                )
+                hint = f"searched {searched}" + (f"; {near}" if near else "")
+                self.findings.add(reference.place, message, hint)
+
+    # ---------------------------------------------------------------------------------------- monitors, directions
+    def monitors(
+        self, stage: StageDescription, kind: type[Stage] | None, above: tuple[_Holder, ...]
+    ) -> str | None:
+        written = stage.monitors
+        monitoring = kind is not None and issubclass(kind, Monitor)
+        if written is None:
+            if monitoring:
+                hint = "the path of the stage whose successes trigger it, such as ../open"
+                self.findings.add(stage.place, f'"{stage.name}" needs the key "monitors"', hint)
+            return None
+        if kind is not None and not monitoring:
+            message = f'"{stage.name}" is a {stage.type}, which monitors no other stage'
+            self.findings.add(written.place, message)
+            return None
+        self.follow(written, stage, above)
+        return written.text
+
+    def follow(self, written: Word, stage: StageDescription, above: tuple[_Holder, ...]) -> None:
+        """Reports a path that leads to no stage, and where it leaves the tree."""
+        up, here = list(above), above[-1].description
+        for step in written.text.split("/"):
+            if step in ("", "."):
+                continue
+            if step == "..":
+                up.pop()
+                if not up:
+                    hint = f'the path begins in "{above[-1].name}", which holds "{stage.name}"'
+                    self.findings.add(written.place, f'"{written.text}" leads out of the task', hint)
+                    return
+                here = up[-1].description
+                continue
+            inner = next((child for child in here.children if child.name == step), None)
+            if inner is None:
+                names = list(dict.fromkeys(child.name for child in here.children))
+                near = self.findings.near(step, names)
+                self.findings.add(written.place, f'there is no stage "{step}" in "{here.name}"', near)
+                return
+            here = inner
+            up.append(_Holder(inner.name, frozenset(), inner))
+        if here is stage:
+            self.findings.add(written.place, f'"{stage.name}" cannot monitor itself')
+
+    def only(
+        self, stage: StageDescription, kind: type[Stage] | None, declared: Mapping[str, Property]
+    ) -> Flow | None:
+        """The direction to which a file restricts a propagator."""
+        written = stage.properties.get("only")
+        if written is None or kind is None or "only" in declared or not issubclass(kind, Propagator):
+            return None
+        found = ONLY.get(written.text) if isinstance(written, Word) else None
+        if found is None:
+            self.findings.add(written.place, f'`only` of "{stage.name}" must be forward or backward')
+        return found
+
+
+def declared_by(kind: type[Stage]) -> dict[str, Property]:
+    """What a class and those above it declare."""
+    declared: dict[str, Property] = {}
+    for base in reversed(kind.__mro__):
+        declared |= getattr(base, "PROPERTIES", {})
+    return declared

@@ -1,0 +1,62 @@
+"""Which class a stage of a task file is: the containers, the robot stages, and what users add [T 3.7]."""
+
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TypeVar
+
+from kabo.errors import did_you_mean
+from kabo.tasks.core import Alternatives, Fallbacks, Limit, Merger, Serial, Stage, TaskError
+
+_Kind = TypeVar("_Kind", bound=type[Stage])
+_ROBOTS = "kabo.tasks.robots"
+_CONTAINERS: dict[str, type[Stage]] = {
+    "SerialContainer": Serial,
+    "Alternatives": Alternatives,
+    "Fallbacks": Fallbacks,
+    "Merger": Merger,
+    "Limit": Limit,
+}
+_registered: dict[str, type[Stage]] = {}
+
+
+def register(kind: _Kind, name: str | None = None) -> _Kind:
+    """Makes a stage class known to task files, under its own name or another (`mine/Grasp`); returns it.
+
+    May stand as a decorator over a class, or over what a decorator such as `@forward(…)` makes of a function.
+
+    Raises:
+        TaskError: another class has that name.
+    """
+    name = kind.__name__ if name is None else name
+    earlier = stages().get(name)
+    if earlier is not None and _home(earlier) != _home(kind):
+        raise TaskError(f"the name {name!r} of a stage is taken by {'.'.join(_home(earlier))}")
+    _registered[name] = kind
+    return kind
+
+
+def _home(kind: type) -> tuple[str, str]:
+    return kind.__module__, kind.__qualname__
+
+
+def stages() -> dict[str, type[Stage]]:
+    """Every known stage class by the name that task files give it."""
+    return _CONTAINERS | _robot_stages() | _registered
+
+
+def _robot_stages() -> dict[str, type[Stage]]:
+    """Those of robots; imported when a file is read, not before: they need the geometry server."""
+    if find_spec(_ROBOTS) is None:
+        return {}
+    return dict(getattr(import_module(_ROBOTS), "STAGES", {}))
+
+
+def name_of(kind: type[Stage]) -> str | None:
+    """The name of a class in task files; None if it has none."""
+    return next((name for name, known in stages().items() if known is kind), None)
+
+
+def near(name: str) -> str | None:
+    """The remedy for an unknown name of a stage."""
+    known = stages()
+    return did_you_mean(name, known) or f"the stages are {', '.join(sorted(known))}; kabo.tasks.register adds one"

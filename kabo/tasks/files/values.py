@@ -1,0 +1,114 @@
+"""Values of task files: text becomes what the stage's property is declared to be; without a type, what it looks like.
+
+Quoted text is never taken for a number where both would do.
+"""
+
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from kabo.language.task_description import Entries, Items, Reference, Word, Written
+from kabo.tasks.core import Interface, Parent, Property
+from kabo.tasks.files.kinds import Body, Grasp, MotionConstraint, Placement, Region, Robot
+
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+_NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
+_WORDS: dict[Any, str] = {
+    float: "a number", int: "a whole number", bool: "true or false", str: "a text", list: "a list", tuple: "a list",
+    dict: "a mapping", Mapping: "a mapping", Sequence: "a list", Robot: "the name of a robot",
+    Body: "the name of a body", Region: "the name of a region", Grasp: "the name of a grasp family",
+    Placement: "the name of a placement", MotionConstraint: "the name of a motion constraint",
+}  # fmt: skip
+_TRUTH = {"true": True, "false": False}
+
+
+class NoValue(Exception):  # noqa: N818 - it is caught beside, and told as a finding
+    """A text that is not what the property is declared to be; says what that is."""
+
+
+def value_of(written: Written, declared: Property) -> Any:
+    """The value that is written, of the declared type.
+
+    Raises:
+        NoValue: it is none of that type.
+    """
+    kinds = declared.type if isinstance(declared.type, tuple) else (declared.type,)
+    value = _converted(written, None if Any in kinds or object in kinds else kinds)
+    if not isinstance(written, Reference) and not _has_references(written) and not declared.accepts(value):
+        raise NoValue(wanted(declared))
+    return value
+
+
+def wanted(declared: Property) -> str:
+    """What a property is declared to be, in words for people."""
+    kinds = declared.type if isinstance(declared.type, tuple) else (declared.type,)
+    return " or ".join(dict.fromkeys(str(_WORDS.get(kind) or getattr(kind, "__name__", kind)) for kind in kinds))
+
+
+def _has_references(written: Written) -> bool:
+    if isinstance(written, Items):
+        return any(map(_has_references, written.values))
+    if isinstance(written, Entries):
+        return any(map(_has_references, written.values.values()))
+    return isinstance(written, Reference)
+
+
+def _converted(written: Written, kinds: Collection[Any] | None) -> Any:
+    """`kinds` None: whatever it looks like."""
+    if isinstance(written, Word):
+        return looked_at(written) if kinds is None else _word(written, kinds)
+    if isinstance(written, Items):
+        values = [_converted(item, None) for item in written.values]
+        return tuple(values) if kinds is not None and tuple in kinds and list not in kinds else values
+    if isinstance(written, Entries):
+        return {key: _converted(value, None) for key, value in written.values.items()}
+    return Parent(written.name) if written.source == "PARENT" else Interface(written.name)
+
+
+def _word(word: Word, kinds: Collection[Any]) -> Any:
+    textual = str in kinds or any(not isinstance(kind, type) or isinstance("", kind) for kind in kinds)
+    if word.quoted and textual:
+        return word.text
+    if bool in kinds and word.text in _TRUTH:
+        return _TRUTH[word.text]
+    if float in kinds or int in kinds:
+        number = number_of(word.text)
+        if number is not None and (float in kinds or isinstance(number, int)):
+            return number
+    return word.text
+
+
+def looked_at(word: Word) -> str | int | float | bool:
+    """The value that a word looks like."""
+    if word.quoted:
+        return word.text
+    number = number_of(word.text)
+    return _TRUTH.get(word.text, word.text) if number is None else number
+
+
+def number_of(text: str) -> int | float | None:
+    """The number that a text is, angles in degrees as radians; None if it is none."""
+    text = text.strip()
+    if _WHOLE.fullmatch(text):
+        return int(text)
+    found = _NUMBER.fullmatch(text)
+    if found is None or not math.isfinite(float(found[1])):
+        return None
+    return math.radians(float(found[1])) if found[2] else float(found[1])
+
+
+def parent_references(written: Written, name: str) -> list[tuple[str, Reference]]:
+    """Every reference to a parent in a value that stands under `name`, with the name that is looked for."""
+    if isinstance(written, Reference):
+        return [(written.name or name, written)] if written.source == "PARENT" else []
+    if isinstance(written, Items):
+        return [found for item in written.values for found in parent_references(item, name)]
+    if isinstance(written, Entries):
+        return [found for key, value in written.values.items() for found in parent_references(value, key)]
+    return []
+
+
+def described(properties: Mapping[str, Property]) -> str:
+    """The names of properties as a list for people."""
+    return ", ".join(properties) or "none"
