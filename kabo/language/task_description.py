@@ -64,13 +64,14 @@ class Input:
     Attributes:
         kind: one of `KINDS` (`any` where the file only names the property); None if it says none, which was reported.
         required: whether there is no default.
+        default: of the kind; as it is written where the kind is `any`; None: absent.
     """
 
     name: str
     kind: str | None
     place: Place
     required: bool = True
-    default: Value = None
+    default: Value | Written = None
 
 
 @dataclass(frozen=True)

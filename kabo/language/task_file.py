@@ -147,7 +147,9 @@ class _Reading:
             return Input(name, kind, key.place, required=False)
         return Input(name, kind, key.place, False, self.value_of(default, kind, f"the default of {what}"))
 
-    def value_of(self, node: Node | None, kind: str | None, what: str) -> Value:
+    def value_of(self, node: Node | None, kind: str | None, what: str) -> Value | Written:
+        if kind == "any":
+            return None if node is None else self.written(node, what)
         if kind == "number":
             return self.number(node, what)
         if kind == "boolean":

@@ -8,7 +8,7 @@ from typing import Any
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
-from kabo.language.task_description import Input, TaskDescription, Word
+from kabo.language.task_description import Entries, Input, Items, Reference, TaskDescription, Word
 from kabo.language.task_file import find_task
 from kabo.tasks.core import Container, InitialisationError, Monitor, Property, Stage, Task
 from kabo.tasks.files.checking import Recipe, check_task
@@ -69,7 +69,7 @@ class TaskFile:
             if each.required:
                 task.properties.declare(each.name, kind)
             else:
-                task.properties.declare(each.name, kind, each.default)
+                task.properties.declare(each.name, kind, default_of(each))
             if bound.get(each.name) is not None:
                 task.properties.set(each.name, bound[each.name])
         for name, value in self.recipe.values.items():
@@ -94,7 +94,7 @@ class TaskFile:
                 findings.add(each.place, message, f"on the command line --set {each.name}=…")
         if findings.errors:
             raise InputError(findings.diagnostics)
-        return {each.name: each.default for each in self.inputs if not each.required} | dict(arguments)
+        return {each.name: default_of(each) for each in self.inputs if not each.required} | dict(arguments)
 
     def _findings(self) -> Findings:
         findings = Findings()
@@ -108,6 +108,13 @@ class TaskFile:
             named = (self.places.get(word) for word in message.split("'")[1::2])
             findings.add(next((place for place in named if place is not None), self.recipe.place), message)
         return InputError(findings.diagnostics)
+
+
+def default_of(declared: Input) -> Any:
+    """The value that a declared property has if none is given; None: absent."""
+    if isinstance(declared.default, Word | Items | Entries | Reference):
+        return value_of(declared.default, Property())
+    return declared.default
 
 
 def fits(declared: Input, value: Any) -> bool:
