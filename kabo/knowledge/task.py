@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
 from kabo.knowledge.facts import Group, open_entries
-from kabo.knowledge.queries import GeometricOracle, Query, optimistic
+from kabo.knowledge.queries import GeometricOracle, Query, bits_of, optimistic
 from kabo.knowledge.relevance import Relevance
 
 
@@ -44,6 +44,10 @@ class Task:
     def is_goal(self, state: int, test: GeometricOracle = optimistic) -> bool:
         """Whether the goal holds."""
         return self.goal_query.holds(state, test)
+
+    def open_branchings(self, state: int) -> list[Branching]:
+        """Every entry of the state that could be branched on."""
+        return [self.branchings[bit] for bit in bits_of(open_entries(state, self.pending))]
 
     def open_branching(self, state: int) -> Branching | None:
         """The first entry of the state to branch on, or None if nothing that was sensed is open."""

@@ -28,6 +28,11 @@ class _Cause:
         self.possible = conjunction([update.condition, negation(false), negation(self.known)])
         self.claims = _claims(compiler, conditions, update)
 
+    @property
+    def reads(self) -> int:
+        """The bits that it depends on."""
+        return self.known.reads | self.possible.reads
+
 
 def _complement(claim: f.Claim) -> f.Claim:
     if isinstance(claim, f.Literal):
@@ -71,6 +76,7 @@ def compile_world_effects(
             elif claim is None:
                 numbers.append((cause, outcome, world))
     for cause, outcome, world in numbers:
+        compiler.asked |= cause.reads
         for operation, condition in (("add", cause.known), ("del", cause.possible)):
             change = f.Change(operation, "Kf", (outcome,))  # type: ignore[arg-type]
             yield from _plain(compile_effects(compiler, [change], world.binding, condition))
@@ -78,8 +84,11 @@ def compile_world_effects(
     for cause, claim in pairs:
         yield from _known_outcome(cause, claim, pairs)
         yield from _forgotten(cause, claim)
+        others = _Others(cause, claim, pairs, updates)
+        if others.quiet(claim.group.mask, along=claim) != TRUE:
+            compiler.asked |= cause.reads  # to know more of it may be a contradiction
         if cause.claims:
-            yield from _postdiction(compiler, cause, claim, _Others(cause, claim, pairs, updates))
+            yield from _postdiction(compiler, cause, claim, others)
 
 
 class _Others:

@@ -8,7 +8,7 @@ there are none. A node's own key is dropped from its failure: a plan for the nod
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 
-Choice = Hashable  # what is tried at a node: (index of the action, attempt), or None for branching
+Choice = Hashable  # what is tried at a node: (index of the action, attempt), or the entry that is branched on
 
 
 @dataclass(frozen=True)

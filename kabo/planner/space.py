@@ -146,7 +146,7 @@ class Space:
         """The node after a step, or None if it cannot be taken there."""
         state, trace = node
         if isinstance(step, Decide):
-            if self.task.open_branching(state) != step.branching:
+            if step.branching not in self._next(state):
                 return None
             after = dict(step.branching.outcomes(state)).get(step.outcome)
             return None if after is None else (after, trace)
@@ -161,23 +161,33 @@ class Space:
     def leaves(self, node: Node) -> "list[tuple[tuple[Decide, ...], Node]]":
         """The nodes behind all open branchings, with the decisions that lead there.
 
-        One that fulfils the goal need not be branched any further.
+        One that fulfils the goal need not be branched any further. Where branching may wait, also the nodes at which
+        some or all is still open, whatever comes first.
         """
         if not open_entries(node[0], self.task.pending):
             return [((), node)]
         found: list[tuple[tuple[Decide, ...], Node]] = []
+        seen: set[int] = set()  # several orders lead to the same knowledge
         waiting: list[tuple[tuple[Decide, ...], Node]] = [((), node)]
         while waiting:
             decided, here = waiting.pop()
-            branching = self.task.open_branching(here[0])
-            if branching is None or self.is_goal(here):
-                found.append((decided, here))
+            if here[0] in seen:
                 continue
-            if self.may_wait:
+            seen.add(here[0])
+            branchings = [] if self.is_goal(here) else self._next(here[0])
+            if self.may_wait or not branchings:
                 found.append((decided, here))
-            outcomes = self.outcomes(here, branching)[:: 1 if self.hope_last else -1]
-            waiting += [((*decided, Decide(branching, name)), child) for name, child in outcomes]
+            for branching in reversed(branchings):
+                outcomes = self.outcomes(here, branching)[:: 1 if self.hope_last else -1]
+                waiting += [((*decided, Decide(branching, name)), child) for name, child in outcomes]
         return found
+
+    def _next(self, state: int) -> "list[Branching]":
+        """What may be branched on now: anything open where branching may wait, else the first."""
+        if self.may_wait:
+            return self.task.open_branchings(state)
+        branching = self.task.open_branching(state)
+        return [] if branching is None else [branching]
 
     def geometry_key(self, node: Node) -> Hashable:
         """What of geometry tells nodes apart."""

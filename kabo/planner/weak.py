@@ -13,7 +13,9 @@ DEADLINE_EVERY = 64  # expansions between two looks at the deadline
 PROGRESS_EVERY = 4096  # expansions between two reports
 
 OnProgress = Callable[[Statistics], None]
-Try = tuple[GroundAction, int, Trace] | None  # action, attempt, trace after; None branches on what stands open
+Try = (
+    tuple[GroundAction, int, Trace] | None
+)  # action, attempt, trace after; None: only branching on what stands open
 Move = tuple[Try, tuple[Decide, ...]]  # what is tried, and what is hoped for of what it senses
 
 
@@ -92,12 +94,10 @@ class WeakGraph:
             self._counter.expand()
         key = self.key(node)
         for tried, after in self._moves(node, among, without):
-            failure = self._failures.of_choice(key, None if tried is None else (tried[0].index, tried[1]))
-            if failure is not None:
-                self.blocked |= failure.blocked
+            if tried is not None and self._is_banned(key, (tried[0].index, tried[1])):
                 continue
             for decided, leaf in self._space.leaves(after):
-                if tried is None and not decided:
+                if tried is None and (not decided or self._is_banned(key, choice_of(decided[0]))):
                     continue
                 self._counter.generated += 1
                 leaf_key = self.key(leaf)
@@ -106,6 +106,13 @@ class WeakGraph:
                     yield leaf_key, (tried, decided), leaf
                 else:
                     self.blocked |= failure.blocked
+
+    def _is_banned(self, key: Hashable, choice: Choice) -> bool:
+        """Whether a choice has failed at a node; what stood in its way then stands in the way of the search."""
+        failure = self._failures.of_choice(key, choice)
+        if failure is not None:
+            self.blocked |= failure.blocked
+        return failure is not None
 
     def estimate(self, node: Node, parts: Sequence[int]) -> tuple[int | None, frozenset[int]]:
         """The value of a relaxed plan, and the actions that it begins with."""
@@ -140,4 +147,4 @@ def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
 
 def choice_of(step: Step) -> Choice:
     """What a step chooses at its node."""
-    return None if isinstance(step, Decide) else (step.action.index, step.attempt)
+    return step.branching.entry if isinstance(step, Decide) else (step.action.index, step.attempt)
