@@ -207,7 +207,7 @@ def _plain_tables(facts: int, operators: Sequence[RelaxedOperator], owners: dict
     preconditions = [sorted(set(o.preconditions)) for o in operators]
     adds = [sorted(set(o.adds).difference(o.preconditions)) for o in operators]
     for o, needed, made in zip(operators, preconditions, adds, strict=True):
-        if any(not 0 <= f < facts for f in (*needed, *made)):
+        if any(row and not 0 <= row[0] <= row[-1] < facts for row in (needed, made)):
             raise ValueError(f"an operator names a fact beyond the {facts} there are: {o}")
         if not 0 <= o.cost < 1 << 31:
             raise ValueError(f"the cost of an operator must be from 0 to 2^31 - 1: {o}")

@@ -184,6 +184,8 @@ def _closed(compiler: Compiler, state: int) -> int:
 
 
 def _applied(state: int, update: Update) -> int:
+    if update.assignment is None:
+        return state & ~update.clear | update.make if update.condition.holds(state) else state
     after = effects_of([update], Lexicon()).after(state)
     return state if after is None else after
 

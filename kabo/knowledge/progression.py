@@ -3,7 +3,7 @@
 Add wins over delete. What the world changed drops the entries that speak of it; then comes the closure.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kabo.knowledge.entries import Entry
@@ -147,7 +147,9 @@ class Lexicon:
         default_factory=dict
     )  # bit -> bits that cannot both be made
 
-    switches: dict[tuple[int, ...], tuple[list[Update], Switch]] = field(default_factory=dict)  # made so far
+    # Made so far, with what they were made of: actions share updates that do not depend on all of their arguments.
+    switches: dict[tuple[int, ...], tuple[list[Update], Switch]] = field(default_factory=dict)
+    effects: dict[tuple[int, ...], tuple[tuple[Update, ...], "Effects"]] = field(default_factory=dict)
 
     @staticmethod
     def of(groups: Iterable[Group], entries: Iterable[Entry] = ()) -> "Lexicon":
@@ -170,8 +172,15 @@ class Lexicon:
         return Lexicon(droppable, tuple(conjunctions), values, contradictions)
 
 
-def effects_of(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
+def effects_of(updates: Sequence[Update], lexicon: Lexicon) -> Effects:
     """Sorts updates by what they need: unconditional ones become one mask, contradictions are looked for once."""
+    key = tuple(map(id, updates))
+    if key not in lexicon.effects:
+        lexicon.effects[key] = tuple(updates), _sorted(updates, lexicon)
+    return lexicon.effects[key][1]
+
+
+def _sorted(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
     possible = tuple(update for update in updates if update.condition != FALSE)
     plain = [update for update in possible if update.assignment is None]
     unconditional = [update for update in plain if update.condition == TRUE]
@@ -202,7 +211,7 @@ def _switches(updates: list[Update], lexicon: Lexicon) -> tuple[tuple[Switch, ..
         if len(group) == 1:
             rest += group
             continue
-        key = tuple(map(id, group))  # actions share the updates that do not depend on all of their arguments
+        key = tuple(map(id, group))
         if key not in lexicon.switches:
             table = {u.condition.reads: (u.clear, u.make, u.touch) for u in _merged(group)}
             lexicon.switches[key] = group, Switch(mask, table)

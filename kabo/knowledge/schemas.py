@@ -10,14 +10,14 @@ from typing import Any, TypeVar
 
 from kabo.knowledge.actions import RunTimeArgument
 from kabo.knowledge.compiler import Binding, Compiler, ground_call
-from kabo.knowledge.effects import WorldUpdate, compile_effects, compile_sensing
+from kabo.knowledge.effects import Sensed, WorldUpdate, compile_effects, compile_sensing
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import FALSE, TRUE, Query, conjunction
 from kabo.knowledge.runtime import without_runtime_variables
 from kabo.knowledge.statics import StaticFacts
 from kabo.knowledge.text import term_text
 from kabo.knowledge.worldly import compile_world_effects
-from kabo.language.formulas import Effect, Formula, GroundCall, Literal, Variable
+from kabo.language.formulas import Effect, Formula, GroundCall, Literal, Term, Variable
 from kabo.language.problem import Action, Problem
 
 Result = TypeVar("Result")
@@ -44,7 +44,8 @@ class Schema:
         self.action = without_runtime_variables(action)
         self._memo: dict[Hashable, Any] = {}
         self._free = {
-            id(part): free_variables(part) for part in (*self.action.preconditions, *self.action.effects)
+            id(part): free_variables(part)
+            for part in (*self.action.preconditions, *self.action.effects, *self.action.sense, self.action.cost)
         }
 
     def instances(self) -> Iterator[Draft]:
@@ -89,7 +90,9 @@ class Schema:
                 ready[place].append(formula)
         return joins, ready
 
-    def _once(self, part: Effect | Formula, binding: Binding, compile_: Callable[[], Result]) -> Result:
+    def _once(
+        self, part: Effect | Formula | Sensed | Term, binding: Binding, compile_: Callable[[], Result]
+    ) -> Result:
         """What was compiled before for the same values of the part's own variables, or what is compiled now."""
         key = id(part), tuple(binding[name] for name in self._free[id(part)] if name in binding)
         if key not in self._memo:
@@ -104,7 +107,8 @@ class Schema:
         parts: list[Update | WorldUpdate] = []
         for effect in action.effects:
             parts += self._once(effect, binding, lambda e=effect: tuple(compile_effects(compiler, [e], binding)))  # type: ignore[misc]
-        parts += [compile_sensing(compiler, sensed, binding) for sensed in action.sense]
+        for sensed in action.sense:
+            parts.append(self._once(sensed, binding, lambda s=sensed: compile_sensing(compiler, s, binding)))  # type: ignore[misc]
         updates = [part for part in parts if isinstance(part, Update)]
         worlds = [part for part in parts if isinstance(part, WorldUpdate)]
         updates += list(compile_world_effects(compiler, worlds, updates)) if worlds else []
@@ -114,7 +118,9 @@ class Schema:
             p.name: binding[p.name] if p.value_of is None else RunTimeArgument(term_text(p.value_of, binding))
             for p in self.declared.parameters
         }
-        cost = compiler.number(action.cost, binding).value(compiler.static)
+        cost = self._once(
+            action.cost, binding, lambda: compiler.number(action.cost, binding).value(compiler.static)
+        )
         return Draft(
             action.name, arguments, call, sense, precondition, tuple(updates), 1.0 if cost is None else cost
         )

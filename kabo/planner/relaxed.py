@@ -11,7 +11,7 @@ from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
 from kabo.knowledge import GroundAction, Query, Task
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import Claim, open_entries
-from kabo.knowledge.progression import Update
+from kabo.knowledge.progression import Effects, Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some, bits_of, union
 from kabo.language.formulas import GroundCall
 
@@ -54,6 +54,8 @@ class _Builder:
         self.auxiliary = 0
         self.zeros = 0
         self._known: dict[Query, int] = {}
+        self._updates: dict[int, list[Update]] = {}
+        self._facts_made: dict[tuple[int, int], tuple[int, ...]] = {}
         self.sensed = task.pending
         self._choices = {entry: union(c.make for c in b.choices) for entry, b in task.branchings.items()}
         self._known_of = {entry: union(c.make for c in b.choices) & ~entry for entry, b in task.branchings.items()}
@@ -61,7 +63,7 @@ class _Builder:
         effects = [
             (action, update, (*facts, *self.facts_of(update.condition)))
             for action, facts in conditions
-            for update in self._merged(action)
+            for update in self._merged(action.effects)
         ]
         rules = [(rule, self.facts_of(rule.condition)) for rule in task.closure.rules]
         for part in task.goal:
@@ -109,10 +111,16 @@ class _Builder:
         return 3 * self._width + self.auxiliary - 1
 
     # ------------------------------------------------------------------------------------------------- effects
-    def _merged(self, action: GroundAction) -> Iterator[Update]:
-        """The updates of an action, those with equal conditions as one, what it senses apart."""
+    def _merged(self, effects: Effects) -> Sequence[Update]:
+        """The updates of an action, those with equal conditions as one, what it senses apart; actions share effects."""
+        known = self._updates.get(id(effects))
+        if known is None:
+            known = self._updates[id(effects)] = list(self._merge(effects))
+        return known
+
+    def _merge(self, effects: Effects) -> Iterator[Update]:
         merged: dict[Query, Update] = {}
-        for update in action.effects.updates:
+        for update in effects.updates:
             if open_entries(update.make, self._whether):
                 yield update
                 continue
@@ -134,6 +142,12 @@ class _Builder:
 
     def _changed(self, make: int, clear: int) -> tuple[int, ...]:
         """The facts that an update makes true."""
+        known = self._facts_made.get((make, clear))
+        if known is None:
+            known = self._facts_made[make, clear] = self._found_changed(make, clear)
+        return known
+
+    def _found_changed(self, make: int, clear: int) -> tuple[int, ...]:
         made = [_number(bit) for bit in bits_of(make)]
         made += [self._width + _number(bit) for bit in bits_of(clear & ~make & self.zeros)]
         for entry in bits_of(clear & ~make & self.sensed):
