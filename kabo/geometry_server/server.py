@@ -14,7 +14,7 @@ from kabo.geometry import Budget
 from kabo.geometry_server.answers import Answer, Failure, Statistics, Success
 from kabo.geometry_server.candidates import Stream
 from kabo.geometry_server.context import Context
-from kabo.geometry_server.frames import WORLD, rows, standing, tool_frame
+from kabo.geometry_server.frames import WORLD, rows, standing_frame, tool_frame
 from kabo.geometry_server.identifiers import IdentifierMap
 from kabo.geometry_server.predicates import ScenePredicates
 from kabo.geometry_server.procedures import PROCEDURES, Signature
@@ -85,7 +85,7 @@ class GeometryServer:
         key = (call, attempt, effort, situation.key)
         if key not in self._answers:
             bound = self.bind(call)
-            answer = bound.signature.run(self._context(effort), bound.arguments, situation, attempt)
+            answer = bound.signature.run(self.context(effort), bound.arguments, situation, attempt)
             self.statistics.record(call.procedure, answer)
             self._answers[key] = answer
             if isinstance(answer, Success):
@@ -137,7 +137,7 @@ class GeometryServer:
         chosen, now = self.scene.robots[robot], state or self.scene.start
         roles = {"tool": tool_frame(chosen), "world": WORLD}
         if this is not None:
-            roles["this"] = standing(self.scene.bodies[this], world_T(self.scene, now, this))
+            roles["this"] = standing_frame(self.scene.bodies[this], world_T(self.scene, now, this))
         hand = tuple(now.robots[robot][chosen.planned :])
         stream = Stream(chosen, rows(constraints, roles), stream_key(self.seed, "sample", robot, this or ""), hand)
         found = [candidate.q for number in range(batches) for candidate in stream.batch(number)]
@@ -160,10 +160,9 @@ class GeometryServer:
         """Why a call fails wherever what it reads is as at the start, if that can be told before any search."""
         bound = self.bind(call)
         refute = bound.signature.refute
-        return (
-            None if refute is None else refute(self._context(0), bound.arguments, Situation.of(self.scene.start))
-        )
+        return None if refute is None else refute(self.context(0), bound.arguments, Situation.of(self.scene.start))
 
-    def _context(self, effort: int) -> Context:
+    def context(self, effort: int = 0) -> Context:
+        """What procedures and stages are given to work with, with more to try at each level of effort."""
         batches, samples = BATCHES * MORE_BATCHES**effort, PATH_SAMPLES * MORE_PATH_SAMPLES**effort
         return Context(self.surroundings, self.seed, batches, samples, self.stop)
