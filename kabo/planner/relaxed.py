@@ -7,6 +7,8 @@ never relaxed into unknown, unless an action forgets it; so sensing what is know
 
 from collections.abc import Iterable, Iterator, Sequence
 
+import numpy as np
+
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
 from kabo.knowledge import GroundAction, Query, Task
 from kabo.knowledge.entries import Entry, LastValue
@@ -25,20 +27,33 @@ class Relaxation:
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
         self._parts = [builder.facts_of(part.query) for part in task.goal]
         self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
-        self.task = RelaxedTask(3 * task.width + builder.auxiliary, builder.operators, ())
+        asked = sorted({f for o in builder.operators for f in o.preconditions}.union(*self._parts))
+        self._place = {fact: place for place, fact in enumerate(asked)}  # what nobody asks for is left out
+        self._asked = np.array([fact for fact in asked if fact < 3 * task.width], np.int64)
+        self._bytes = (3 * task.width + 7) // 8
+        self.task = RelaxedTask(len(asked), list(self._needed(builder.operators)), ())
+
+    def _needed(self, operators: Iterable[RelaxedOperator]) -> Iterator[RelaxedOperator]:
+        """The operators over the facts that are asked for."""
+        place = self._place
+        for one in operators:
+            adds = tuple([place[fact] for fact in one.adds if fact in place])
+            if adds:
+                yield RelaxedOperator(tuple([place[f] for f in one.preconditions]), adds, one.cost, one.owner)
 
     def estimate(self, state: int, parts: Sequence[int]) -> Estimate:
         """The relaxed plan from a state to some conjuncts of the goal."""
         chosen = tuple(parts)
         goal = self._goals.get(chosen)
         if goal is None:
-            goal = tuple(dict.fromkeys(fact for part in chosen for fact in self._parts[part]))
+            goal = tuple(dict.fromkeys(self._place[fact] for part in chosen for fact in self._parts[part]))
             self._goals[chosen] = goal
         width = self._width
         unknown = self._sensed & ~(state << 1 | state << 2)
         pending = (unknown & state) >> 1
         facts = state | (~state & self._zeros) << width | (unknown | pending) << 2 * width
-        return self.task.evaluate(facts, goal)
+        bits = np.unpackbits(np.frombuffer(facts.to_bytes(self._bytes, "little"), np.uint8), bitorder="little")
+        return self.task.evaluate(bits.take(self._asked).view(np.bool_).nonzero()[0], goal)
 
 
 class _Builder:
