@@ -44,8 +44,8 @@ class Level:
         inner.outside.append(outer)
         outer.inside.append(inner)
         near = outer.best[side]
-        inner.best[side] = (0, near[0] + near[1], near[2])
-        inner.alive[side] = outer.alive[side]
+        inner.reached(side, (0, near[0] + near[1], near[2]))
+        inner.alive[side] = outer.alive[side] or self.owner.kept
         return inner
 
     def add(self, solution: Solution, index: int) -> None:
@@ -93,8 +93,11 @@ class Level:
                 return True
         neighbour = self.neighbour(state, side)
         if neighbour is not None:
-            return reads(neighbour, 1 - side) and neighbour.works_on(state, side)
-        if self.top or not state.outside or self.owner.works_at_border(state):
+            if reads(neighbour, 1 - side):
+                return neighbour.works_on(state, side)
+            # Written by a container, it may have more ways through that container.
+            return any(inner.alive[side] for inner in state.inside if inner.level.at_border(inner, 1 - side))
+        if self.top or self.owner.kept or not state.outside or self.owner.works_at_border(state):
             return True
         return any(outer.alive[side] for outer in state.outside)
 
@@ -128,7 +131,7 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
     entries = [(state, best)]
     while entries:
         here, value = entries.pop()
-        here.best[side] = value
+        here.reached(side, value)
         for edge in here.edges[1 - side]:
             far = edge.end if side == LEFT else edge.start
             if far is not None:
@@ -157,10 +160,15 @@ def reconsider(states: Iterable[tuple[State, int]]) -> None:
             near = edge.start if side == RIGHT else edge.end
             if near is not None:
                 waiting.append((near, side))
-        waiting.extend((inner, side) for inner in state.inside if inner.level.at_border(inner, side))
+        waiting.extend(
+            (inner, side)
+            for inner in state.inside
+            if inner.level.at_border(inner, side) and not inner.level.owner.kept
+        )
         neighbour = level.neighbour(state, 1 - side)
         if neighbour is not None and reads(neighbour, side):
             waiting.extend((partner, side) for partner in neighbour.partners(state, 1 - side))
-        if level.at_border(state, 1 - side) and reads(level.owner, 1 - side):
+        if level.at_border(state, 1 - side):
             for outer in state.outside:
-                waiting.extend(level.owner.finished(outer, side, state.lane))
+                read = reads(level.owner, 1 - side)
+                waiting.extend(level.owner.finished(outer, side, state.lane) if read else [(outer, side)])

@@ -135,24 +135,31 @@ def _not_one(container: Serial, section: list[Stage], generators: list[Stage]) -
     return f"{names} in {container.path!r} have no generator (← →) between them"
 
 
+def directions(task: Serial) -> tuple[Mapping[Stage, Flow], list[str]]:
+    """The flow of every stage, as far as they fit together, and what does not; properties are not looked at."""
+    resolution = _Resolution()
+    resolution.resolve(task, Flow.GENERATE)
+    return resolution.flows, resolution.errors
+
+
 def resolve(task: Serial) -> Mapping[Stage, Flow]:
     """The flow of every stage of a task, which is a serial container asked to generate.
 
     Raises:
         InitialisationError: with everything that does not fit, also properties and monitors; nothing was changed.
     """
-    resolution = _Resolution()
-    resolution.resolve(task, Flow.GENERATE)
+    flows, errors = directions(task)
     for stage in task.walk():
-        resolution.errors.extend(stage.properties.problems())
+        errors.extend(stage.properties.problems())
         if isinstance(stage, Monitor):
             try:
-                stage.monitored  # noqa: B018
+                if stage.monitored not in task.walk():
+                    errors.append(f"stage {stage.path!r} monitors {stage.monitored.path!r}, which is not here")
             except TaskError as error:
-                resolution.errors.append(str(error))
-    if resolution.errors:
-        raise InitialisationError(resolution.errors, tree(task, resolution.flows))
-    return resolution.flows
+                errors.append(str(error))
+    if errors:
+        raise InitialisationError(errors, tree(task, flows))
+    return flows
 
 
 def tree(task: Container, flows: Mapping[Stage, Flow] | None = None) -> str:

@@ -58,6 +58,7 @@ class Node:
         self.solutions: list[Solution] = []
         self.monitors: list[Node] = []
         self.closed = False  # a limit is reached: nothing more is wanted of it
+        self.kept = False  # a monitor waits for its successes, of use otherwise or not
         self._resolver = Resolver(stage.properties)
         self._seed = stage_seed(planning.seed, stage.path)
         self._jobs = 0
@@ -167,6 +168,22 @@ class Node:
                 )
             )
 
+    def keep(self) -> None:
+        """Nothing that leads to its successes may be pruned: a monitor waits for them."""
+        if self.kept:
+            return
+        self.kept = True
+        beside = [child for child in self.children if child.level is self.level]
+        if self.parent is not None and self.parent.level is self.level:
+            beside.append(self.parent)
+        if self.flow.reads_start:
+            beside.append(self.level.children[self.index - 1] if self.index else self.level.owner)
+        if self.flow.reads_end:
+            last = self.index + 1 == len(self.level.children)
+            beside.append(self.level.owner if last else self.level.children[self.index + 1])
+        for node in beside:
+            node.keep()
+
     # -------------------------------------------------------------------------------------------- for all
     def new_state(self, scene: Any, properties: Any, lane: object = None) -> State:
         """A state that nobody knows yet."""
@@ -226,7 +243,7 @@ class Leaf(Node):
             key, _, job = heappop(self._heap)
             if job.key is not key or self.jobs.get(job.subject) is not job:
                 continue  # queued again at a better priority, or done meanwhile
-            if self.planning.pruning and not self.runnable(job):
+            if self.planning.pruning and not self.kept and not self.runnable(job):
                 del self.jobs[job.subject]
                 self.planning.ended(self.dropped(job))
                 continue
@@ -403,12 +420,14 @@ class ConnectorNode(Leaf):
         self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
         self.open: dict[State, dict[tuple[State, object], Job]] = {}
         self._lanes: dict[State, set[object]] = {}
+        self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
 
     def take(self, state: State, side: int, lane: object) -> None:
         """Queues a job for each state on the other side with which it may fit; counts those that do not."""
         self._sides[side].append((state, lane))
         self.open.setdefault(state, {})
         self._lanes.setdefault(state, set()).add(lane)
+        self._lonely[state] = 1 - side
         for other, its_lane in self._sides[1 - side]:
             if its_lane == lane:
                 self._pair(*((state, other) if side == LEFT else (other, state)), lane)
@@ -419,11 +438,13 @@ class ConnectorNode(Leaf):
             reason = self.stage.mismatch(start.scene, end.scene, given[2])  # type: ignore[attr-defined]
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
-                self.planning.ended(self._closed(start, end, lane))
+                self.planning.misfits.append((self, start, end, lane))
                 return
         job = Job((start, end, lane), given)
         self.open[start][end, lane] = job
         self.open[end][start, lane] = job
+        self._lonely.pop(start, None)
+        self._lonely.pop(end, None)
         self.queue(job)
 
     def rekey(self, state: State, side: int) -> None:
@@ -453,12 +474,10 @@ class ConnectorNode(Leaf):
 
     def waiting(self) -> Ended:
         """The states that are alive through it only because partners may still come."""
-        return [
-            (state, 1 - side)
-            for side in (LEFT, RIGHT)
-            for state, _ in self._sides[side]
-            if state.alive[1 - side] and not self.open[state]
-        ]
+        dead = [state for state, side in self._lonely.items() if not state.alive[side]]
+        for state in dead:
+            del self._lonely[state]
+        return list(self._lonely.items())
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Those with which it has open pairs."""
@@ -467,11 +486,14 @@ class ConnectorNode(Leaf):
     def dropped(self, job: Job) -> Ended:
         """Both ends have one partner less."""
         start, end, lane = job.subject
-        self.open[start].pop((end, lane), None)
-        self.open[end].pop((start, lane), None)
-        return self._closed(start, end, lane)
+        for state, other, side in ((start, end, RIGHT), (end, start, LEFT)):
+            self.open[state].pop((other, lane), None)
+            if not self.open[state]:
+                self._lonely[state] = side
+        return self.pair_closed(start, end, lane)
 
-    def _closed(self, start: State, end: State, lane: object) -> Ended:
+    def pair_closed(self, start: State, end: State, lane: object) -> Ended:
+        """A pair is done with, or never fitted."""
         return [*self.finished(start, RIGHT, lane), *self.finished(end, LEFT, lane)]
 
     def function(self) -> Callable[..., Answers]:

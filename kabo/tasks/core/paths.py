@@ -27,7 +27,11 @@ class Paths:
         level, start, end = self._level, edge.start, edge.end
         if start is None or end is None or not (level.complete(start, LEFT) and level.complete(end, RIGHT)):
             return
-        self._push(_through(level, edge))
+        if len(level.children) == 1:  # the edge is the whole path
+            self._count += 1
+            heappush(self._heap, (_bound(start, end, edge.cost), self._count, (edge,), iter(())))
+        else:
+            self._push(_through(level, edge))
 
     def _push(self, source: Iterator[tuple[float, Path]]) -> None:
         first = next(source, None)

@@ -18,7 +18,7 @@ from kabo.tasks.core.groups import MergerNode, ParallelNode, SerialNode, Wrapper
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.nodes import ConnectorNode, Ended, GeneratorNode, MonitorNode, Node, PropagatorNode
 from kabo.tasks.core.results import Answer
-from kabo.tasks.core.solutions import Solution
+from kabo.tasks.core.solutions import Solution, State
 from kabo.tasks.core.stages import Monitor, Stage
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ class Planning:
         self.flows, self.scene, self.seed, self.pruning = flows, scene, seed, pruning
         self._numbers = count(1)
         self._ended: Ended = []
+        self.misfits: list[tuple[ConnectorNode, State, State, object]] = []  # noted while states were being handed on
         self.nodes: dict[Stage, Node] = {}
         self.order: list[Node] = []  # children before their containers, else in order of time
         self.root = self._built(task, None, Level(None), 0)  # type: ignore[arg-type]
@@ -57,6 +58,7 @@ class Planning:
             if isinstance(node, MonitorNode):
                 node.monitored = self.nodes[node.stage.monitored]  # type: ignore[attr-defined]
                 node.monitored.monitors.append(node)
+                node.monitored.keep()
         self.jobs = 0
         self.exhausted = False
         self.root.start()
@@ -133,10 +135,11 @@ class Planning:
                 yield False
 
     def _job(self, node: Node) -> Job | None:
-        if any(not gate.permits(child) for gate, child in self._gates[node]):
+        gates = self._gates[node]
+        if gates and not all(gate.permits(child) for gate, child in gates):
             return None
         job = node.pick()
-        if job is None and self._ended:
+        if job is None and (self._ended or self.misfits):
             self.settle()
         return job
 
@@ -150,7 +153,10 @@ class Planning:
 
     def settle(self) -> None:
         """Finds out what has died."""
-        while self._ended:
+        while self._ended or self.misfits:
+            misfits, self.misfits = self.misfits, []
+            for node, start, end, lane in misfits:
+                self._ended += node.pair_closed(start, end, lane)
             ended, self._ended = self._ended, []
             reconsider(ended)
 

@@ -15,7 +15,8 @@ LEFT, RIGHT = 0, 1
 class State:
     """A scene with interface properties; `edges` are the solutions that end here (LEFT) and that start here (RIGHT).
 
-    Planning's own: `best` per side is (stages, stages outside, cost) of the longest, then cheapest path; `alive` per
+    Planning's own: `best` per side is (stages, stages outside, cost) of the longest, then cheapest path, `priority`
+    puts states on longer paths first, then those on cheaper ones; `alive` per
     side, whether it may still become part of a whole solution; `outside` its counterparts beyond the border.
     """
 
@@ -30,6 +31,7 @@ class State:
         "number",
         "outside",
         "position",
+        "priority",
         "properties",
         "scene",
     )
@@ -41,6 +43,7 @@ class State:
         self.lane = lane  # states of different lanes never meet: pairs that a fallback tries one by one
         self.edges: tuple[list[Solution], list[Solution]] = ([], [])
         self.best = [(0, 0, 0.0), (0, 0, 0.0)]
+        self.priority = (0, 0.0)
         self.alive = [True, True]
         self.level: Any = None
         self.position = -1
@@ -58,11 +61,11 @@ class State:
         """The solutions that start in this state."""
         return tuple(self.edges[RIGHT])
 
-    @property
-    def priority(self) -> tuple[int, float]:
-        """Less is better: longer paths through this state first, then cheaper ones."""
+    def reached(self, side: int, best: tuple[int, int, float]) -> None:
+        """Notes the best path that leads here from `side`; of priorities the less is the better."""
+        self.best[side] = best
         left, right = self.best
-        return -(left[0] + left[1] + right[0] + right[1]), left[2] + right[2]
+        self.priority = (-(left[0] + left[1] + right[0] + right[1]), left[2] + right[2])
 
     def __getstate__(self) -> tuple[Any, Mapping[str, Any], int]:
         return self.scene, dict(self.properties), self.number

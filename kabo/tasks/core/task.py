@@ -118,9 +118,10 @@ class Task(Serial):
     @property
     def statistics(self) -> dict[str, StageStatistics]:
         """What each stage did, by its path, in order of time."""
-        return {stage.path: self._statistics(stage) for stage in self.walk()}
+        return {stage.path: self.figures(stage) for stage in self.walk()}
 
-    def _statistics(self, stage: Stage) -> StageStatistics:
+    def figures(self, stage: Stage) -> StageStatistics:
+        """What one stage did; also where another has the same path."""
         return StageStatistics() if self._planning is None else self._planning.nodes[stage].statistics
 
     def found(self, stage: Stage) -> tuple[list[Solution], list[Solution]]:
@@ -133,7 +134,7 @@ class Task(Serial):
     def explain(self) -> Explanation:
         """Why there is no solution (yet)."""
         kept = {stage: self.found(stage)[1] for stage in self.walk()}
-        return explain(self, {stage: self._statistics(stage) for stage in self.walk()}, kept)
+        return explain(self, {stage: self.figures(stage) for stage in self.walk()}, kept)
 
     def tree(self) -> str:
         """The structure as text: arrows, names, kinds, properties."""
@@ -145,5 +146,5 @@ def _advance(run: Planning, enough: Callable[[], bool], step: Callable[[], bool]
     while not enough():
         if run.complete():
             run.lift()
-        elif not step():
+        elif not step() and not run.complete():
             return

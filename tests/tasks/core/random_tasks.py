@@ -1,0 +1,254 @@
+"""Random task trees over numbers, and what their solutions are by definition, enumerated without any scheduling."""
+
+import random
+import zlib
+from collections import Counter
+from itertools import product
+
+from kabo.tasks.core import (
+    Alternatives,
+    Connector,
+    Failure,
+    Fallbacks,
+    Flow,
+    Generator,
+    Merger,
+    Monitor,
+    Propagator,
+    Result,
+    Serial,
+    Task,
+    Wrapper,
+)
+
+
+def chance(*what) -> random.Random:
+    return random.Random(zlib.crc32(repr(what).encode()))
+
+
+def outcomes(name, scene, most, *, likely=0.85):
+    """Some results and failures, decided by the name of the stage and the scene alone."""
+    dice = chance(name, scene)
+    found = []
+    for i in range(dice.choice([0, 1, 1, *range(1, most + 1)])):
+        if dice.random() < likely:
+            found.append(Result((name, scene, i), cost=dice.randint(0, 9)))
+        else:
+            found.append(Failure("bad luck"))
+    return found
+
+
+class Gen(Generator):
+    def generate(self, scene, properties, seed):
+        yield from outcomes(self.name, None, 3)
+
+
+class Watch(Monitor):
+    def generate(self, scene, properties, seed):
+        return outcomes(self.name, scene, 2)
+
+
+class Move(Propagator):
+    def forward(self, scene, properties, seed):
+        yield from outcomes(self.name, scene, 2)
+
+    def backward(self, scene, properties, seed):
+        return outcomes(self.name, scene, 2)
+
+
+class Join(Connector):
+    def mismatch(self, start, end, properties):
+        return "odd" if chance(self.name, start, end, "fit").random() < 0.15 else None
+
+    def connect(self, start, end, properties, seed):
+        return [r if isinstance(r, Failure) else Result(cost=r.cost) for r in outcomes(self.name, (start, end), 2)]
+
+
+class Change(Wrapper):
+    def transform(self, solution, properties, seed):
+        found = outcomes(self.name, (solution.start.scene, solution.end.scene, solution.cost), 2)
+        yield from (r if isinstance(r, Failure) else Result(cost=r.cost + solution.cost) for r in found)
+
+
+class Both(Merger):
+    def merge(self, scene, solutions, properties, seed):
+        return outcomes(self.name, (scene, tuple(canonical(s) for s in solutions)), 2)
+
+
+class Trees:
+    """Makes trees whose stages fit together."""
+
+    def __init__(self, seed: int, *, monitors: bool) -> None:
+        self.dice = random.Random(seed)
+        self.monitors = monitors
+        self.count = 0
+
+    def name(self, kind):
+        self.count += 1
+        return f"{kind}{self.count}"
+
+    def task(self):
+        task = Task("task", *self.section_list(Flow.GENERATE, 2))
+        if self.monitors:
+            self.watch(task)
+        return task
+
+    def section_list(self, flow, depth):
+        """The children of a serial container that runs in `flow`."""
+        connectors = self.dice.choice([0, 1, 1, 2]) if flow is Flow.GENERATE else self.dice.choice([0, 0, 1])
+        if flow is Flow.CONNECT:
+            connectors = 1 + (self.dice.random() < 0.2)
+        children = []
+        for i in range(connectors + 1):
+            if i:
+                children.append(self.stage(Flow.CONNECT, depth - 1))
+            reads_start = i == 0 and flow.reads_start
+            reads_end = i == connectors and flow.reads_end
+            children += self.section(reads_start, reads_end, depth - 1)
+        return children or [self.stage(flow, depth - 1)]
+
+    def section(self, reads_start, reads_end, depth):
+        few = self.dice.randint(0, 2)
+        if reads_start or reads_end:
+            return [self.stage(Flow.FORWARD if reads_start else Flow.BACKWARD, depth) for _ in range(few)]
+        before = [self.stage(Flow.BACKWARD, depth) for _ in range(few)]
+        after = [self.stage(Flow.FORWARD, depth) for _ in range(self.dice.randint(0, 2))]
+        return [*before, self.stage(Flow.GENERATE, depth), *after]
+
+    def stage(self, flow, depth):
+        kinds = ["leaf", "leaf"] if depth <= 0 else ["leaf", "leaf", "serial", "any", "first", "change"]
+        if depth > 0 and flow in (Flow.FORWARD, Flow.BACKWARD):
+            kinds.append("both")
+        kind = self.dice.choice(kinds)
+        if kind == "serial":
+            return Serial(self.name("serial"), *self.section_list(flow, depth))
+        if kind == "change":
+            return Change(self.name("change"), self.stage(flow, depth - 1))
+        if kind != "leaf":
+            holder = {"any": Alternatives, "first": Fallbacks, "both": Both}[kind]
+            return holder(self.name(kind), *(self.stage(flow, depth - 1) for _ in range(self.dice.randint(1, 3))))
+        leaf = {Flow.GENERATE: Gen, Flow.CONNECT: Join}.get(flow, Move)
+        return leaf(self.name("leaf"))
+
+    def watch(self, task):
+        """Lets some generators monitor a stage that comes before them in time."""
+        stages = [stage for stage in task.walk() if stage is not task]
+        for stage in list(stages):
+            if isinstance(stage, Gen) and self.dice.random() < 0.5:
+                earlier = [s for s in stages[: stages.index(stage)] if stage not in getattr(s, "children", ())]
+                earlier = [s for s in earlier if not inside(stage, s)]
+                if earlier:
+                    parent = stage.parent
+                    index = parent.children.index(stage)
+                    parent.remove(stage)
+                    watch = Watch(stage.name, self.dice.choice(earlier))
+                    parent.add(watch, index)
+                    stages[stages.index(stage)] = watch
+
+
+def inside(stage, container):
+    while stage is not None:
+        if stage is container:
+            return True
+        stage = stage.parent
+    return False
+
+
+def canonical(solution):
+    """A solution as nested tuples."""
+    parts = tuple(canonical(part) for part in solution.parts)
+    return solution.stage.name, solution.start.scene, solution.end.scene, solution.cost, parts
+
+
+# ---------------------------------------------------------------------------------------- what is true by definition
+def solutions(stage, flow, start=None, end=None):
+    """All solutions of a stage as `canonical` gives them: from `start`, to `end`, between both, or from nothing."""
+    name = stage.name
+    if isinstance(stage, Serial):
+        return serial(stage, flow, start, end)
+    if isinstance(stage, Alternatives):
+        return [(name, s[1], s[2], s[3], (s,)) for c in stage.children for s in solutions(c, flow, start, end)]
+    if isinstance(stage, Fallbacks):
+        for child in stage.children:
+            found = solutions(child, flow, start, end)
+            if found:
+                return [(name, s[1], s[2], s[3], (s,)) for s in found]
+        return []
+    if isinstance(stage, Merger):
+        near = start if flow is Flow.FORWARD else end
+        found = []
+        for parts in product(*(solutions(c, flow, start, end) for c in stage.children)):
+            for r in successes(outcomes(name, (near, tuple(parts)), 2)):
+                ends = (start, r.scene) if flow is Flow.FORWARD else (r.scene, end)
+                found.append((name, *ends, r.cost, tuple(parts)))
+        return found
+    if isinstance(stage, Wrapper):
+        found = []
+        for s in solutions(stage.children[0], flow, start, end):
+            found += [
+                (name, s[1], s[2], r.cost + s[3], (s,)) for r in successes(outcomes(name, (s[1], s[2], s[3]), 2))
+            ]
+        return found
+    return leaf(stage, flow, start, end)
+
+
+def leaf(stage, flow, start, end):
+    name = stage.name
+    if flow is Flow.GENERATE:
+        return [(name, r.scene, r.scene, r.cost, ()) for r in successes(outcomes(name, None, 3))]
+    if flow is Flow.FORWARD:
+        return [(name, start, r.scene, r.cost, ()) for r in successes(outcomes(name, start, 2))]
+    if flow is Flow.BACKWARD:
+        return [(name, r.scene, end, r.cost, ()) for r in successes(outcomes(name, end, 2))]
+    if chance(name, start, end, "fit").random() < 0.15:
+        return []
+    return [(name, start, end, r.cost, ()) for r in successes(outcomes(name, (start, end), 2))]
+
+
+def successes(found):
+    return [r for r in found if isinstance(r, Result)]
+
+
+def serial(stage, flow, start, end):
+    sections = stage.sections()
+    connectors = [c for c in stage.children if Flow.CONNECT in c.flows]
+    paths = []
+    for i, section in enumerate(sections):
+        first, last = i == 0 and flow.reads_start, i == len(sections) - 1 and flow.reads_end
+        paths.append(section_paths(section, start if first else None, end if last else None, first, last))
+    joined = paths[0]
+    for connector, section in zip(connectors, paths[1:], strict=True):
+        joined = [
+            (s, f, (*left, link, *right))
+            for s, t, left in joined
+            for u, f, right in section
+            for link in solutions(connector, Flow.CONNECT, t, u)
+        ]
+    return [(stage.name, s, f, sum(p[3] for p in parts), parts) for s, f, parts in joined]
+
+
+def section_paths(section, start, end, reads_start, reads_end):
+    """(first scene, last scene, solutions) of every path through a section."""
+    if reads_start:
+        return after(section, [(start, start, ())])
+    if reads_end:
+        return before(section, [(end, end, ())])
+    where = next(i for i, s in enumerate(section) if Flow.GENERATE in s.flows)
+    made = [(s[1], s[2], (s,)) for s in solutions(section[where], Flow.GENERATE)]
+    return after(section[where + 1 :], before(section[:where], made))
+
+
+def after(stages, paths):
+    for stage in stages:
+        paths = [(s, x[2], (*p, x)) for s, f, p in paths for x in solutions(stage, Flow.FORWARD, start=f)]
+    return paths
+
+
+def before(stages, paths):
+    for stage in reversed(stages):
+        paths = [(x[1], f, (x, *p)) for s, f, p in paths for x in solutions(stage, Flow.BACKWARD, end=s)]
+    return paths
+
+
+def counted(found):
+    return Counter(found)
