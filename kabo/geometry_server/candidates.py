@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server.frames import WORLD, Frame, Roles, carried, fits, rows, standing, tool_frame
+from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.kinematics import rows_of, sample, stacked, stream_key
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
 from kabo.scene import Attachment, Body, KinematicTree, Region, Robot
@@ -102,7 +102,7 @@ def grasp_stream(
     if family.robots is not None and robot.name not in family.robots:
         return None
     tool = tool_frame(robot)
-    roles = {"tool": tool, "this": standing(body, world_T_body), "world": WORLD}
+    roles = {"tool": tool, "this": standing_frame(body, world_T_body), "world": WORLD}
     if not fits(family.constraints, roles):
         return None
     numbers = [float(value) for value in np.round(world_T_body[:3], 9).ravel()]
@@ -161,10 +161,10 @@ def placement_stream(
 
     `support` is the body stood on and its pose; the body's box stays `margin` away from the region's walls.
     """
-    this = carried(robot, body, held)
+    this = carried_frame(robot, body, held)
     roles = {"this": this, "world": WORLD}
     if support is not None:
-        roles["support"] = standing(*support)
+        roles["support"] = standing_frame(*support)
     if region is not None:
         roles["region"] = Frame(0, region.world_T_region, {})
     if not fits(family.constraints, roles):

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from kabo.geometry_server.candidates import grasp_stream, joints_at, within
 from kabo.geometry_server.context import Context
-from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing
+from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
 from kabo.geometry_server.grasping import opened
 from kabo.geometry_server.placing import Target
 from kabo.geometry_server.situation import Situation
@@ -53,7 +53,7 @@ def places(context: Context, body: Body, target: Target, situation: Situation) -
     roles = {"this": this, "world": WORLD}
     if target.support is not None:
         (pose,) = context.surroundings.poses(situation, target.support)
-        roles["support"] = standing(context.scene.bodies[target.support], pose)
+        roles["support"] = standing_frame(context.scene.bodies[target.support], pose)
     for family in body.placements.values():
         if fits(family.constraints, roles):
             parts = [rows(family.constraints, roles)]

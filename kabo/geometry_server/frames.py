@@ -60,12 +60,12 @@ def tool_frame(robot: Robot) -> Frame:
     return Frame(link.joint, link.joint_T_link, robot.tool.features)
 
 
-def standing(body: Body, world_T_body: Array) -> Frame:
+def standing_frame(body: Body, world_T_body: Array) -> Frame:
     """A body that stands in the world."""
     return Frame(0, world_T_body, body.features)
 
 
-def carried(robot: Robot, body: Body, held: Attachment) -> Frame:
+def carried_frame(robot: Robot, body: Body, held: Attachment) -> Frame:
     """A body in the robot's hand."""
     link = robot.links[held.parent.partition(".")[2]]
     return Frame(link.joint, link.joint_T_link @ transform(held.position, held.quaternion), body.features)

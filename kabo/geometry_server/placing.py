@@ -15,7 +15,7 @@ from kabo.geometry_server.candidates import (
     placement_stream,
 )
 from kabo.geometry_server.context import Context
-from kabo.geometry_server.frames import WORLD, Frame, Roles, carried, fits, rows, tool_frame
+from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.grasping import opened, stroked
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.standing import lies_inside
@@ -32,11 +32,14 @@ HELD_EXACTLY = 1e-4  # m, rad: how exactly a hold must be a grasp of a family
 
 
 @dataclass(frozen=True)
-class Target:
+class Place:
     """Where to put something: a support, a region, or a support within a region."""
 
     support: str | None
     region: Region | None
+
+
+Target = Place
 
 
 @dataclass(frozen=True)
@@ -62,8 +65,8 @@ class Release:
         motion.arm("retreat", self.retreat)
 
 
-def streams(
-    context: Context, robot: Robot, name: str, target: Target, situation: Situation, wanted: str = "any"
+def placement_streams(
+    context: Context, robot: Robot, name: str, target: Place, situation: Situation, wanted: str = "any"
 ) -> list[PlacementStream]:
     """The streams of all placement families of what the robot holds that fit the target."""
     body, held = context.scene.bodies[name], situation.attachment(name)
@@ -85,7 +88,7 @@ def streams(
 def hold(context: Context, robot: Robot, name: str, situation: Situation) -> tuple[GraspFamily, Roles] | None:
     """The grasp family by which a robot holds an object, with its roles; None if no family declares this hold."""
     body, held = context.scene.bodies[name], situation.attachment(name)
-    roles = {"tool": tool_frame(robot), "this": carried(robot, body, held), "world": WORLD}
+    roles = {"tool": tool_frame(robot), "this": carried_frame(robot, body, held), "world": WORLD}
     q = np.array(situation.configuration(robot.name))
     for family in body.grasps.values():
         own = [c for c in family.constraints if "world" not in (c.first.owner, c.second.owner)]
@@ -94,14 +97,20 @@ def hold(context: Context, robot: Robot, name: str, situation: Situation) -> tup
     return None
 
 
+def recognised(context: Context, robot: Robot, name: str, situation: Situation) -> GraspFamily | None:
+    """The grasp family by which a robot holds an object; None if no family declares this hold."""
+    found = hold(context, robot, name, situation)
+    return None if found is None else found[0]
+
+
 def lowerings(
-    context: Context, robot: Robot, name: str, target: Target, situation: Situation, refusals: Refusals
+    context: Context, robot: Robot, name: str, target: Place, situation: Situation, refusals: Refusals
 ) -> Iterator[tuple[PlacementStream, Lowering]]:
     """Every proven way to set down what the robot holds, in the order of the streams."""
     workspace = Workspace.of(context.surroundings, robot.name, situation)
     held_by = hold(context, robot, name, situation)
     lift = held_by[0].lift if held_by is not None and held_by[0].lift is not None else LOWERING
-    for stream in streams(context, robot, name, target, situation):
+    for stream in placement_streams(context, robot, name, target, situation):
         roles = {"world": WORLD, "this": stream.this, "tool": tool_frame(robot)}
         for found in context.drawn(stream):
             lowering = _lowering(workspace, stream, name, target, found, lift, roles, refusals)
@@ -113,7 +122,7 @@ def _lowering(
     workspace: Workspace,
     stream: PlacementStream,
     name: str,
-    target: Target,
+    target: Place,
     at: Candidate,
     lift: Stroke,
     roles: Roles,

@@ -15,11 +15,11 @@ from kabo.geometry_server import grasping, placing
 from kabo.geometry_server.answers import Answer, Failure, Refusals, Success
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.foresight import may_place
-from kabo.geometry_server.frames import WORLD, carried, fits, rows, tool_frame
+from kabo.geometry_server.frames import tool_frame
 from kabo.geometry_server.placing import Target
 from kabo.geometry_server.reach import region_missing
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.stretches import Keep, Motion, Refused, reach, rounded
+from kabo.geometry_server.stretches import Keep, Motion, Refused, keep_constraint, rounded, way_to
 from kabo.geometry_server.workspace import Workspace, contacts
 from kabo.kinematics import stream_key, uniform
 from kabo.scene import Component, Robot
@@ -68,7 +68,7 @@ def _way(
     """The way points from start to goal, or None with the reason noted; its stream is keyed by both ends."""
     key: tuple[str | int | float, ...] = (context.seed, "way", workspace.robot.name, what)
     key += (*map(float, start), *map(float, goal))
-    way = reach(workspace, start, goal, key, context.path_samples, keep)
+    way = way_to(workspace, start, goal, key, context.path_samples, keep)
     if not isinstance(way, Refused):
         return way
     refusals.extend("no_path", way.pairs)
@@ -315,19 +315,6 @@ def sense(context: Context, arguments: Mapping[str, str], situation: Situation, 
             return Success(tuple(motion.segments), {robot.name: _values(robot, way[-1])})
     what = f"{robot.name} cannot reach its configuration {arguments['at']} with {name}"
     return refusals.failure(what, frozenset({robot.name, name}), _movable(context))
-
-
-def keep_constraint(context: Context, robot: Robot, situation: Situation, name: str) -> Keep | None:
-    """The motion constraint of that name for what the robot holds; None if there is none, or it does not fit."""
-    constraints = context.scene.motion_constraints.get(name)
-    if constraints is None:
-        return None
-    for held in situation.carried(robot.name):
-        this = carried(robot, context.scene.bodies[held], situation.attachment(held))
-        roles = {"this": this, "tool": tool_frame(robot), "world": WORLD}
-        if fits(constraints, roles):
-            return Keep(name, robot, rows(constraints, roles))
-    return None
 
 
 def _holds(robot: Robot, name: str, situation: Situation) -> bool:

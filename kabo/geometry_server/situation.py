@@ -41,6 +41,11 @@ class Situation:
         prefix = robot + "."
         return tuple(n for n, values in self.objects.items() if any(a.parent.startswith(prefix) for a in values))
 
+    @property
+    def nested(self) -> bool:
+        """Whether an object may hang on another one."""
+        return any(a.parent in self.objects for values in self.objects.values() for a in values)
+
     def replace(self, changes: Mapping[str, Component]) -> "Situation":
         """This situation with some components set to one value."""
         robots = {n: (changes[n],) if n in changes else v for n, v in self.robots.items()}

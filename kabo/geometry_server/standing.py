@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry import contains
-from kabo.geometry_server.frames import WORLD, fits, rows, standing
+from kabo.geometry_server.frames import WORLD, fits, rows, standing_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Surroundings
 from kabo.kinematics import satisfied
@@ -42,7 +42,7 @@ def supports(surroundings: Surroundings, situation: Situation, name: str) -> tup
 
 
 def _stands(body: Body, pose: Array, under: Body, under_pose: Array, constraints: tuple[Constraint, ...]) -> bool:
-    roles = {"this": standing(body, pose), "support": standing(under, under_pose), "world": WORLD}
+    roles = {"this": standing_frame(body, pose), "support": standing_frame(under, under_pose), "world": WORLD}
     about = [c for c in constraints if c.kind != "inside" and "support" in (c.first.owner, c.second.owner)]
     if not about or not fits(about, roles) or not _boxes_meet(body, pose, under, under_pose):
         return False

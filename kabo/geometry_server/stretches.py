@@ -11,7 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server.answers import Pair
-from kabo.geometry_server.frames import Frame
+from kabo.geometry_server.context import Context
+from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
+from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Contacts, Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key
 from kabo.motion import Blocked, connect, retime, shortcut
@@ -68,6 +70,26 @@ class Keep:
         return projector(tree, self.rows, tree.lower, tree.upper, active)
 
 
+def keep_constraint(
+    context: Context, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
+) -> Keep | None:
+    """The motion constraint of that name for what the robot holds; None if there is none, or it does not fit.
+
+    `held` names the objects that it may be about; None: anything that the robot has in its hand.
+    """
+    constraints = context.scene.motion_constraints.get(name)
+    if constraints is None:
+        return None
+    for each in situation.carried(robot.name):
+        if held is not None and each not in held:
+            continue
+        this = carried_frame(robot, context.scene.bodies[each], situation.attachment(each))
+        roles = {"this": this, "tool": tool_frame(robot), "world": WORLD}
+        if fits(constraints, roles):
+            return Keep(name, robot, rows(constraints, roles))
+    return None
+
+
 def rounded(q: Array) -> Array:
     """A configuration as plans keep it."""
     return np.round(q, 9) + 0.0
@@ -87,7 +109,7 @@ def line(workspace: Workspace, q: Array, tool: Frame, translation: Array) -> lis
     return waypoints if hit is None else Refused(((hit, 1),))
 
 
-def reach(
+def way_to(
     workspace: Workspace,
     start: Array,
     goal: Array,

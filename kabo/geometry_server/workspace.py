@@ -4,6 +4,7 @@ What the robot carries hangs on its joints; what others may be, in any of the va
 open, stands still around it. Things are compared in pairs, so every value of every other component is checked at once.
 """
 
+from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,13 +16,16 @@ import numpy.typing as npt
 
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair, Statistics
+from kabo.geometry_server.candidates import joints_at
+from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
 from kabo.scene import Attachment, Configuration, Mesh, Robot, Scene, link_poses
-from kabo.scene.transforms import flat, transform
+from kabo.scene.transforms import flat, inverse, transform, unflat
 
 Array = npt.NDArray[np.float64]
 Contacts = frozenset[frozenset[str]]
 View = Any  # a CollisionView, or an ExactView with the same questions
+REMEMBERED = 96  # workspaces whose arrays are kept for the next question about the same things
 
 
 def contacts(pairs: Iterable[Pair]) -> Contacts:
@@ -37,6 +41,7 @@ class Surroundings:
         self._enclosures: dict[str, Enclosure] = {}
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
+        self._workspaces: OrderedDict[tuple[object, ...], Workspace] = OrderedDict()
 
     @cached_property
     def view(self) -> Any:
@@ -46,6 +51,16 @@ class Surroundings:
         from kabo.geometry import ExactView  # python-fcl is loaded only for `--geometry exact`
 
         return ExactView
+
+    def touch(self, first: FixedGroup, second: FixedGroup) -> bool:
+        """Whether two standing bodies may collide."""
+        if self.exact:
+            from kabo.geometry import exact_collides
+
+            return exact_collides(first, second)
+        from kabo.geometry import collides
+
+        return collides(first, second, self.budget)
 
     def mesh(self, name: str) -> Mesh | None:
         """The mesh of a body or `robot.link`, in its own frame."""
@@ -57,6 +72,10 @@ class Surroundings:
         mesh = self.mesh(name)
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
+        return self.enclosed(mesh)
+
+    def enclosed(self, mesh: Mesh) -> Enclosure:
+        """The convex parts that enclose a mesh, made once."""
         if mesh.digest not in self._enclosures:
             from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
 
@@ -87,6 +106,28 @@ class Surroundings:
                 found[pose.tobytes()] = pose
         return list(found.values())
 
+    def workspace(
+        self,
+        robot: str,
+        situation: Situation,
+        permitted: Contacts = frozenset(),
+        extras: tuple[Extra, ...] = (),
+    ) -> "Workspace":
+        """The workspace of a robot in a situation; one that was made lately is made once.
+
+        Where the robot itself stands does not matter to it, unless things hang on things.
+        """
+        own = situation.robots[robot] if situation.nested else None
+        others = tuple(item for item in situation.robots.items() if item[0] != robot)
+        key = robot, own, others, tuple(situation.objects.items()), permitted, extras
+        known = self._workspaces.pop(key, None)
+        if known is None:
+            known = Workspace.of(self, robot, situation, permitted, extras)
+        self._workspaces[key] = known
+        if len(self._workspaces) > REMEMBERED:
+            self._workspaces.popitem(last=False)
+        return known
+
     def _parents(self, situation: Situation, parent: str) -> list[Array]:
         if parent == "world":
             return [np.eye(4)]
@@ -105,26 +146,30 @@ class Workspace:
     situation: Situation
     carried: Mapping[str, Attachment]
     permitted: Contacts = frozenset()
+    extras: tuple[Extra, ...] = ()
 
     @classmethod
     def of(
-        cls, surroundings: Surroundings, robot: str, situation: Situation, permitted: Contacts = frozenset()
+        cls,
+        surroundings: Surroundings,
+        robot: str,
+        situation: Situation,
+        permitted: Contacts = frozenset(),
+        extras: tuple[Extra, ...] = (),
     ) -> "Workspace":
         """The workspace of a robot with what it holds in the situation."""
         carried = {name: situation.attachment(name) for name in situation.carried(robot)}
-        return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted)
+        return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
     def grasping(self, name: str, attachment: Attachment) -> "Workspace":
         """This workspace with one more object in the hand."""
         situation = self.situation.replace({name: attachment})
-        return Workspace(
-            self.surroundings, self.robot, situation, {**self.carried, name: attachment}, self.permitted
-        )
+        carried = {**self.carried, name: attachment}
+        return replace(self, situation=situation, carried=carried)
 
     def permitting(self, pairs: Iterable[Pair]) -> "Workspace":
         """This workspace with more contacts permitted."""
-        permitted = self.permitted | contacts(pairs)
-        return Workspace(self.surroundings, self.robot, self.situation, self.carried, permitted)
+        return replace(self, permitted=self.permitted | contacts(pairs))
 
     def touching(self, name: str) -> tuple[Pair, ...]:
         """The contacts of the gripper's touch links with an object."""
@@ -173,11 +218,37 @@ class Workspace:
         statistics.collision_s += perf_counter() - began
         return answer
 
+    def hand_hit(self, world_T_joint: Array, joint: int, joints: Sequence[int], q: Array) -> Pair | None:
+        """The first pair of what hangs on some joints and a standing thing that is not proven apart.
+
+        Args:
+            world_T_joint: (4, 4) where the first of the joints is put, whatever the arm does.
+            joint: the joint that is put there.
+            joints: it, and those that it carries.
+            q: (n,) the values of the joints between them.
+        """
+        moving, fixed, indices, pairs = self._bodies
+        at = joints_at(self.robot.tree, q)
+        shift = world_T_joint @ inverse(unflat(at[joint]))
+        surroundings = self.surroundings
+        for (i, k), pair in zip(indices, pairs, strict=True):
+            if moving[i].joint in joints and k >= len(moving):
+                own = moving[i]
+                pose = shift @ unflat(at[own.joint]) @ unflat(own.joint_T_group)
+                placed = FixedGroup(flat(pose), own.enclosure, own.mesh)
+                if surroundings.touch(placed, fixed[k - len(moving)]):
+                    return pair
+        return None
+
     @cached_property
-    def _view(self) -> tuple[View, list[Pair]]:
+    def _bodies(self) -> tuple[list[MovingGroup], list[FixedGroup], list[tuple[int, int]], list[Pair]]:
         moving, moving_names = self._moving()
         fixed, fixed_names = self._fixed()
-        indices, pairs = self._pairs(moving_names, fixed_names)
+        return moving, fixed, *self._pairs(moving_names, fixed_names)
+
+    @cached_property
+    def _view(self) -> tuple[View, list[Pair]]:
+        moving, fixed, indices, pairs = self._bodies
         chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
         view = self.surroundings.view(self.robot.tree, moving, fixed, chosen, self.surroundings.budget)
         return view, pairs
@@ -193,7 +264,26 @@ class Workspace:
             pose = link.joint_T_link @ transform(held.position, held.quaternion)
             groups.append(self._group(name, link.joint, pose))
             names.append((name, link.joint))
+        for extra in self.extras:
+            hung = self._hung(extra)
+            if hung is not None and self._moves(hung[0]):
+                enclosure = self.surroundings.enclosed(extra.mesh)
+                arrays = extra.mesh.vertices, extra.mesh.faces
+                groups.append(MovingGroup(hung[0], flat(hung[1] @ extra.parent_T), enclosure, arrays))
+                names.append((extra.name, hung[0]))
         return groups, names
+
+    def _hung(self, extra: Extra) -> tuple[int, Array] | None:
+        """The joint of the robot's tree on which the parent of an extra body hangs, and its pose there."""
+        robot, dot, own = extra.parent.partition(".")
+        if dot:
+            link = self.robot.links[own] if robot == self.robot.name else None
+            return None if link is None else (link.joint, link.joint_T_link)
+        if extra.parent not in self.carried:
+            return None
+        held = self.carried[extra.parent]
+        link = self.robot.links[held.parent.partition(".")[2]]
+        return link.joint, link.joint_T_link @ transform(held.position, held.quaternion)
 
     def _moves(self, joint: int) -> bool:
         tree = self.robot.tree
@@ -218,7 +308,23 @@ class Workspace:
             if name not in self.carried:
                 placed.extend((name, pose) for pose in self.surroundings.poses(self.situation, name))
         groups = [self._standing(name, pose) for name, pose in placed]
-        return groups, [name for name, _ in placed]
+        names = [name for name, _ in placed]
+        for extra in self.extras:
+            hung = self._hung(extra)
+            if hung is None or not self._moves(hung[0]):
+                enclosure, arrays = self.surroundings.enclosed(extra.mesh), (extra.mesh.vertices, extra.mesh.faces)
+                for pose in self._poses(extra.parent):
+                    groups.append(FixedGroup(flat(pose @ extra.parent_T), enclosure, arrays))
+                    names.append(extra.name)
+        return groups, names
+
+    def _poses(self, parent: str) -> list[Array]:
+        robot, dot, link = parent.partition(".")
+        if parent == "world":
+            return [np.eye(4)]
+        if dot:
+            return [self.surroundings.links(robot, q)[link] for q in self.situation.robots[robot]]
+        return self.surroundings.poses(self.situation, parent)
 
     def _standing(self, name: str, pose: Array) -> FixedGroup:
         mesh = self.surroundings.mesh(name)
@@ -245,4 +351,20 @@ class Workspace:
         pair = frozenset((first, second))
         if pair in self.permitted or pair in touched:
             return False
+        added = [extra for extra in self.extras if extra.name in pair]
+        if added:
+            return len(added) == 1 and self._checked_extra(
+                added[0], second if added[0].name == first else first, touched
+            )
         return not self.surroundings.never_collide(first, second)
+
+    def _checked_extra(self, extra: Extra, other: str, touched: Contacts) -> bool:
+        """Whether an extra body is checked against a thing: padding takes over what its parent may touch."""
+        if other == extra.parent:
+            return False
+        if extra.parent == "world":
+            return True
+        if extra.pads and self._hung(extra) is not None:
+            with_it = other in self.carried or other.startswith(self.robot.name + ".")
+            return not with_it and self._checked(extra.parent, other, touched)
+        return self._checked(extra.parent, other, touched)

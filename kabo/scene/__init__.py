@@ -7,6 +7,7 @@ for collision, sampled or moved.
 from kabo.meshes import Mesh, load_mesh
 from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
+from kabo.scene.shapes import mesh_of
 from kabo.scene.state import Attachment, Component, Configuration, GeometricState
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
@@ -30,5 +31,6 @@ __all__ = [
     "link_poses",
     "load_mesh",
     "load_scene",
+    "mesh_of",
     "world_T",
 ]

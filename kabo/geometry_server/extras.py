@@ -1,0 +1,56 @@
+"""Extra bodies: geometry that is there for some stages of a task only, added by hand or as padding around a thing."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.language.scene_description import Shape
+from kabo.scene import Mesh, mesh_of
+from kabo.scene.transforms import transform
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Extra:
+    """A body that hangs on `parent` (`world`, a body or `robot.link`) at a pose there.
+
+    `pads`: it stands for the parent with some air around it, and may touch what the parent may touch.
+    """
+
+    name: str
+    parent: str
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    mesh: Mesh = field(compare=False)
+    digest: str  # of the mesh
+    pads: bool = False
+
+    @property
+    def parent_T(self) -> Array:  # noqa: N802
+        """Its pose (4, 4) in the parent's frame."""
+        return transform(self.position, self.quaternion)
+
+
+def extra(
+    name: str,
+    parent: str,
+    shape: Shape,
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
+) -> Extra:
+    """An extra body of a shape."""
+    mesh = mesh_of(shape, None)
+    return Extra(name, parent, position, quaternion, mesh, mesh.digest)
+
+
+def padding(name: str, parent: str, vertices: Array, distance: float) -> Extra:
+    """A cylinder about the z axis of a thing that holds every point within `distance` [m] of its vertices (V, 3)."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    middle = (low + high) / 2
+    radius = float(np.linalg.norm(vertices[:, :2] - middle[:2], axis=1).max()) + distance
+    height = float(high[2] - low[2]) + 2 * distance
+    mesh = mesh_of(Shape("cylinder", size=(radius, radius, height)), None)
+    x, y, z = (float(v) for v in middle)
+    return Extra(name, parent, (x, y, z), (0.0, 0.0, 0.0, 1.0), mesh, mesh.digest, pads=True)

@@ -1,0 +1,181 @@
+"""Changes of the scene that take no time: attaching, letting go, contacts. What has changed is checked."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from kabo.geometry_server import Pair, candidate, supports, tool_frame
+from kabo.scene import attachment
+from kabo.scene.transforms import inverse
+from kabo.tasks.core import PARENT, Propagator, Property, Result
+from kabo.tasks.core.results import Answers
+from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
+from kabo.tasks.robots.scenes import Stretch, TaskScene
+
+SUPPORTS, TOUCH = "supports", "touch"
+
+
+class Attach(RobotStage, Propagator):
+    """Hangs an object on a robot's tool, where it is; backward it was standing there before."""
+
+    MOVES = ("object",)
+    PROPERTIES = {"object": OBJECT, "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`")}
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the object in the hand."""
+        name, robot, link = properties["object"], *_link(scene, properties["to"])
+        if scene.holder(name) is not None:
+            return [refusal("constraint", f"{scene.holder(name)} holds {name} already", reads=frozenset({name}))]
+        held = attachment(f"{robot}.{link}", inverse(_link_pose(scene, robot, link)) @ scene.pose(name))
+        after = scene.placing(name, held)
+        motion = (_still(scene, robot, attach=((name, held.parent),)),)
+        return _checked(after, [robot], Result(after, motion=motion))
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the object standing where the hand has it."""
+        name, robot, link = properties["object"], *_link(scene, properties["to"])
+        if scene.holder(name) != robot:
+            return [refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}))]
+        before = scene.placing(name, attachment("world", scene.pose(name)))
+        motion = (_still(scene, robot, attach=((name, f"{robot}.{link}"),)),)
+        return _checked(before, [robot], Result(before, motion=motion))
+
+
+class Detach(RobotStage, Propagator):
+    """Lets an object go: it stays where it is; backward it was in the hand before."""
+
+    MOVES = ("object",)
+    PROPERTIES = {
+        "object": OBJECT,
+        "of": Property(
+            (str, type(None)), None, "backward: the robot (or `robot.link`) that had it; else whoever has it"
+        ),
+    }
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the object standing in the world."""
+        name = properties["object"]
+        robot = scene.holder(name)
+        if robot is None:
+            return [refusal("constraint", f"nobody holds {name}", reads=frozenset({name}))]
+        after = scene.placing(name, attachment("world", scene.pose(name)))
+        return _checked(after, [robot], Result(after, motion=(_still(scene, robot, detach=(name,)),)))
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the object in the hand that is there."""
+        name, given = properties["object"], properties["of"]
+        if given is None or scene.holder(name) is not None:
+            return [refusal("constraint", f"say of which robot {name} is let go", reads=frozenset({name}))]
+        robot, link = _link(scene, given)
+        held = attachment(f"{robot}.{link}", inverse(_link_pose(scene, robot, link)) @ scene.pose(name))
+        before = scene.placing(name, held)
+        return _checked(before, [robot], Result(before, motion=(_still(scene, robot, detach=(name,)),)))
+
+
+class _Contacts(RobotStage, Propagator):
+    PROPERTIES = {
+        "pairs": Property(
+            (list, tuple), doc="pairs of bodies, robots or `robot.link`; `supports`: what carries the other"
+        ),
+        "links": Property(
+            str, "all", "which links a robot's name stands for: `touch` (those of its gripper) or `all`"
+        ),
+    }
+
+    def _allowed(self, scene: TaskScene, properties: Values) -> Answers:
+        return [Result(scene.permitting(_pairs(scene, properties)))]
+
+    def _forbidden(self, scene: TaskScene, properties: Values) -> Answers:
+        pairs = _pairs(scene, properties)
+        changed = scene.forbidding(pairs)
+        robots = [name for pair in pairs for name in _movers(scene, pair)]
+        return _checked(changed, dict.fromkeys(robots), Result(changed))
+
+
+class AllowContact(_Contacts):
+    """Permits contacts from here on; backward they were forbidden before."""
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with more permitted."""
+        return self._allowed(scene, properties)
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with less permitted, which must be free of those contacts."""
+        return self._forbidden(scene, properties)
+
+
+class ForbidContact(_Contacts):
+    """Forbids contacts from here on; backward they were permitted before."""
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with less permitted, which must be free of those contacts."""
+        return self._forbidden(scene, properties)
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with more permitted."""
+        return self._allowed(scene, properties)
+
+
+def _link(scene: TaskScene, to: str) -> tuple[str, str]:
+    name, dot, link = to.partition(".")
+    robot = scene.robot(name)
+    if not dot and robot.tool is None:
+        raise ValueError(f"{name} has no tool: name a link")
+    return name, link if dot or robot.tool is None else robot.tool.frame
+
+
+def _link_pose(scene: TaskScene, robot: str, link: str) -> Any:
+    chosen = scene.robot(robot)
+    at = candidate(chosen, scene.configuration(robot))
+    if chosen.tool is not None and chosen.tool.frame == link:
+        return at.pose(tool_frame(chosen))
+    (pose,) = (scene.context.surroundings.links(robot, q)[link] for q in scene.situation.robots[robot])
+    return pose
+
+
+def _still(
+    scene: TaskScene, robot: str, *, attach: tuple[tuple[str, str], ...] = (), detach: tuple[str, ...] = ()
+) -> Stretch:
+    q = scene.situation.configuration(robot)
+    return Stretch(robot, "gripper", (q,), frozenset(), None, attach, detach)
+
+
+def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers:
+    for robot in robots:
+        hit = scene.hit(robot)
+        if hit is not None:
+            return [refusal("collision", hit=hit)]
+    return [result]
+
+
+def _movers(scene: TaskScene, pair: Pair) -> list[str]:
+    """The robots that move one of two things."""
+    found = []
+    for name in pair:
+        robot, dot, _ = name.partition(".")
+        holder = robot if dot else scene.holder(name)
+        if holder is not None and holder not in found:
+            found.append(holder)
+    return found
+
+
+def _pairs(scene: TaskScene, properties: Values) -> list[Pair]:
+    """The pairs of things that are meant: robots become links, `supports` what carries the other thing."""
+    found: list[Pair] = []
+    for first, second in properties["pairs"]:
+        for a in _things(scene, str(first), str(second), properties["links"]):
+            found.extend((a, b) for b in _things(scene, str(second), str(first), properties["links"]))
+    return list(dict.fromkeys(found))
+
+
+def _things(scene: TaskScene, name: str, other: str, links: str) -> Sequence[str]:
+    if name == SUPPORTS:
+        touched = {next(iter(pair - {other})) for pair in scene.permitted if other in pair and len(pair) == 2}
+        bodies = sorted(thing for thing in touched if "." not in thing)
+        return tuple(dict.fromkeys((*supports(scene.context.surroundings, scene.situation, other), *bodies)))
+    robots = scene.context.scene.robots
+    if name not in robots:
+        return (name,)
+    gripper = robots[name].gripper
+    if links == TOUCH:
+        return () if gripper is None else gripper.touch_links
+    return tuple(f"{name}.{link}" for link in robots[name].links)

@@ -1,0 +1,75 @@
+"""Configurations by name, by values, by joints: what `goal` and `configurations` of stages may be."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.errors import did_you_mean
+from kabo.scene import Robot
+from kabo.tasks.robots.scenes import TaskScene
+
+Array = npt.NDArray[np.float64]
+OPEN, CLOSED = "open", "closed"
+
+
+class NoConfigurationError(ValueError):
+    """A robot has no configuration of that name, or no such joint."""
+
+
+def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
+    """The configuration (n,) of all joints that is wanted of a robot; joints of which nothing is said stay.
+
+    Args:
+        scene: where the robot stands now.
+        name: the robot.
+        wanted: a named configuration, `open`, `closed`, a list of the arm's (or all) joints, {joint: value}.
+
+    Raises:
+        NoConfigurationError: the robot has no such configuration or joint.
+        ValueError: the number of values does not fit.
+    """
+    robot, q = scene.robot(name), scene.configuration(name)
+    if isinstance(wanted, str):
+        if wanted in (OPEN, CLOSED) and wanted not in robot.configurations:
+            return with_joints(robot, q, hand(robot, wanted))
+        values: Any = robot.configurations.get(wanted)
+        if values is None:
+            hint = did_you_mean(wanted, robot.configurations) or ""
+            raise NoConfigurationError(f"{name} has no configuration {wanted!r}{', ' + hint if hint else ''}")
+        return rounded(np.concatenate([values, q[robot.planned :]]))
+    if isinstance(wanted, Mapping):
+        return with_joints(robot, q, wanted)
+    if isinstance(wanted, (Sequence, np.ndarray)) and len(wanted) in (robot.planned, len(q)):
+        return rounded(np.concatenate([np.asarray(wanted, float), q[len(wanted) :]]))
+    raise ValueError(f"{name} has {robot.planned} planned joints: {wanted!r} is no configuration of it")
+
+
+def hand(robot: Robot, wanted: str) -> Mapping[str, float]:
+    """The values of the gripper's joints when open or closed; none without a gripper."""
+    if robot.gripper is None:
+        return {}
+    values = robot.gripper.open if wanted == OPEN else robot.gripper.closed
+    return {joint: value for joint, value in values.items() if joint in robot.gripper_joints}
+
+
+def with_joints(robot: Robot, q: Array, values: Mapping[str, float]) -> Array:
+    """The configuration with some joints set.
+
+    Raises:
+        NoConfigurationError: the robot has no such joint.
+    """
+    result = q.copy()
+    for joint, value in values.items():
+        if joint not in robot.joint_names:
+            raise NoConfigurationError(
+                f"{robot.name} has no joint {joint!r}; it has {', '.join(robot.joint_names)}"
+            )
+        result[robot.joint_names.index(joint)] = float(value)
+    return rounded(result)
+
+
+def rounded(q: Array) -> Array:
+    """A configuration as plans keep it."""
+    return np.asarray(np.round(q, 9) + 0.0)

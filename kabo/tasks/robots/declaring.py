@@ -1,0 +1,79 @@
+"""What robot stages declare beside their properties: which components of the state they move, and which they read.
+
+A procedure's moves and reads follow from those of its stages, and so does what can be refuted without sampling.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from kabo.geometry_server import Context, Pair, Situation
+from kabo.tasks.core import PARENT, Failure, Property, Stage, TaskError
+
+Values = Mapping[str, Any]
+ROBOT = Property(str, PARENT, "the robot that moves")
+OBJECT = Property(str, PARENT, "the body that this is about")
+KEEP = Property((str, dict, type(None)), None, "a motion constraint to keep: its name, or {object, constraint}")
+
+
+@dataclass(frozen=True)
+class Details:
+    """What a failure is about, for programs: pairs that came too close, with counts; proofs; what was read."""
+
+    pairs: tuple[tuple[Pair, int], ...] = ()
+    reads: frozenset[str] = frozenset()
+    proof: bool = False
+    missing: float | None = None
+
+
+def refusal(
+    reason: str,
+    comment: str = "",
+    *,
+    pairs: tuple[tuple[Pair, int], ...] = (),
+    hit: Pair | None = None,
+    reads: frozenset[str] = frozenset(),
+    proof: bool = False,
+    missing: float | None = None,
+) -> Failure:
+    """A failure with its details; `hit` is the one pair that was in the way."""
+    if hit is not None:
+        pairs = ((hit, 1),)
+    if not comment and pairs:
+        comment = f"{pairs[0][0][0]} – {pairs[0][0][1]}"
+    return Failure(reason, comment, Details(pairs, reads, proof, missing))
+
+
+class RobotStage(Stage):
+    """A stage on the geometry server; `MOVES` and `READS` are properties whose values name components."""
+
+    MOVES: ClassVar[tuple[str, ...]] = ()
+    READS: ClassVar[tuple[str, ...]] = ()
+    FROM_START: ClassVar[bool] = False  # whether, going forward, its end depends on where the robot stood before
+
+    def moves(self) -> tuple[str, ...]:
+        """The components that it changes, as far as they are known before planning."""
+        return self.named(self.MOVES)
+
+    def reads(self) -> tuple[str, ...]:
+        """The components on which what it computes depends, beside those that stages before it have set."""
+        return self.named(self.READS)
+
+    def refute(self, context: Context, situation: Situation) -> Failure | None:
+        """A proof, without sampling, that the stage fails wherever what it reads is as in the situation."""
+        return None
+
+    def known(self, name: str) -> Any:
+        """The value of a property if it does not depend on an interface state, else None."""
+        properties = self.properties
+        if not properties.has(name) or properties.reads_interface(name):
+            return None
+        try:
+            return properties.value(name)
+        except TaskError:
+            return None
+
+    def named(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """The texts that properties have for values, each once."""
+        values = (self.known(name) for name in names)
+        return tuple(dict.fromkeys(value for value in values if isinstance(value, str)))

@@ -1,0 +1,40 @@
+"""Distances of a robot from everything else along a motion: for costs, not for proofs."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry import signed_distance
+from kabo.tasks.robots.scenes import Stretch, TaskScene
+
+Array = npt.NDArray[np.float64]
+
+
+def distances_along(scene: TaskScene, each: Stretch, greatest: float, step: float) -> Iterator[float]:
+    """The least distance [m], no more than `greatest`, at configurations `step` [rad] apart."""
+    for q in _sampled(each, step):
+        yield _least(scene.at(each.robot, q), each.robot, greatest)
+
+
+def _sampled(each: Stretch, step: float) -> Iterator[Array]:
+    path = each.path
+    yield path[0]
+    for a, b in zip(path, path[1:], strict=False):
+        pieces = max(1, int(np.ceil(np.abs(b - a).max() / step)))
+        for k in range(1, pieces + 1):
+            yield a + (b - a) * (k / pieces)
+
+
+def _least(scene: TaskScene, robot: str, greatest: float) -> float:
+    from kabo.geometry_server import ScenePredicates
+
+    workspace = scene.workspace(robot)
+    predicates = ScenePredicates(scene.context.surroundings, scene.situation.first)
+    least = greatest
+    for first, second in workspace.pairs:
+        if any(extra.name in (first, second) for extra in scene.extras):
+            continue
+        bounds = signed_distance(predicates.thing(first), predicates.thing(second))
+        least = min(least, max(bounds.lower, 0.0))
+    return least

@@ -1,0 +1,97 @@
+"""From a solution to a plan: its stretches in order of time become timed segments, and what changes by them."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from kabo.geometry_server import Situation
+from kabo.motion import retime
+from kabo.plan import Segment
+from kabo.scene import Component, Scene
+from kabo.tasks.core import Solution
+from kabo.tasks.robots.scenes import Stretch, TaskScene
+
+HASTE = 0.5  # of the joints' velocity limits
+
+
+def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
+    """Every stretch of a solution in order of time, with the path of its stage."""
+    for leaf in solution.leaves:
+        for each in leaf.motion or ():
+            yield leaf.stage.path, each
+
+
+def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
+    """The timed segments of a solution; what is attached or let go is so at the end of one."""
+    made: list[Segment] = []
+    ends: dict[str, float] = {}  # when each robot's last segment ends
+    for path, each in stretches(solution):
+        after = max(ends.values(), default=0.0)
+        if len(each.waypoints) == 1 and not each.seconds and _joined(made, each, scene):
+            continue
+        segment = _segment(path, each, scene, procedure, after)
+        if segment is not None:
+            made.append(segment)
+            ends[each.robot] = segment.times[-1]
+    return tuple(made)
+
+
+def _joined(made: list[Segment], each: Stretch, scene: Scene) -> bool:
+    """Whether attaching or letting go was put at the end of the last segment: of this robot's gripper."""
+    gripper = scene.robots[each.robot].gripper_joints
+    if not made or made[-1].robot != each.robot or (gripper and made[-1].joints != gripper):
+        return False
+    last = made[-1]
+    if last.attach and each.detach:
+        return False
+    made[-1] = replace(last, attach=(*last.attach, *each.attach), detach=(*last.detach, *each.detach))
+    return True
+
+
+def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: float) -> Segment | None:
+    robot = scene.robots[each.robot]
+    gripper = each.group == "gripper" and bool(robot.gripper_joints)
+    joints = robot.gripper_joints if gripper else robot.planned_joints
+    first = robot.planned if gripper else 0
+    way = [q[first : first + len(joints)] for q in each.waypoints]
+    kept = [way[0], *(b for a, b in zip(way, way[1:], strict=False) if a != b)]
+    if len(kept) == 1 and not (each.attach or each.detach or each.seconds):
+        return None
+    if len(kept) == 1:
+        kept.append(kept[0])
+    limits = robot.tree.velocity[first : first + len(joints)]
+    times = retime(np.array(kept), limits, factor=HASTE)
+    if each.seconds:
+        times = times * (each.seconds / times[-1]) if times[-1] > 0.0 else times
+    pairs = tuple(sorted((min(pair), max(pair)) for pair in each.permitted))
+    return Segment(
+        each.robot,
+        joints,
+        tuple(kept),
+        tuple(round(after + float(t), 6) for t in times),
+        procedure,
+        path,
+        each.attach,
+        each.detach,
+        pairs,
+        each.constraint,
+    )
+
+
+def changed(solution: Solution) -> dict[str, Component]:
+    """The components that have new values after a solution."""
+    assert solution.start is not None and solution.end is not None
+    before, after = solution.start.scene, solution.end.scene
+    return changed_between(_situation(before), _situation(after))
+
+
+def changed_between(before: Situation, after: Situation) -> dict[str, Component]:
+    """The components whose one value afterwards is not what it was before; robots first, in order of the scene."""
+    robots = {name: v[0] for name, v in after.robots.items() if v != before.robots[name]}
+    objects = {name: v[0] for name, v in after.objects.items() if v != before.objects[name]}
+    return {**robots, **objects}
+
+
+def _situation(scene: TaskScene) -> Situation:
+    return scene.situation

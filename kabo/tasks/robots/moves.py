@@ -1,0 +1,122 @@
+"""Motions to a goal, and strokes from where the robot is [T 3.2]."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import candidate
+from kabo.tasks.core import Failure, Propagator, Property, Result
+from kabo.tasks.core.results import Answer
+from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.paths import grip, way
+from kabo.tasks.robots.poses import pose_of
+from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.targets import frame_for, pose_target
+
+Array = npt.NDArray[np.float64]
+
+
+class MoveTo(RobotStage, Propagator):
+    """Moves the arm or the gripper to a goal.
+
+    `goal`: a named configuration, `open` or `closed`, {joint: value}, a list of joints, {pose: …} or {point: [x, y, z]}
+    for the frame `of`. Backward it comes from there.
+    """
+
+    MOVES = ("robot",)
+    READS = ()
+    PROPERTIES = {
+        "robot": ROBOT,
+        "goal": Property(Any, doc="where to go"),
+        "group": Property((str, type(None)), None, "`arm` or `gripper`; by default what the goal is of"),
+        "of": Property(
+            (str, type(None)), None, "for poses and points: the tool (none), a link, what is held, a feature"
+        ),
+        "keep": KEEP,
+        "if_missing": Property(str, "fail", "`stay` where the robot has no configuration of the goal's name"),
+        "max_ik_solutions": Property(int, 8, "for poses and points: how many configurations to try"),
+    }
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
+        """The scene with the robot there."""
+        name = properties["robot"]
+        for goal in self._goals(scene, properties):
+            if isinstance(goal, Failure):
+                yield goal
+                continue
+            moved = self._moved(scene, name, goal, properties)
+            if isinstance(moved, Failure):
+                yield moved
+                continue
+            there = scene.at(name, goal)
+            yield Result(there, motion=() if np.array_equal(goal, scene.configuration(name)) else (moved,))
+            return
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
+        """The scene before, with the robot at the goal; the same motion backward in time."""
+        for answer in self.forward(scene, properties, seed):
+            if isinstance(answer, Result):
+                motion = tuple(each.reversed() for each in reversed(answer.motion or ()))
+                yield Result(answer.scene, motion=motion)
+            else:
+                yield answer
+
+    def reads(self) -> tuple[str, ...]:
+        """What is held, if a constraint on it is kept."""
+        keep = self.known("keep")
+        return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
+
+    def _moved(self, scene: TaskScene, name: str, goal: Array, properties: Values) -> Any:
+        n, start = scene.robot(name).planned, scene.configuration(name)
+        group = properties["group"] or ("arm" if not np.array_equal(start[:n], goal[:n]) else "gripper")
+        if group == "gripper":
+            return grip(scene, name, goal)
+        hit = scene.at(name, goal).hit(name)
+        if hit is not None:
+            return refusal("collision", hit=hit)
+        return way(scene, name, goal, self.name, properties["keep"])
+
+    def _goals(self, scene: TaskScene, properties: Values) -> Any:
+        name, goal = properties["robot"], properties["goal"]
+        if isinstance(goal, Mapping) and ("pose" in goal or "point" in goal):
+            yield from self._reaching(scene, properties)
+            return
+        try:
+            wanted = goal_of(scene, name, goal)
+        except NoConfigurationError as error:
+            stays = properties["if_missing"] == "stay"
+            yield scene.configuration(name) if stays else refusal("constraint", str(error), proof=True)
+            return
+        n, start = scene.robot(name).planned, scene.configuration(name)
+        group = properties["group"] or ("gripper" if goal in (OPEN, CLOSED) else None)
+        if group == "gripper":
+            wanted = np.concatenate([start[:n], wanted[n:]])
+        elif group == "arm":
+            wanted = np.concatenate([wanted[:n], start[n:]])
+        yield wanted
+
+    @staticmethod
+    def _reaching(scene: TaskScene, properties: Values) -> Any:
+        name, goal = properties["robot"], properties["goal"]
+        frame = frame_for(scene, name, properties["of"])
+        if "point" in goal:
+            here = scene.configuration(name)
+            pose = candidate(scene.robot(name), here).pose(frame).copy()
+            pose[:3, 3] = pose_of(scene, {"frame": goal.get("frame", "world"), "position": goal["point"]})[:3, 3]
+        else:
+            pose = pose_of(scene, goal["pose"])
+        target, tried = pose_target(scene, name, frame, pose), 0
+        hit = target.blocked(scene)
+        if hit is not None:
+            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit)
+            return
+        for at in scene.context.drawn(target.batches()):
+            tried += 1
+            yield at.q
+            if tried >= properties["max_ik_solutions"]:
+                return
+        if not tried:
+            yield refusal("out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}))

@@ -1,0 +1,133 @@
+"""Placements and mates: where what a robot holds may go, by the families of the object and the mates of the scene."""
+
+from dataclasses import replace
+from typing import Any
+
+from kabo.geometry_server import (
+    Context,
+    Place,
+    Situation,
+    may_place,
+    placement_streams,
+    region_missing,
+    tool_frame,
+)
+from kabo.scene import Region, Robot
+from kabo.tasks.core import Failure, Monitor, Property, Result
+from kabo.tasks.core.results import Answers
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.directions import Direction
+from kabo.tasks.robots.grasps import ANY, held_properties
+from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.targets import PlacementTarget
+
+
+class SamplePlacement(RobotStage, Monitor):
+    """The placement families of what a robot holds: each writes `target`, `placement`, `lower`, `retreat`.
+
+    The object goes into `region` (on the region's support), or onto the body `support`. Contact with what it is to
+    stand on is permitted in the scenes that are offered.
+    """
+
+    READS = ("object", "support")
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "region": Property((str, type(None)), None, "a region of the scene"),
+        "support": Property((str, type(None)), None, "a body to stand on; by default the region's"),
+        "family": Property(str, ANY, "a placement family of the object, or `any`: all that fit, in file order"),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene, once for each family; where the object goes is for inverse kinematics."""
+        robot, name = scene.robot(properties["robot"]), properties["object"]
+        if scene.holder(name) != robot.name:
+            text = f"{robot.name} does not hold {name}"
+            return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
+        place = _place(scene.context, properties["region"], properties["support"])
+        streams = placement_streams(scene.context, robot, name, place, scene.situation, properties["family"])
+        if not streams:
+            return [refusal("empty_family", f"{name} has no placement family that fits", reads=frozenset({name}))]
+        if place.support is not None:
+            scene = scene.permitting([(name, place.support)])
+        held = held_properties(scene, robot, name)
+        region = None if place.region is None else place.region.name
+        results = []
+        for stream in streams:
+            retreat = stream.family.retreat
+            own: dict[str, Any] = {"target": PlacementTarget(robot.name, name, stream, region)}
+            own |= {"placement": stream.family.name, "support": place.support}
+            own |= {} if retreat is None else {"retreat": Direction(retreat, name)}
+            results.append(Result(scene, properties={**held, **own}, comment=stream.family.name))
+        return results
+
+    def refute(self, context: Context, situation: Situation) -> Failure | None:
+        """The region is out of reach however the object is held, or no grasp of it is found anywhere there."""
+        robot, name, region = (self.known(key) for key in ("robot", "object", "region"))
+        scene = context.scene
+        if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
+            return None
+        return _foreseen(
+            context, situation, scene.robots[robot], name, scene.regions[region], self.known("support")
+        )
+
+
+def _place(context: Context, region: str | None, support: str | None) -> Place:
+    scene = context.scene
+    if region is not None and region not in scene.regions:
+        raise ValueError(f"the scene has no region {region!r}; it has {', '.join(scene.regions) or 'none'}")
+    if support is not None and support not in scene.bodies:
+        raise ValueError(f"the scene has no body {support!r}")
+    chosen = None if region is None else scene.regions[region]
+    return Place(support if support is not None or chosen is None else chosen.support, chosen)
+
+
+def _foreseen(
+    context: Context, situation: Situation, robot: Robot, name: str, region: Region, support: str | None
+) -> Failure | None:
+    body = context.scene.bodies[name]
+    missing = region_missing(robot, body, region, tool_frame(robot))
+    if missing > 0.0:
+        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
+        return refusal("out_of_reach", text, proof=True, missing=missing)
+    if may_place(context, robot, body, Place(support or region.support, region), situation):
+        return None
+    return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
+
+
+class SampleMate(RobotStage, Monitor):
+    """The ways to put the moving part, which a robot holds, onto the fixed part of a mate of the scene.
+
+    Writes `target`, `mate` and `insertion`; contact between the two parts is permitted in the scenes that are offered.
+    """
+
+    READS = ("object", "onto")
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "onto": Property(str, doc="the body with the fixed part"),
+        "mate": Property(Any, doc="a mate: its constraints with roles `moving`, `fixed`, and its insertion"),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene, if the mate fits both bodies."""
+        from kabo.tasks.robots.mating import mate_target
+
+        robot, name, onto = scene.robot(properties["robot"]), properties["object"], properties["onto"]
+        if scene.holder(name) != robot.name:
+            text = f"{robot.name} does not hold {name}"
+            return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
+        mate = properties["mate"]
+        target = mate_target(scene, robot, name, onto, mate)
+        if target is None:
+            return [refusal("empty_family", f"{mate.name} does not fit {name} and {onto}", proof=True)]
+        insertion = None
+        if mate.insertion is not None:
+            owner = {"moving": "this", "fixed": "this"}.get(mate.insertion.along.owner, mate.insertion.along.owner)
+            stroke = replace(mate.insertion, along=replace(mate.insertion.along, owner=owner))
+            whose = onto if mate.insertion.along.owner == "fixed" else name
+            insertion = Direction(stroke, whose)
+        made = {"target": target, "mate": mate.name, "insertion": insertion}
+        return [
+            Result(scene.permitting([(name, onto)]), properties={**held_properties(scene, robot, name), **made})
+        ]

@@ -1,0 +1,112 @@
+"""Poses as task files write them, and generators of poses: from a list, from a function, or at random."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.kinematics import stream_key, uniform
+from kabo.scene import world_T
+from kabo.scene.transforms import transform
+from kabo.tasks.core import Generator, Monitor, Property, Result
+from kabo.tasks.core.results import Answer, Answers
+from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values
+from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.targets import frame_for, pose_target
+
+Array = npt.NDArray[np.float64]
+
+
+def pose_of(scene: TaskScene, given: Any) -> Array:
+    """The pose (4, 4) in the world that a value says: a matrix, or {frame, position, quaternion or rpy}.
+
+    `frame` is `world`, a body, a region or `robot.link`.
+
+    Raises:
+        ValueError: it is no pose.
+    """
+    if isinstance(given, np.ndarray) and given.shape == (4, 4):
+        return given
+    if isinstance(given, Mapping):
+        state = scene.situation.first
+        frame = world_T(scene.context.scene, state, str(given.get("frame", "world")))
+        return np.asarray(frame @ local_pose(given))
+    raise ValueError(f"a pose is {{frame, position, quaternion or rpy}} or a matrix (4, 4), not {given!r}")
+
+
+def local_pose(given: Mapping[str, Any]) -> Array:
+    """The pose (4, 4) of {position, quaternion or rpy} in its frame."""
+    position = [float(v) for v in given.get("position", (0.0, 0.0, 0.0))]
+    if "quaternion" in given:
+        return transform(position, [float(v) for v in given["quaternion"]])
+    result = transform(position)
+    result[:3, :3] = from_rpy(given.get("rpy", (0.0, 0.0, 0.0)))
+    return result
+
+
+def from_rpy(angles: Sequence[float]) -> Array:
+    """The rotation (3, 3) of roll, pitch, yaw as in URDF."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(np.asarray(angles, float)), np.sin(np.asarray(angles, float))
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+class _Poses(RobotStage):
+    PROPERTIES = {
+        "robot": ROBOT,
+        "poses": Property(
+            (list, tuple, Callable), (), "poses in order, or a function of the scene that gives them"
+        ),
+        "random": Property(
+            dict, {}, "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]}: half ranges"
+        ),
+        "of": Property(
+            (str, type(None)), None, "what is to be there: the tool (none), a link, what is held, a feature"
+        ),
+    }
+
+    def _offered(self, scene: TaskScene, properties: Values) -> Iterator[Answer]:
+        robot = properties["robot"]
+        frame = frame_for(scene, robot, properties["of"])
+        for pose in _poses(scene, properties, f"{robot}/{self.name}"):
+            target = pose_target(scene, robot, frame, pose)
+            yield Result(scene, properties={"target": target, "target_pose": pose})
+
+
+class PoseGenerator(_Poses, Generator):
+    """Poses for inverse kinematics in the task's first scene."""
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the interface property `target` for each pose."""
+        return self._offered(scene, properties)
+
+
+class MonitoredPoses(_Poses, Monitor):
+    """Poses for inverse kinematics in the scene at the end of another stage."""
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the interface property `target` for each pose."""
+        return self._offered(scene, properties)
+
+
+def _poses(scene: TaskScene, properties: Values, key: str) -> Iterator[Array]:
+    given, random = properties["poses"], properties["random"]
+    for each in given(scene) if callable(given) else given:
+        yield pose_of(scene, each)
+    if not random:
+        return
+    stream = stream_key(scene.context.seed, "poses", key)
+    around = pose_of(scene, random.get("around", {}))
+    spans = np.array([*random.get("position", (0.0, 0.0, 0.0)), *random.get("rpy", (0.0, 0.0, 0.0))], float)
+    for number in range(int(random.get("count", 1))):
+        drawn = spans * np.array([2.0 * uniform(stream, number, i) - 1.0 for i in range(6)])
+        moved = around.copy()
+        moved[:3, 3] += drawn[:3]
+        moved[:3, :3] = around[:3, :3] @ from_rpy(drawn[3:])
+        yield moved

@@ -1,0 +1,177 @@
+"""What a robot stage sees: the scene of a task, an immutable value; and a stretch of motion, proven when it was made."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Contacts, Context, Extra, Pair, Situation, Workspace, contacts
+from kabo.scene import Attachment, Component, Configuration, GeometricState, Robot
+
+Array = npt.NDArray[np.float64]
+
+
+def configuration(q: Iterable[float]) -> Configuration:
+    """A configuration as states and plans keep it: rounded to 1e-9, without negative zeros."""
+    return tuple(round(float(value), 9) + 0.0 for value in q)
+
+
+@dataclass(frozen=True)
+class TaskScene:
+    """Where everything is, which contacts stages before have permitted, and geometry that they have added.
+
+    A component of the situation may have several values, where branches of a plan have met: what holds here holds
+    for each of them.
+    """
+
+    context: Context
+    situation: Situation
+    permitted: Contacts = frozenset()
+    extras: tuple[Extra, ...] = ()
+    _known: Mapping[str, Workspace] = field(default_factory=dict, compare=False, repr=False)
+
+    @classmethod
+    def of(cls, context: Context, state: GeometricState | Situation) -> "TaskScene":
+        """The scene of a geometric state, or of a situation."""
+        return cls(context, Situation.of(state) if isinstance(state, GeometricState) else state)
+
+    # ----------------------------------------------------------------------------------------------- questions
+    def robot(self, name: str) -> Robot:
+        """A robot of the scene.
+
+        Raises:
+            ValueError: the scene has no robot of that name.
+        """
+        robots = self.context.scene.robots
+        if name not in robots:
+            raise ValueError(f"the scene has no robot {name!r}; it has {', '.join(robots) or 'none'}")
+        return robots[name]
+
+    def configuration(self, robot: str) -> Array:
+        """The configuration (n,) of a robot."""
+        return np.array(self.situation.configuration(robot))
+
+    def pose(self, name: str) -> Array:
+        """The one pose world_T_body (4, 4) of a body."""
+        (pose,) = self.context.surroundings.poses(self.situation, name)
+        return pose
+
+    def holder(self, name: str) -> str | None:
+        """The robot that holds an object; None if none does."""
+        if name not in self.situation.objects:
+            return None
+        robot, dot, _ = self.situation.attachment(name).parent.partition(".")
+        return robot if dot else None
+
+    def workspace(self, robot: str) -> Workspace:
+        """Everything that moves with a robot, and everything that it may hit."""
+        known = self._known.get(robot)
+        if known is None:
+            surroundings = self.context.surroundings
+            known = surroundings.workspace(robot, self.situation, self.permitted, self.extras)
+            object.__setattr__(self, "_known", {**self._known, robot: known})
+        return known
+
+    def hit(self, robot: str) -> Pair | None:
+        """The first pair of things that is not proven apart where the robot stands."""
+        return self.workspace(robot).first_hit(self.configuration(robot))
+
+    # ------------------------------------------------------------------------------------------------- changes
+    def having(self, changes: Mapping[str, Component]) -> "TaskScene":
+        """This scene with other values of some components."""
+        return replace(self, situation=self.situation.replace(changes), _known={})
+
+    def at(self, robot: str, q: Iterable[float]) -> "TaskScene":
+        """This scene with a robot elsewhere; what is known of its surroundings stays known."""
+        situation = self.situation.replace({robot: configuration(q)})
+        known = self._known.get(robot)
+        kept = {} if known is None or situation.nested else {robot: known}
+        return replace(self, situation=situation, _known=kept)
+
+    def placing(self, name: str, attachment: Attachment) -> "TaskScene":
+        """This scene with an object elsewhere, or in a hand."""
+        return self.having({name: attachment})
+
+    def permitting(self, pairs: Iterable[Pair]) -> "TaskScene":
+        """This scene with more contacts permitted."""
+        permitted = self.permitted | contacts(pairs)
+        return self if permitted == self.permitted else replace(self, permitted=permitted, _known={})
+
+    def forbidding(self, pairs: Iterable[Pair]) -> "TaskScene":
+        """This scene with fewer contacts permitted."""
+        permitted = self.permitted - contacts(pairs)
+        return self if permitted == self.permitted else replace(self, permitted=permitted, _known={})
+
+    def adding(self, *extras: Extra) -> "TaskScene":
+        """This scene with more bodies; one of the same name is replaced."""
+        names = {extra.name for extra in extras}
+        kept = tuple(extra for extra in self.extras if extra.name not in names)
+        return replace(self, extras=(*kept, *extras), _known={})
+
+    def removing(self, *names: str) -> "TaskScene":
+        """This scene without the extra bodies of these names."""
+        kept = tuple(extra for extra in self.extras if extra.name not in names)
+        return replace(self, extras=kept, _known={})
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A piece of motion of one robot, proven free when it was made; becomes a segment of a plan.
+
+    `waypoints` are configurations of all its joints, of which those of the other group stay. What is attached
+    (object, link) and detached is so at its end. A stretch with one way point takes `seconds`, mostly none.
+    """
+
+    robot: str
+    group: Literal["arm", "gripper"]
+    waypoints: tuple[Configuration, ...]
+    permitted: Contacts = frozenset()
+    constraint: str | None = None
+    attach: tuple[tuple[str, str], ...] = ()
+    detach: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def start(self) -> Configuration:
+        """The configuration where it starts."""
+        return self.waypoints[0]
+
+    @property
+    def end(self) -> Configuration:
+        """The configuration where it ends."""
+        return self.waypoints[-1]
+
+    @property
+    def path(self) -> Array:
+        """The way points as an array (m, n)."""
+        return np.array(self.waypoints)
+
+    def reversed(self) -> "Stretch":
+        """The same backward in time; attaching becomes detaching only through stages of their own."""
+        return replace(self, waypoints=self.waypoints[::-1])
+
+
+def stretch(
+    scene: TaskScene,
+    robot: str,
+    group: Literal["arm", "gripper"],
+    waypoints: Iterable[Iterable[float]],
+    constraint: str | None = None,
+) -> Stretch:
+    """A stretch through a scene, with the contacts that are permitted there and that this motion is about."""
+    workspace = scene.workspace(robot)
+    gripping = {frozenset(pair) for held in workspace.carried for pair in workspace.touching(held)}
+    permitted = frozenset(pair for pair in scene.permitted | gripping if _concerns(pair, scene, robot, group))
+    return Stretch(robot, group, tuple(map(configuration, waypoints)), permitted, constraint)
+
+
+def _concerns(pair: frozenset[str], scene: TaskScene, robot: str, group: str) -> bool:
+    """Whether a motion may change the distance of a pair: the gripper moves no object against what it stands on."""
+    extras = {extra.name for extra in scene.extras}
+    if pair & extras:
+        return False
+    if any(name.startswith(robot + ".") for name in pair):
+        return True
+    return group == "arm" and any(name in scene.workspace(robot).carried for name in pair)

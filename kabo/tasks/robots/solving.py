@@ -1,0 +1,72 @@
+"""Inverse kinematics as a wrapper: each target of its child becomes configurations of the robot [T 3.4]."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Candidate, tool_frame
+from kabo.tasks.core import INTERFACE, Property, Result, Solution, Wrapper
+from kabo.tasks.core.results import Answer
+from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.scenes import TaskScene
+
+Array = npt.NDArray[np.float64]
+
+
+class ComputeIK(RobotStage, Wrapper):
+    """Configurations that reach the interface property `target` of its child, each proven free.
+
+    Solutions come by projection from many seeds, in the order of the target's stream. For one pose the hand is
+    looked at first: where it would collide, no arm helps.
+    """
+
+    MOVES = ("robot",)
+    PROPERTIES = {
+        "robot": ROBOT,
+        "target": Property(Any, INTERFACE, "what to reach, as a sampler has written it"),
+        "max_ik_solutions": Property(
+            (int, type(None)), None, "how many for each target; none: all that are found"
+        ),
+        "min_distance": Property(float, 0.0, "least distance between two of them [rad, sum over the joints]"),
+        "ignore_collisions": Property(bool, False, "whether configurations in collision will do"),
+    }
+
+    def transform(self, solution: Solution, properties: Values, seed: int) -> Iterator[Answer]:
+        """The scene with the robot at each configuration found."""
+        assert solution.end is not None
+        scene, target = solution.end.scene, properties["target"]
+        hit = None if properties["ignore_collisions"] else target.blocked(scene)
+        if hit is not None:
+            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit)
+            return
+        yield from self._reached(scene, target, properties, solution)
+
+    def _reached(self, scene: TaskScene, target: Any, properties: Values, solution: Solution) -> Iterator[Answer]:
+        name, most = properties["robot"], properties["max_ik_solutions"]
+        robot, tried = scene.robot(name), 0
+        found: list[Array] = []
+        for at in scene.context.drawn(target.batches()):
+            tried += 1
+            failure = self._refused(scene, target, name, at, properties["ignore_collisions"])
+            if failure is not None:
+                yield failure
+                continue
+            if any(np.abs(at.q - other).sum() < properties["min_distance"] for other in found):
+                continue
+            found.append(at.q)
+            own = {} if robot.tool is None else {"target_pose": at.pose(tool_frame(robot))}
+            yield Result(scene.at(name, at.q), cost=solution.cost, comment=solution.comment, properties=own)
+            if most is not None and len(found) >= most:
+                return
+        if not tried:
+            yield refusal("out_of_reach", f"no configuration of {name} was found")
+
+    @staticmethod
+    def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Any:
+        reason = target.refused(scene, at)
+        if reason is not None:
+            return refusal("constraint", reason)
+        hit = None if ignore else scene.workspace(name).first_hit(at.q)
+        return None if hit is None else refusal("collision", hit=hit)

@@ -1,0 +1,181 @@
+"""Relative motions: the tool along a straight line, by a twist, or joints by offsets [T 3.2]."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Keep, Refused, candidate, line, tool_frame
+from kabo.kinematics import project
+from kabo.scene import world_T
+from kabo.scene.transforms import transform
+from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
+from kabo.tasks.core.results import Answers
+from kabo.tasks.robots.configurations import with_joints
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.directions import direction_of
+from kabo.tasks.robots.keeping import keep_of
+from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
+from kabo.tasks.robots.targets import pose_rows
+
+Array = npt.NDArray[np.float64]
+TURN = 0.1  # rad: a twist is followed in steps no longer than this, each an arc of the tool
+
+NO_OBJECT = Property((str, type(None)), None, "the body whose features a direction may name as `this`")
+
+
+class MoveRelative(RobotStage, Propagator):
+    """Moves the tool from where it is, as far as can be proven, between the least and the greatest distance.
+
+    `direction`: what a sampler wrote (`<INTERFACE:approach>`), {along or against: feature, distance}, {vector: [x, y, z],
+    frame}, {twist: [vx, vy, vz, wx, wy, wz], frame}, {joints: {joint: offset}}; none: it stays. Backward the motion is
+    the one that ends where the robot is.
+    """
+
+    MOVES = ("robot",)
+    FROM_START = True
+    PROPERTIES = {
+        "robot": ROBOT,
+        "direction": Property(Any, PARENT, "where to"),
+        "object": NO_OBJECT,
+        "min_distance": Property((float, type(None)), None, "the least length [m]; by default the direction's"),
+        "max_distance": Property((float, type(None)), None, "the greatest length [m]; by default the direction's"),
+        "keep": KEEP,
+    }
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the tool moved."""
+        return [self._stroke(scene, properties, 1)]
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene from which the stroke leads here."""
+        return [self._stroke(scene, properties, -1)]
+
+    def _stroke(self, scene: TaskScene, properties: Values, sense: int) -> Result | Failure:
+        name, here = properties["robot"], scene.configuration(properties["robot"])
+        keep = keep_of(scene, name, properties["keep"])
+        refused: Failure | None = None
+        for found in self._ways(scene, properties, sense):
+            if isinstance(found, Failure):
+                refused = found
+            elif keep is not None and not keep.holds_along(found):
+                refused = refusal("constraint", f"{keep.name} would not be kept")
+            else:
+                return self._result(scene, name, found, keep, sense)
+        if refused is not None:
+            return refused
+        return self._result(scene, name, [here], keep, sense)
+
+    @staticmethod
+    def _result(scene: TaskScene, name: str, found: Sequence[Array], keep: Keep | None, sense: int) -> Result:
+        if len(found) == 1:
+            return Result(scene, motion=())
+        moved = stretch(scene, name, "arm", found, None if keep is None else keep.name)
+        motion: tuple[Stretch, ...] = (moved if sense > 0 else moved.reversed(),)
+        return Result(scene.at(name, found[-1]), motion=motion)
+
+    @staticmethod
+    def _ways(scene: TaskScene, properties: Values, sense: int) -> Iterator[list[Array] | Failure]:
+        """Ways to try, the longest first; none if there is no direction."""
+        given, name = properties["direction"], properties["robot"]
+        bounds = properties["min_distance"], properties["max_distance"]
+        if isinstance(given, Mapping) and "joints" in given:
+            yield _offset(scene, name, given["joints"], sense)
+            return
+        if isinstance(given, Mapping) and "twist" in given:
+            yield from _twisted(scene, name, given, bounds, sense)
+            return
+        at = candidate(scene.robot(name), scene.configuration(name))
+        if isinstance(given, Mapping) and "vector" in given:
+            unit, lengths = _vector(scene, given, bounds)
+        else:
+            direction = direction_of(given, properties["object"])
+            if direction is None:
+                return
+            direction = direction.bounded(*bounds)
+            unit, lengths = direction.vector(scene, name, at), direction.lengths
+        for length in lengths:
+            yield _line(scene, name, at.q, sense * length * unit)
+
+
+def _line(scene: TaskScene, name: str, q: Array, shift: Array) -> list[Array] | Failure:
+    found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift)
+    if not isinstance(found, Refused):
+        return found
+    return (
+        refusal("collision", pairs=found.pairs) if found.pairs else refusal("constraint", "off the straight line")
+    )
+
+
+def _vector(
+    scene: TaskScene, given: Mapping[str, Any], bounds: tuple[Any, Any]
+) -> tuple[Array, tuple[float, ...]]:
+    turn = world_T(scene.context.scene, scene.situation.first, str(given.get("frame", "world")))[:3, :3]
+    vector = turn @ np.asarray(given["vector"], float)
+    norm = float(np.linalg.norm(vector))
+    if norm == 0.0:
+        raise ValueError("a direction has a length")
+    high = norm if bounds[1] is None else bounds[1]
+    low = high if bounds[0] is None else bounds[0]
+    return vector / norm, _lengths(low, high)
+
+
+def _lengths(low: float, high: float) -> tuple[float, ...]:
+    """The lengths that are tried: all of it, half, as little as may be."""
+    return tuple(dict.fromkeys((high, (low + high) / 2, low)))
+
+
+def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: int) -> list[Array] | Failure:
+    """The straight joint segment by offsets of some joints."""
+    robot, q = scene.robot(name), scene.configuration(name)
+    values = {joint: q[robot.joint_names.index(joint)] + sense * float(v) for joint, v in offsets.items()}
+    goal = with_joints(robot, q, values)
+    if np.any(goal < robot.tree.lower - 1e-9) or np.any(goal > robot.tree.upper + 1e-9):
+        return refusal("constraint", "a joint would leave its limits")
+    hit = scene.workspace(name).path_hit([q, goal])
+    return [q, goal] if hit is None else refusal("collision", hit=hit)
+
+
+def _twisted(
+    scene: TaskScene, name: str, given: Mapping[str, Any], bounds: tuple[Any, Any], sense: int
+) -> Iterator[list[Array] | Failure]:
+    """Ways along a twist of the tool about its own centre: translation [m] with rotation [rad], in small steps."""
+    turn = world_T(scene.context.scene, scene.situation.first, str(given.get("frame", "world")))[:3, :3]
+    twist = np.asarray(given["twist"], float) * sense
+    size = float(np.linalg.norm(twist[:3])) or float(np.linalg.norm(twist[3:]))
+    high = size if bounds[1] is None else bounds[1]
+    low = high if bounds[0] is None else bounds[0]
+    for length in _lengths(low, high):
+        yield _screw(scene, name, turn @ twist[:3] * (length / size), turn @ twist[3:] * (length / size))
+
+
+def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array] | Failure:
+    robot, q = scene.robot(name), scene.configuration(name)
+    frame, steps = (
+        tool_frame(robot),
+        max(2, int(np.ceil(max(np.linalg.norm(turn), np.linalg.norm(shift)) / (TURN / 4)))),
+    )
+    start = candidate(robot, q).pose(frame)
+    active, way = np.arange(robot.tree.size) < robot.planned, [q]
+    for k in range(1, steps + 1):
+        goal = start.copy()
+        goal[:3, 3] += shift * k / steps
+        goal[:3, :3] = _rotation(turn * k / steps) @ start[:3, :3]
+        found, succeeded = project(
+            robot.tree, pose_rows(frame, goal), way[-1], robot.tree.lower, robot.tree.upper, active
+        )
+        if not succeeded[0] or np.abs(found[0] - way[-1]).max() > 4 * TURN:
+            return refusal("constraint", "the tool cannot follow the twist")
+        way.append(np.round(found[0], 9) + 0.0)
+    hit = scene.workspace(name).path_hit(way)
+    return way if hit is None else refusal("collision", hit=hit)
+
+
+def _rotation(vector: Array) -> Array:
+    """The rotation (3, 3) about a vector by its length [rad]."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0.0:
+        return np.eye(3)
+    x, y, z = np.sin(angle / 2) * vector / angle
+    return np.asarray(transform((0.0, 0.0, 0.0), (x, y, z, float(np.cos(angle / 2))))[:3, :3])
