@@ -155,6 +155,8 @@ class Node:
     def fail(self, start: State | None, end: State | None, failure: Failure) -> None:
         """Counts a failure, and keeps it while there are few."""
         self.statistics.failures[failure.reason] += 1
+        if self.planning.observe is not None:
+            self.planning.observe(self.stage, failure)
         if len(self.failures) < KEPT:
             self.failures.append(
                 Solution(

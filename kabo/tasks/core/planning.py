@@ -3,9 +3,12 @@
 A round walks the stages in order of time; each that is ready executes one job, its best, and what comes later in the
 order sees the states that came earlier in the same round. With workers, a round takes the jobs first, runs them side
 by side, and takes their answers in in the order of the stages: the same for any number of workers.
+
+Lazily, one job at a time: what was offered last is followed to its end before anything more is sampled. That is how a
+procedure tries candidate after candidate; the first solution costs least, many solutions vary less.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import count
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -17,7 +20,7 @@ from kabo.tasks.core.graph import Level, reconsider
 from kabo.tasks.core.groups import MergerNode, ParallelNode, SerialNode, WrapperNode
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.nodes import ConnectorNode, Ended, GeneratorNode, MonitorNode, Node, PropagatorNode
-from kabo.tasks.core.results import Answer
+from kabo.tasks.core.results import Answer, Failure
 from kabo.tasks.core.solutions import Solution, State
 from kabo.tasks.core.stages import Monitor, Stage
 
@@ -39,12 +42,23 @@ class Planning:
     """A run of a task on one scene: its graph, its queues, its solutions so far."""
 
     def __init__(
-        self, task: Serial, flows: Mapping[Stage, Flow], scene: Any, seed: int, *, pruning: bool = True
+        self,
+        task: Serial,
+        flows: Mapping[Stage, Flow],
+        scene: Any,
+        seed: int,
+        *,
+        pruning: bool = True,
+        lazy: bool = False,
+        observe: Callable[[Stage, Failure], None] | None = None,
     ) -> None:
         self.flows, self.scene, self.seed, self.pruning = flows, scene, seed, pruning
+        self.observe = observe
         self._numbers = count(1)
         self._ended: Ended = []
-        self.misfits: list[tuple[ConnectorNode, State, State, object]] = []  # noted while states were being handed on
+        self.misfits: list[
+            tuple[ConnectorNode, State, State, object]
+        ] = []  # noted while states were being handed on
         self.nodes: dict[Stage, Node] = {}
         self.order: list[Node] = []  # children before their containers, else in order of time
         self.root = self._built(task, None, Level(None), 0)  # type: ignore[arg-type]
@@ -62,7 +76,7 @@ class Planning:
         self.jobs = 0
         self.exhausted = False
         self.root.start()
-        self._rounds = self._walk()
+        self._rounds = self._lazily() if lazy else self._walk()
 
     def _built(self, stage: Stage, parent: Node | None, level: Level, index: int) -> Node:
         kind = next((made for base, made in _GROUPS if isinstance(stage, base)), None)
@@ -124,15 +138,40 @@ class Planning:
                         worked = True
                         self.settle()
                     continue
-                job = self._job(node)
-                if job is not None:
+                if self._worked(node):
                     worked = True
-                    began = perf_counter()
-                    found, finished = job.run(node.function())
-                    self.take_in(node, job, found, finished, perf_counter() - began)
                     yield True
             if not self.between_rounds() and not worked:
                 yield False
+
+    def _lazily(self) -> Iterator[bool]:
+        """One job after the other; yields True after each, False in the end."""
+        serials = [node for node in self.order if isinstance(node, SerialNode) and node is not self.root]
+        jobs = [node for node in self.order if not isinstance(node, SerialNode)]
+        sources = [n for n in jobs if n.flow is Flow.GENERATE]
+        joining = [n for n in jobs if n.flow is Flow.CONNECT]
+        carrying = [n for n in jobs if n.flow not in (Flow.GENERATE, Flow.CONNECT)]
+        while True:
+            lifted = [node.lift() for node in serials]
+            if any(lifted):
+                self.settle()
+                yield True
+                continue
+            fresh = [node for node in sources if not node.statistics.calls]
+            if any(self._worked(node) for node in (*carrying, *joining, *fresh, *reversed(sources))):
+                yield True
+            elif not self.between_rounds():
+                yield False
+
+    def _worked(self, node: Node) -> bool:
+        """Whether a node had a job, which was executed."""
+        job = self._job(node)
+        if job is None:
+            return False
+        began = perf_counter()
+        found, finished = job.run(node.function())
+        self.take_in(node, job, found, finished, perf_counter() - began)
+        return True
 
     def _job(self, node: Node) -> Job | None:
         gates = self._gates[node]

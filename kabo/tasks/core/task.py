@@ -11,6 +11,7 @@ from kabo.tasks.core.groups import ParallelNode, SerialNode
 from kabo.tasks.core.interfaces import resolve, tree
 from kabo.tasks.core.nodes import StageStatistics
 from kabo.tasks.core.planning import Planning
+from kabo.tasks.core.results import Failure
 from kabo.tasks.core.solutions import Solution
 from kabo.tasks.core.stages import Stage
 from kabo.tasks.core.workers import Workers
@@ -29,14 +30,24 @@ class Task(Serial):
     Args:
         name: of the task. children: its stages, in order of time.
         seed: of all random choices. properties: its inputs, for the stages to inherit.
+        lazy: one job at a time, what was offered last is followed to its end first; else round by round.
+        observe: told of every failed attempt.
     """
 
     def __init__(
-        self, name: str, /, *children: Stage, seed: int = 0, pruning: bool = True, **properties: Any
+        self,
+        name: str,
+        /,
+        *children: Stage,
+        seed: int = 0,
+        pruning: bool = True,
+        lazy: bool = False,
+        observe: Callable[[Stage, Failure], None] | None = None,
+        **properties: Any,
     ) -> None:
         super().__init__(name, *children, **properties)
         self.seed = seed
-        self.pruning = pruning
+        self.pruning, self.lazy, self.observe = pruning, lazy, observe
         self.directions: Mapping[Stage, Flow] = {}
         self._planning: Planning | None = None
 
@@ -96,7 +107,8 @@ class Task(Serial):
     def _run(self, scene: Any) -> Planning:
         if self._planning is None:
             self.initialise()
-            self._planning = Planning(self, self.directions, scene, self.seed, pruning=self.pruning)
+            how = {"pruning": self.pruning, "lazy": self.lazy, "observe": self.observe}
+            self._planning = Planning(self, self.directions, scene, self.seed, **how)  # type: ignore[arg-type]
         return self._planning
 
     # -------------------------------------------------------------------------------------------- results

@@ -1,6 +1,7 @@
 """Motions to a goal, and strokes from where the robot is [T 3.2]."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError,
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.paths import grip, way
 from kabo.tasks.robots.poses import pose_of
-from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
 
 Array = npt.NDArray[np.float64]
@@ -40,29 +41,22 @@ class MoveTo(RobotStage, Propagator):
         "max_ik_solutions": Property(int, 8, "for poses and points: how many configurations to try"),
     }
 
-    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """The scene with the robot there."""
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
+        """The scene with the robot there: at the first goal that it can reach."""
         name = properties["robot"]
+        answers: list[Answer] = []
         for goal in self._goals(scene, properties):
-            if isinstance(goal, Failure):
-                yield goal
-                continue
-            moved = self._moved(scene, name, goal, properties)
-            if isinstance(moved, Failure):
-                yield moved
-                continue
-            there = scene.at(name, goal)
-            yield Result(there, motion=() if np.array_equal(goal, scene.configuration(name)) else (moved,))
-            return
+            moved = goal if isinstance(goal, Failure) else self._moved(scene, name, goal, properties)
+            if not isinstance(moved, Failure):
+                still = np.array_equal(goal, scene.configuration(name))
+                return [*answers, Result(scene.at(name, goal), motion=() if still else (moved,))]
+            answers.append(moved)
+        return answers
 
-    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
         """The scene before, with the robot at the goal; the same motion backward in time."""
-        for answer in self.forward(scene, properties, seed):
-            if isinstance(answer, Result):
-                motion = tuple(each.reversed() for each in reversed(answer.motion or ()))
-                yield Result(answer.scene, motion=motion)
-            else:
-                yield answer
+        answers = self.forward(scene, properties, seed)
+        return [replace(a, motion=_reversed(a.motion)) if isinstance(a, Result) else a for a in answers]
 
     def reads(self) -> tuple[str, ...]:
         """What is held, if a constraint on it is kept."""
@@ -120,3 +114,7 @@ class MoveTo(RobotStage, Propagator):
                 return
         if not tried:
             yield refusal("out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}))
+
+
+def _reversed(motion: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
+    return tuple(each.reversed() for each in reversed(motion))
