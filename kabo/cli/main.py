@@ -9,10 +9,21 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from kabo import __version__
-from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, verify
+from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, task, verify
 from kabo.errors import InputError, KaboError, ServiceError
 
-COMMANDS: tuple[ModuleType, ...] = (solve, verify, explain, check, generate, bound, decompose, serve, request)
+COMMANDS: tuple[ModuleType, ...] = (
+    solve,
+    verify,
+    explain,
+    check,
+    generate,
+    task,
+    bound,
+    decompose,
+    serve,
+    request,
+)
 REPORT = "please report it with this text and the files: it is a defect of kabo, not of your input"
 
 

@@ -12,6 +12,7 @@ from kabo.language.formulas import Place
 from kabo.language.task_description import StageDescription, TaskDescription, Word
 from kabo.language.task_file import STAGE_KEYS, TASK_KEYS
 from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Property, Serial, Stage, Wrapper
+from kabo.tasks.core.properties import references
 from kabo.tasks.files import registry
 from kabo.tasks.files.values import NoValue, described, parent_references, value_of
 
@@ -51,7 +52,6 @@ def check_task(task: TaskDescription, findings: Findings) -> Recipe | None:
 class _Checking:
     def __init__(self, task: TaskDescription, findings: Findings) -> None:
         self.task, self.findings = task, findings
-        self.stages = registry.stages()
 
     def recipe(self, stage: StageDescription, above: tuple[_Holder, ...]) -> Recipe:
         root = not above
@@ -63,6 +63,8 @@ class _Checking:
         names = {*declared, *stage.properties, *((each.name for each in self.task.inputs) if root else ())}
         here = _Holder(stage.name, frozenset(names), stage)
         self.references(stage, above)
+        if not root:
+            self.inherited(stage, declared, above)
         children = tuple(self.recipe(child, (*above, here)) for child in stage.children)
         if stage.children:
             self.unused(here, declared)
@@ -73,7 +75,7 @@ class _Checking:
     def kind(self, stage: StageDescription) -> type[Stage] | None:
         if stage.type is None:
             return None
-        found = self.stages.get(stage.type)
+        found = registry.find(stage.type)
         if found is None:
             self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', registry.near(stage.type))
         return found
@@ -114,6 +116,24 @@ class _Checking:
                 hint = f"{stage.type} has {described(declared)}"
                 self.findings.add(stage.place, f'"{stage.name}" needs the property "{name}"', hint)
         return values
+
+    def inherited(
+        self, stage: StageDescription, declared: Mapping[str, Property], above: tuple[_Holder, ...]
+    ) -> None:
+        """Reports what a stage takes from its ancestors by default, where none has it."""
+        for key, wanted in declared.items():
+            if key in stage.keys:
+                continue
+            for reference in references(wanted.default, key):
+                if reference.source != "parent":
+                    continue
+                holder = next((each for each in reversed(above) if reference.name in each.names), None)
+                if holder is not None:
+                    holder.used.add(str(reference.name))
+                    continue
+                searched = ", ".join(f'"{each.name}"' for each in reversed(above))
+                message = f'"{stage.name}" needs the property "{key}", which no ancestor has'
+                self.findings.add(stage.place, message, f"searched {searched}")
 
     def unknown(self, stage: StageDescription, name: str, declared: Mapping[str, Property]) -> None:
         hint = self.findings.near(name, [*declared, *STAGE_KEYS], all_if_few=False)

@@ -28,7 +28,7 @@ def register(kind: _Kind, name: str | None = None) -> _Kind:
         TaskError: another class has that name.
     """
     name = kind.__name__ if name is None else name
-    earlier = stages().get(name)
+    earlier = find(name)
     if earlier is not None and _home(earlier) != _home(kind):
         raise TaskError(f"the name {name!r} of a stage is taken by {'.'.join(_home(earlier))}")
     _registered[name] = kind
@@ -39,24 +39,33 @@ def _home(kind: type) -> tuple[str, str]:
     return kind.__module__, kind.__qualname__
 
 
-def stages() -> dict[str, type[Stage]]:
-    """Every known stage class by the name that task files give it."""
-    return _CONTAINERS | _robot_stages() | _registered
+def find(name: str) -> type[Stage] | None:
+    """The stage class of a name; those of robots are imported when they are wanted: they need compiled kernels."""
+    found = _registered.get(name) or _CONTAINERS.get(name)
+    return found if found is not None or name not in _robot_names() else _robot_stages()[name]
+
+
+def names() -> list[str]:
+    """The names of all stages, sorted."""
+    return sorted({*_CONTAINERS, *_registered, *_robot_names()})
+
+
+def _robot_names() -> tuple[str, ...]:
+    return getattr(import_module(_ROBOTS), "NAMES", ()) if find_spec(_ROBOTS) is not None else ()
 
 
 def _robot_stages() -> dict[str, type[Stage]]:
-    """Those of robots; imported when a file is read, not before: they need the geometry server."""
-    if find_spec(_ROBOTS) is None:
-        return {}
-    return dict(getattr(import_module(_ROBOTS), "STAGES", {}))
+    return dict(import_module(_ROBOTS).STAGES)
 
 
 def name_of(kind: type[Stage]) -> str | None:
     """The name of a class in task files; None if it has none."""
-    return next((name for name, known in stages().items() if known is kind), None)
+    known = [*_registered.items(), *_CONTAINERS.items()]
+    if kind.__module__.startswith(f"{_ROBOTS}."):
+        known += _robot_stages().items()
+    return next((name for name, each in known if each is kind), None)
 
 
 def near(name: str) -> str | None:
     """The remedy for an unknown name of a stage."""
-    known = stages()
-    return did_you_mean(name, known) or f"the stages are {', '.join(sorted(known))}; kabo.tasks.register adds one"
+    return did_you_mean(name, names()) or "kabo task stages lists them all; kabo.tasks.register adds one"

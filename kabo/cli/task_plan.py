@@ -1,0 +1,220 @@
+"""`kabo task plan`: plans the task of a file, once or with several seeds, and reports what each stage found."""
+
+import argparse
+import signal
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kabo.cli import exit_codes
+from kabo.cli.solving import natural, output_file, positive
+from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.errors import Diagnostic, InputError, did_you_mean
+
+if TYPE_CHECKING:
+    from kabo.scene import Scene
+    from kabo.tasks.files.building import TaskFile
+
+NAME = "plan"
+HELP = "plan the task of a file, and report what each stage found"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `kabo task plan`."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="the task file")
+    parser.add_argument("--scene", type=Path, metavar="FILE", help="a scene file, or a problem file with a scene")
+    parser.add_argument(
+        "--set",
+        dest="given",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="NAME=VALUE",
+        help="values of the properties that the task declares",
+    )
+    parser.add_argument(
+        "--max-solutions", type=natural, metavar="N", help="how many (default: the file's, else all)"
+    )
+    parser.add_argument(
+        "--timeout", type=positive, metavar="S", help="seconds after which a run ends with what it has"
+    )
+    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random samples (default: 0)")
+    parser.add_argument(
+        "--repeat", type=natural, default=1, metavar="N", help="runs, with the seeds from --seed on (default: 1)"
+    )
+    parser.add_argument("--workers", type=natural, metavar="N", help="processes; does not change the solutions")
+    add_stages_argument(parser)
+    parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the report, as JSON")
+    parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
+
+
+def add_stages_argument(parser: argparse.ArgumentParser) -> None:
+    """The modules that bring stages of one's own."""
+    parser.add_argument(
+        "--stages",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE.py",
+        help="Python files that register stages of your own; they are executed",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Plans, writes the report and shows it; exit code 4 if no run found a solution."""
+    from kabo.plan import write_atomically
+    from kabo.tasks.files.report_form import report_bytes
+    from kabo.tasks.files.reports import report
+    from kabo.tasks.files.running import Settings, plan_file
+
+    with clean_standard_output():
+        file = read_task_file(options)
+        arguments = given_arguments(file, options.given)
+        scene = _scene(file, arguments, options.scene)
+        with interruptible() as stop:
+            settings = Settings(
+                options.max_solutions or file.max_solutions,
+                options.timeout or file.timeout,
+                options.seed,
+                max(1, options.repeat),
+                options.workers or None,
+                stop,
+            )
+            runs = plan_file(file, arguments, scene, settings)
+        made = report(runs, file=str(options.file), arguments=arguments)
+        if options.output is not None:
+            write_atomically(options.output, report_bytes(made))
+    if options.json:
+        print_json(made)
+    else:
+        from kabo.tasks.files.describing import describe_report
+
+        print(describe_report(made))
+        if options.output is not None:
+            tell(f"{options.output}: the report; kabo task show {options.output}")
+    return exit_codes.DONE if any(one.found for one in runs) else exit_codes.NO_PLAN
+
+
+def read_task_file(options: argparse.Namespace) -> "TaskFile":
+    """The task file that was named, with the stages of one's own; its warnings are told.
+
+    Raises:
+        InputError: all that is wrong in it, or a file with stages that cannot be executed.
+    """
+    from kabo.tasks.files import load_task_file
+
+    execute(options.stages)
+    file = load_task_file(options.file)
+    if not options.json:
+        for warning in file.warnings:
+            tell(str(warning))
+    return file
+
+
+def execute(paths: Iterable[Path]) -> None:
+    """Runs Python files for the stages that they register.
+
+    Raises:
+        InputError: whatever one of them raised.
+    """
+    for path in paths:
+        _execute(path)
+
+
+def _execute(path: Path) -> None:
+    from importlib.util import module_from_spec, spec_from_file_location
+
+    spec = spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise InputError([Diagnostic(str(path), 1, 1, "this is no Python file")])
+    module = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # noqa: BLE001 - another's code: its errors are what that person wrote
+        raise InputError(
+            [Diagnostic(str(path), _line(error, path), 1, f"{type(error).__name__}: {error}")]
+        ) from None
+
+
+def _line(error: Exception, path: Path) -> int:
+    """The last line of the file that the error went through."""
+    import traceback
+
+    if isinstance(error, SyntaxError):
+        return error.lineno or 1
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((f.lineno or 1 for f in reversed(frames) if f.filename == str(path)), 1)
+
+
+def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:
+    """The values of `--set name=value`, as the task declares them.
+
+    Raises:
+        InputError: a property is unknown, or a text is none of its type; all of them.
+    """
+    from kabo.tasks.files.building import argument_of
+    from kabo.tasks.files.values import NoValue
+
+    declared = {each.name: each for each in file.inputs}
+    values: dict[str, Any] = {}
+    found = []
+    for text in given:
+        name, sign, value = text.partition("=")
+        hint = None
+        if not sign:
+            problem, hint = "write --set name=value", None
+        elif name not in declared:
+            problem = f'the task "{file.name}" has no property "{name}"'
+            hint = did_you_mean(name, declared) or f"it has {', '.join(declared) or 'none'}"
+        else:
+            try:
+                values[name] = argument_of(declared[name], value)
+                continue
+            except NoValue as error:
+                problem = f'"{name}" must be {error}, this is "{value}"'
+        found.append(Diagnostic("--set", 1, 1, problem, hint, len(text), "error", text))
+    if found:
+        raise InputError(found)
+    return values
+
+
+def _scene(file: "TaskFile", arguments: dict[str, Any], path: Path | None) -> "Scene | None":
+    from kabo.tasks.files.running import check_things, needs_scene
+
+    if path is None:
+        if needs_scene(file):
+            place = file.recipe.place
+            message = f'the task "{file.name}" moves robots and needs a scene'
+            raise InputError(
+                [Diagnostic(place.file, place.line, place.column, message, "--scene FILE", place.length)]
+            )
+        return None
+    from kabo.language import load_scene_description
+    from kabo.scene import load_scene
+
+    description = load_scene_description(path)
+    check_things(file, arguments, description)
+    return load_scene(description)
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """A function that says whether Ctrl-C was pressed; planning then ends with what it has. Twice ends the command."""
+    pressed: list[int] = []
+
+    def note(number: int, frame: object) -> None:
+        if pressed:
+            raise KeyboardInterrupt
+        pressed.append(number)
+        tell("kabo: ending with what there is; once more to stop at once")
+
+    try:
+        before = signal.signal(signal.SIGINT, note)
+    except ValueError:  # not the main thread
+        yield lambda: False
+        return
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)

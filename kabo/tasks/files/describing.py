@@ -1,0 +1,143 @@
+"""Reports as text for a terminal: the tree of stages with what each did, and why there is no solution [T 3.1]."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from statistics import fmean, median
+
+from kabo.tasks.files.report_form import Report, RunReport, StageReport, Why
+
+COMMENTS = 3  # of each stage
+
+
+def describe_report(report: Report, comments: int = COMMENTS) -> str:
+    """The tree of a task with counts, costs and reasons over all its runs, and why those without solutions have none."""
+    lines = [_headline(report), ""]
+    shown = [_stage_line(stage, report["runs"]) for stage in report["stages"]]
+    width = max(len(left) for left, _ in shown)
+    for stage, (left, right) in zip(report["stages"], shown, strict=True):
+        lines.append(f"{left:<{width}}  {right}".rstrip())
+        indent = " " * (2 * stage["depth"] + 8)
+        lines += [indent + line for line in _comments(stage["path"], report["runs"], comments)]
+    failed = [run for run in report["runs"] if run["explanation"] is not None]
+    for run in failed[:1]:
+        assert run["explanation"] is not None
+        rest = f" (and in {len(failed) - 1} more of {len(report['runs'])} runs)" if len(failed) > 1 else ""
+        lines += ["", f"no solution with seed {run['seed']}{rest}: {explain(run['explanation'])}"]
+    return "\n".join(lines)
+
+
+def _headline(report: Report) -> str:
+    runs = report["runs"]
+    if len(runs) == 1:
+        return f"{report['task']}: {_told_run(runs[0])}"
+    solved = [run for run in runs if run["solutions"]]
+    text = f"{report['task']}: {len(runs)} runs with seeds {runs[0]['seed']} to {runs[-1]['seed']}, {len(solved)} solved"
+    if solved:
+        first = median(run["found"][0]["seconds"] for run in solved)
+        best = median(min(found["cost"] for found in run["found"]) for run in solved)
+        text += f"; median: first solution after {first:.3g} s, best cost {number(best)}"
+    return text
+
+
+def _told_run(run: RunReport) -> str:
+    count = len(run["found"])
+    text = f"{count or 'no'} solution{'' if count == 1 else 's'}"
+    if run["found"]:
+        best = min(found["cost"] for found in run["found"])
+        text += f", best cost {number(best)}, the first after {run['found'][0]['seconds']:.3g} s"
+    ended = "everything was tried" if run["exhausted"] else "stopped" if run["stopped"] else "there may be more"
+    return f"{text}; {run['seconds']:.3g} s in all, {ended}"
+
+
+def _stage_line(stage: StageReport, runs: Sequence[RunReport]) -> tuple[str, str]:
+    figures = [run["stages"][stage["path"]] for run in runs]
+    left = f"{'  ' * stage['depth']}{stage['arrows']}  {stage['name']}  [{stage['type']}]"
+    calls, successes = sum(f["calls"] for f in figures), sum(f["successes"] for f in figures)
+    failures = added(f["failures"] for f in figures)
+    mismatches = added(f["mismatches"] for f in figures)
+    parts = [f"{successes} solved", f"{sum(failures.values())} failed"]
+    if calls:
+        seconds = sum(f["seconds"] for f in figures)
+        parts.append(f"{calls} call{'' if calls == 1 else 's'} in {seconds:.3g} s")
+    costs = [cost for f in figures for cost in f["costs"]]
+    if any(costs):
+        parts.append(f"cost {_range(costs)}")
+    if failures:
+        parts.append(counts(failures))
+    if mismatches:
+        parts.append(f"pairs that never fit: {counts(mismatches)}")
+    return left, " · ".join(parts)
+
+
+def _range(costs: Sequence[float]) -> str:
+    low, high = min(costs), max(costs)
+    if low == high:
+        return number(low)
+    return f"{number(low)} to {number(high)}, mean {number(fmean(costs))}"
+
+
+def _comments(path: str, runs: Sequence[RunReport], most: int) -> Iterator[str]:
+    """What successes and failures say, each text once with its count."""
+    for sign, key in (("+", "solutions"), ("-", "refusals")):
+        told: Counter[str] = Counter()
+        for run in runs:
+            for each in run["stages"][path][key]:  # type: ignore[literal-required]
+                reason = each.get("reason")
+                text = each["comment"]
+                if text:
+                    told[f"{reason}: {text}" if reason else text] += 1
+        for text, count in told.most_common(most):
+            yield f"{sign} {text}" + (f" ({count} times)" if count > 1 else "")
+        if len(told) > most > 0:
+            yield f"{sign} and {len(told) - most} more"
+
+
+def explain(why: Why) -> str:
+    """Why a task has no solution: the first stage without successes, its failures and misfits grouped by reason."""
+    if why["stage"] is None:
+        return why["text"]
+    lines = [f'the stage "{why["stage"]}" never succeeds']
+    if why["failures"]:
+        lines.append("  it was refused:")
+        lines += [f"    {count:>5} × {said(reason)}" for reason, count in why["failures"].items()]
+    if why["mismatches"]:
+        lines.append("  pairs of states that it can never join:")
+        lines += [f"    {count:>5} × {reason}" for reason, count in why["mismatches"].items()]
+    if why["examples"]:
+        lines.append("  such as:")
+        lines += [f"    {comment}" for comment in why["examples"][:5]]
+    if len(lines) == 1:
+        lines.append("  it was asked and gave no answer at all")
+    return "\n".join(lines)
+
+
+_SAID = {
+    "out_of_reach": "out of reach",
+    "collision": "in collision",
+    "constraint": "a constraint does not hold",
+    "no_path": "no path found",
+    "empty_family": "no grasp or placement of the family fits",
+}
+
+
+def said(reason: str) -> str:
+    """A reason in words."""
+    return _SAID.get(reason, reason.replace("_", " "))
+
+
+def counts(found: Mapping[str, int]) -> str:
+    """`collision 8, no path 1`."""
+    return ", ".join(f"{reason.replace('_', ' ')} {count}" for reason, count in found.items())
+
+
+def added(several: Iterable[Mapping[str, int]]) -> dict[str, int]:
+    """Counts of several runs together, the most frequent first."""
+    total: Counter[str] = Counter()
+    for each in several:
+        total.update(each)
+    return dict(sorted(total.items(), key=lambda item: (-item[1], item[0])))
+
+
+def number(value: float) -> str:
+    """A cost for people."""
+    return f"{value:.4g}"

@@ -1,0 +1,145 @@
+"""The form of a report, `kabo-task/1`: the keys of each of its objects, and the check of a file against them."""
+
+from typing import Any, Literal, TypedDict
+
+import msgspec
+
+from kabo.errors import Diagnostic, InputError
+
+FORMAT = "kabo-task/1"
+
+
+class Told(TypedDict):
+    """A solution of one stage: what it says, what it costs, what it changes in the scene, a line each."""
+
+    comment: str
+    cost: float
+    changes: list[str]
+
+
+class Refusal(TypedDict):
+    """A failure of one stage; failures with the same reason are counted together."""
+
+    reason: str
+    comment: str
+    changes: list[str]
+
+
+class Part(TypedDict):
+    """One phase of a whole solution, in order of time."""
+
+    stage: str
+    comment: str
+    cost: float
+    changes: list[str]
+
+
+class Whole(TypedDict):
+    """A solution of the task."""
+
+    comment: str
+    cost: float
+    parts: list[Part]
+
+
+class Figures(TypedDict):
+    """What a stage did in one run: all is counted, some is told."""
+
+    calls: int
+    seconds: float
+    successes: int
+    failures: dict[str, int]
+    mismatches: dict[str, int]
+    costs: list[float]
+    solutions: list[Told]
+    refusals: list[Refusal]
+
+
+class Why(TypedDict):
+    """Why there is no solution: the first stage without successes, and what it was refused for."""
+
+    text: str
+    stage: str | None
+    failures: dict[str, int]
+    mismatches: dict[str, int]
+    examples: list[str]
+
+
+class Found(TypedDict):
+    """When a whole solution came, and at what cost."""
+
+    seconds: float
+    cost: float
+
+
+class RunReport(TypedDict):
+    """One planning run; `stages` by path."""
+
+    seed: int
+    seconds: float
+    exhausted: bool
+    stopped: bool
+    found: list[Found]
+    solutions: list[Whole]
+    stages: dict[str, Figures]
+    explanation: Why | None
+
+
+class StageReport(TypedDict):
+    """A stage of the task, in order of time, containers before what they hold."""
+
+    path: str
+    name: str
+    type: str
+    depth: int
+    arrows: str
+    monitors: str | None
+    properties: dict[str, Any]
+
+
+class Report(TypedDict):
+    """Runs of one task."""
+
+    format: Literal["kabo-task/1"]
+    task: str
+    file: str | None
+    arguments: dict[str, Any]
+    stages: list[StageReport]
+    runs: list[RunReport]
+
+
+def report_bytes(report: Report) -> bytes:
+    """The file of a report: keys in their order, a line feed at the end."""
+    return msgspec.json.format(msgspec.json.encode(report), indent=1) + b"\n"
+
+
+def read_report(content: bytes, file: str) -> Report:
+    """The report that the bytes of `file` hold.
+
+    Raises:
+        InputError: it is none; says what does not fit, and where.
+    """
+    hint = "kabo task plan FILE -o REPORT.json writes one"
+    try:
+        found = msgspec.json.decode(content, type=Report)
+    except msgspec.ValidationError as error:
+        message, _, path = str(error).partition(" - at ")
+        where = path.strip("`").removeprefix("$.")
+        said = f"{where}: {message}" if where and where != "$" else message
+        raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {said}", hint)]) from None
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise InputError([Diagnostic(file, 1, 1, f"this is no JSON: {error}", hint)]) from None
+    paths = {stage["path"] for stage in found["stages"]}
+    for number, run in enumerate(found["runs"]):
+        if run["stages"].keys() != paths:
+            message = f"this is no report of planning: runs[{number}].stages are not those of the task"
+            raise InputError([Diagnostic(file, 1, 1, message, hint)])
+    if not found["stages"] or not found["runs"]:
+        raise InputError([Diagnostic(file, 1, 1, "this is no report of planning: it has no run", hint)])
+    return found
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema of a report."""
+    content = msgspec.json.schema(Report)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": FORMAT, **content}

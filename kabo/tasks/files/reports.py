@@ -1,0 +1,166 @@
+"""The report of planning runs as plain data: `kabo-task/1`, for `kabo task show` and `compare`, for any program.
+
+Everything that a person wants to know without the living process: the structure, what each stage did, every whole
+solution, and the solutions and failures of every stage with their comments and scene changes.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from kabo.tasks.core import Flow, Monitor, Reference, Solution, Stage, Task, arrows
+from kabo.tasks.files.building import TaskFile, default_of
+from kabo.tasks.files.changes import scene_change
+from kabo.tasks.files.report_form import (
+    Figures,
+    Part,
+    Report,
+    RunReport,
+    StageReport,
+    Told,
+    Whole,
+    Why,
+)
+from kabo.tasks.files.running import Run
+
+KEPT = 100  # solutions and failures of a stage that a report tells in full; all are counted
+
+
+def report(runs: Sequence[Run], *, file: str | None = None, arguments: Mapping[str, Any] | None = None) -> Report:
+    """The report of runs of one task."""
+    task = runs[0].task
+    return {
+        "format": "kabo-task/1",
+        "task": task.name,
+        "file": file,
+        "arguments": {name: plain(value) for name, value in (arguments or {}).items()},
+        "stages": [_structure(stage, path, task.directions) for path, stage in named_stages(task)],
+        "runs": [_run(run) for run in runs],
+    }
+
+
+def named_stages(task: Task) -> Iterator[tuple[str, Stage]]:
+    """Every stage with a path of its own, the task first: of equal names, the second is called `name#2`."""
+    waiting: list[tuple[str, Stage]] = [("", task)]
+    while waiting:
+        path, stage = waiting.pop()
+        yield path or task.name, stage
+        counts: dict[str, int] = {}
+        inner = []
+        for child in stage.children:
+            counts[child.name] = counts.get(child.name, 0) + 1
+            name = child.name if counts[child.name] == 1 else f"{child.name}#{counts[child.name]}"
+            inner.append((f"{path}/{name}" if path else name, child))
+        waiting.extend(reversed(inner))
+
+
+def structure(file: TaskFile, task: Task, flows: Mapping[Stage, Flow]) -> dict[str, Any]:
+    """What a task file holds, without any run: declared properties, limits, stages with their directions."""
+    inputs = [
+        {"name": each.name, "type": each.kind, "required": each.required, "default": plain(default_of(each))}
+        for each in file.inputs
+    ]
+    return {
+        "task": task.name,
+        "file": file.description.source.name,
+        "properties": inputs,
+        "max_solutions": file.max_solutions,
+        "timeout": file.timeout,
+        "stages": [_structure(stage, path, flows) for path, stage in named_stages(task)],
+    }
+
+
+def _structure(stage: Stage, path: str, flows: Mapping[Stage, Flow]) -> StageReport:
+    flow = flows.get(stage)
+    return {
+        "path": path,
+        "name": stage.name,
+        "type": type(stage).__name__,
+        "depth": _depth(stage),
+        "arrows": arrows(stage) if flow is None else flow.value,
+        "monitors": stage.monitored.path if isinstance(stage, Monitor) else None,
+        "properties": {name: plain(value) for name, value in stage.properties.given.items()},
+    }
+
+
+def _depth(stage: Stage) -> int:
+    depth = 0
+    while stage.parent is not None:
+        stage, depth = stage.parent, depth + 1
+    return depth
+
+
+def _run(run: Run) -> RunReport:
+    task = run.task
+    stages = list(named_stages(task))
+    paths = {id(stage): path for path, stage in stages}
+    return {
+        "seed": run.seed,
+        "seconds": run.seconds,
+        "exhausted": task.exhausted,
+        "stopped": run.stopped,
+        "found": [{"seconds": seconds, "cost": cost} for seconds, cost in run.found],
+        "solutions": [_whole(solution, paths) for solution in task.solutions[:KEPT]],
+        "stages": {path: _stage(task, stage) for path, stage in stages},
+        "explanation": None if task.solutions else _why(task, paths),
+    }
+
+
+def _why(task: Task, paths: Mapping[int, str]) -> Why:
+    found = task.explain()
+    return {
+        "text": found.text,
+        "stage": None if found.stage is None else paths[id(found.stage)],
+        "failures": counted(found.failures),
+        "mismatches": counted(found.mismatches),
+        "examples": list(dict.fromkeys(failure.comment for failure in found.examples if failure.comment)),
+    }
+
+
+def _stage(task: Task, stage: Stage) -> Figures:
+    figures = task.figures(stage)
+    solutions, failures = task.found(stage)
+    return {
+        "calls": figures.calls,
+        "seconds": figures.seconds,
+        "successes": figures.successes,
+        "failures": counted(figures.failures),
+        "mismatches": counted(figures.mismatches),
+        "costs": [float(cost) for cost in figures.costs],
+        "solutions": [_told(solution) for solution in solutions[:KEPT]],
+        "refusals": [
+            {"reason": failure.reason, "comment": failure.comment, "changes": scene_change(failure)}
+            for failure in failures[:KEPT]
+        ],
+    }
+
+
+def counted(counts: Mapping[str, int]) -> dict[str, int]:
+    """Counts by reason, the most frequent first."""
+    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+
+
+def _told(solution: Solution) -> Told:
+    return {"comment": solution.comment, "cost": float(solution.cost), "changes": scene_change(solution)}
+
+
+def _whole(solution: Solution, paths: Mapping[int, str]) -> Whole:
+    parts: list[Part] = [{"stage": paths[id(part.stage)], **_told(part)} for part in solution.leaves]
+    return {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it; what JSON has not is text."""
+    if isinstance(value, Reference):
+        return str(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else repr(value)
+    if value is None or isinstance(value, str | int | bool):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    return str(value)

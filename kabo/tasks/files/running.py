@@ -1,0 +1,114 @@
+"""Planning the task of a file: once, or several times with other seeds; what came of it is a report [T 3.9]."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from kabo.errors import InputError, did_you_mean
+from kabo.language.findings import Findings
+from kabo.tasks.core import InitialisationError, Task
+from kabo.tasks.files.building import TaskFile
+
+if TYPE_CHECKING:
+    from kabo.language.scene_description import SceneDescription
+    from kabo.scene import Scene
+
+Stop = Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One planning run: its task with all that was found, and when each whole solution came, and at what cost."""
+
+    task: Task
+    seed: int
+    seconds: float
+    found: tuple[tuple[float, float], ...] = ()  # (seconds, cost)
+    stopped: bool = False  # by a time limit, or by whoever asked
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to plan: seeds one after the other from `seed`, each as far as `max_solutions` and `timeout` [s] say."""
+
+    max_solutions: int | None = None
+    timeout: float | None = None
+    seed: int = 0
+    repeat: int = 1
+    workers: int | None = None
+    stop: Stop = field(default=lambda: False, compare=False)
+
+
+def plan_file(
+    file: TaskFile, arguments: Mapping[str, Any], scene: "Scene | None" = None, settings: Settings | None = None
+) -> list[Run]:
+    """The runs of a task with its arguments, on a scene if it has robot stages.
+
+    Raises:
+        InputError: the arguments do not fit, or the stages do not fit together; told where they stand.
+    """
+    settings = Settings() if settings is None else settings
+    runs: list[Run] = []
+    for seed in range(settings.seed, settings.seed + settings.repeat):
+        if runs and settings.stop():
+            break
+        runs.append(_run(file, file.task(arguments, seed=seed), scene, seed, settings))
+    return runs
+
+
+def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: Settings) -> Run:
+    began = perf_counter()
+
+    def late() -> bool:
+        return settings.stop() or (settings.timeout is not None and perf_counter() - began >= settings.timeout)
+
+    first = None if scene is None else first_scene(scene, seed, late)
+    found: list[tuple[float, float]] = []
+    try:
+        while settings.max_solutions is None or len(found) < settings.max_solutions:
+            solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
+            if len(solutions) == len(found):
+                break
+            found += [(perf_counter() - began, each.cost) for each in solutions[len(found) :]]
+    except InitialisationError as error:
+        raise file.told(error) from None
+    return Run(task, seed, perf_counter() - began, tuple(found), late())
+
+
+def first_scene(scene: "Scene", seed: int, stop: Stop) -> Any:
+    """The scene in which a task is asked from the command line: the first state of a scene file."""
+    from kabo.geometry_server import GeometryServer
+    from kabo.tasks.robots import TaskScene
+
+    server = GeometryServer(scene, seed=seed, stop=stop)
+    return TaskScene.of(server.context(), scene.start)
+
+
+def needs_scene(file: TaskFile) -> bool:
+    """Whether a task has stages that only a scene with robots can serve."""
+    waiting = [file.recipe]
+    while waiting:
+        recipe = waiting.pop()
+        if any(base.__name__ == "RobotStage" for base in recipe.kind.__mro__):
+            return True
+        waiting.extend(recipe.children)
+    return False
+
+
+def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDescription") -> None:
+    """Whether the scene has the robots, bodies and regions that are given.
+
+    Raises:
+        InputError: it lacks some; all of them, with what may have been meant.
+    """
+    things = {"robot": scene.robots, "body": scene.bodies, "region": scene.regions}
+    findings = Findings()
+    findings.know(file.description.source)
+    for each in file.inputs:
+        known, value = things.get(each.kind or ""), arguments.get(each.name)
+        if known is not None and value is not None and value not in known:
+            hint = did_you_mean(str(value), known) or f"there are {', '.join(known) or 'none'}"
+            findings.add(each.place, f'"{each.name}" is {value}, which is no {each.kind} of the scene', hint)
+    if findings.errors:
+        raise InputError(findings.diagnostics)
