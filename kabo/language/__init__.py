@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kabo.language.loading import check_files, load_problem
+    from kabo.language.loading import check_files, load_problem, load_scene_description
     from kabo.language.problem import Action, Domain, Function, Options, Parameter, Problem
     from kabo.language.procedures import Procedures, Property
     from kabo.language.scene_description import SceneDescription
@@ -26,6 +26,7 @@ _HOMES = {
     "SceneDescription": "scene_description",
     "check_files": "loading",
     "load_problem": "loading",
+    "load_scene_description": "loading",
     "spell": "spelling",
     "spell_number": "spelling",
 }
@@ -42,6 +43,7 @@ __all__ = [
     "SceneDescription",
     "check_files",
     "load_problem",
+    "load_scene_description",
     "spell",
     "spell_number",
 ]

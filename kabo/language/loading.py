@@ -13,6 +13,7 @@ from kabo.language.formulas import Place
 from kabo.language.paths import OUTSIDE, beside, lies_within, near_file
 from kabo.language.problem import Problem
 from kabo.language.problem_file import read_problem
+from kabo.language.scene_description import SceneDescription
 from kabo.language.scene_file import SceneReading, read_scene
 from kabo.language.source import UnreadableError, read_source
 from kabo.language.task_file import read_task
@@ -142,6 +143,34 @@ def load_problem(path: str | Path, *, within: Path | None = None) -> Problem:
     if problem is None or loading.findings.errors:
         raise InputError(loading.findings.diagnostics)
     return problem
+
+
+def load_scene_description(path: str | Path, *, within: Path | None = None) -> SceneDescription:
+    """The description of a scene file, or of the scene of a problem file with what the problem adds.
+
+    Args:
+        path: the file.
+        within: if given, no file outside of this folder is opened (links are followed first).
+
+    Raises:
+        InputError: with every diagnostic.
+    """
+    loading = _Loading(within=within)
+    name = os.fspath(path)
+    root = loading.document(name)
+    scene = None
+    if root is not None and kind_of(root) == "problem":
+        problem = loading.problem(root, name)
+        scene = None if problem is None else problem.scene
+        if problem is not None and scene is None:
+            loading.findings.add(_first_key(root), "this problem has no scene")
+    elif root is not None and kind_of(root) == "scene":
+        scene = read_scene(root, None, loading.findings, within=within).description
+    elif root is not None:
+        loading.findings.add(_first_key(root), "a scene is needed here, or a problem with one")
+    if scene is None or loading.findings.errors:
+        raise InputError(loading.findings.diagnostics)
+    return scene
 
 
 def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
