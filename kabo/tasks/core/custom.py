@@ -23,7 +23,9 @@ def _declared(given: Any) -> Property:
         return given
     if isinstance(given, type):
         return Property(given, MISSING)
-    return Property(type(given) if given is not None else Any, given)
+    if given is None:
+        return Property(Any, None)
+    return Property((list, tuple) if isinstance(given, (list, tuple)) else type(given), given)
 
 
 def _maker(base: type[Stage], *methods: str) -> Callable[..., Callable[[Function], type[Stage]]]:

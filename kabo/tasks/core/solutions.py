@@ -5,6 +5,7 @@ edges of the graph. A state on a container's border has a counterpart outside.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from kabo.tasks.core.stages import Stage
@@ -75,6 +76,14 @@ class State:
 
     def __repr__(self) -> str:
         return f"State({self.number})"
+
+
+@dataclass(frozen=True)
+class NamedStage:
+    """What is left of a stage when a solution travels to another process."""
+
+    name: str
+    path: str
 
 
 class Solution:
@@ -162,6 +171,14 @@ class Solution:
                 if found is not None:
                     return found
         return None
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        stage = NamedStage(self.stage.name, self.stage.path)
+        rest = self.cost, self.comment, self.motion, self.parts, self.number, self.reason, self.details
+        return stage, self.start, self.end, *rest
+
+    def __setstate__(self, given: tuple[Any, ...]) -> None:
+        self.__init__(*given)  # type: ignore[misc]
 
     def __repr__(self) -> str:
         return f"Solution({self.stage.path!r}, cost {self.cost:g}{', ' + self.comment if self.comment else ''})"

@@ -94,14 +94,17 @@ class Task(Serial):
             if max_solutions is not None and len(run.root.solutions) >= max_solutions:
                 return True
             late = commit_after is not None and monotonic() - began >= commit_after
-            return bool(late and run.root.solutions) or stop() or (limit is not None and run.jobs >= limit)
+            return bool(late and run.root.solutions) or stop()
+
+        def spent() -> bool:
+            return limit is not None and run.jobs >= limit
 
         if workers is None:
-            _advance(run, enough, run.step)
+            _advance(run, enough, spent, run.step)
         else:
             nodes = [n for n in run.order if not isinstance(n, (SerialNode, ParallelNode))]
             with Workers(nodes, [node.function() for node in nodes], workers) as pool:
-                _advance(run, enough, lambda: run.parallel_round(pool, connector_jobs))
+                _advance(run, enough, spent, lambda: run.parallel_round(pool, connector_jobs))
         return self.solutions
 
     def _run(self, scene: Any) -> Planning:
@@ -153,10 +156,12 @@ class Task(Serial):
         return tree(self, self.directions or None)
 
 
-def _advance(run: Planning, enough: Callable[[], bool], step: Callable[[], bool]) -> None:
-    """Lifts whole solutions and takes steps until it is enough, or nothing is left."""
+def _advance(
+    run: Planning, enough: Callable[[], bool], spent: Callable[[], bool], step: Callable[[], bool]
+) -> None:
+    """Lifts whole solutions and takes steps until it is enough, or nothing is left; lifting costs no job."""
     while not enough():
         if run.complete():
             run.lift()
-        elif not step() and not run.complete():
+        elif spent() or (not step() and not run.complete()):
             return

@@ -26,11 +26,11 @@ def chance(*what) -> random.Random:
     return random.Random(zlib.crc32(repr(what).encode()))
 
 
-def outcomes(name, scene, most, *, likely=0.85):
+def outcomes(name, scene, most, *, likely=0.92):
     """Some results and failures, decided by the name of the stage and the scene alone."""
     dice = chance(name, scene)
     found = []
-    for i in range(dice.choice([0, 1, 1, *range(1, most + 1)])):
+    for i in range(dice.choice([0, *[1] * 5, *range(1, most + 1)])):
         if dice.random() < likely:
             found.append(Result((name, scene, i), cost=dice.randint(0, 9)))
         else:
