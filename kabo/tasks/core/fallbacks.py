@@ -72,8 +72,8 @@ class FallbacksNode(ParallelNode):
                 self._feed(key)
 
     def _queue(self, state: State) -> None:
-        self._waiting[state] = state.priority
-        heappush(self._heap, (state.priority, state.number, state))
+        order = self._waiting[state] = state.order[self._near]
+        heappush(self._heap, (order, state.number, state))
 
     def rekey(self, state: State, side: int) -> None:
         """Queues it again, or hands it on to whom has it."""

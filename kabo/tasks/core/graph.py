@@ -137,10 +137,9 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
             if far is not None:
                 waiting.append((here, far, edge.cost, side))
         if here.level is not None and here.announced:
-            for beside in (LEFT, RIGHT):
-                neighbour = here.level.neighbour(here, beside)
-                if neighbour is not None and reads(neighbour, 1 - beside):
-                    neighbour.rekey(here, 1 - beside)
+            neighbour = here.level.neighbour(here, 1 - side)
+            if neighbour is not None and reads(neighbour, side):
+                neighbour.rekey(here, side)
         for inner in here.inside:
             offered = (0, value[0] + value[1], value[2])
             if inner.level.at_border(inner, side) and better(offered, inner.best[side]):

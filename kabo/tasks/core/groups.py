@@ -81,7 +81,8 @@ class SerialNode(Node):
             raise ValueError("a path has states at both ends")
         start = self._outer(first, self.flow.reads_end and not self.flow.reads_start, last)
         end = self._outer(last, self.flow.reads_start and not self.flow.reads_end, first)
-        solution = self.solution(start, end, Result(cost=sum(part.cost for part in path)), path)
+        cost = sum([part.cost for part in path])
+        solution = Solution(self.stage, start, end, cost, parts=path, number=self.planning.count())
         for inner, outer in ((first, start), (last, end)):
             if not inner.outside and solution.cost != float("inf"):
                 inner.outside.append(outer)
@@ -158,11 +159,14 @@ class WrapperNode(Leaf):
         """The child's jobs are ordered by their inner states."""
 
     def key(self, job: Job) -> tuple[Any, ...]:
-        """Those asked less often, then by the priority of the child's states, then the cheaper ones."""
+        """Those asked less often, then by the paths to the states that came in, then the cheaper ones."""
         solution: Solution = job.subject
-        near = solution.end if self.flow is Flow.BACKWARD else solution.start
-        depth, cost = (0, 0.0) if near is None or self.flow is Flow.GENERATE else near.priority
-        return job.asked, depth, cost + solution.cost
+        depth, cost = 0, solution.cost
+        if self.flow.reads_start and solution.start is not None:
+            depth, cost = depth + solution.start.order[LEFT][0], cost + solution.start.order[LEFT][1]
+        if self.flow.reads_end and solution.end is not None:
+            depth, cost = depth + solution.end.order[RIGHT][0], cost + solution.end.order[RIGHT][1]
+        return job.asked, depth, cost
 
     def runnable(self, job: Job) -> bool:
         """Whether the states that came in are alive outside."""
@@ -274,8 +278,9 @@ class ParallelNode(Node):
 
     def child_solved(self, child: Node, solution: Solution) -> None:
         """The same solution, one floor up."""
-        result = Result(cost=solution.cost, comment=solution.comment)
-        self.report(self.solution(solution.start, solution.end, result, (solution,)))
+        start, end, cost, comment = solution.start, solution.end, solution.cost, solution.comment
+        number = self.planning.count()
+        self.report(Solution(self.stage, start, end, cost, comment, parts=(solution,), number=number))
 
     def child_finished(self, child: Node, state: State, side: int, lane: object) -> Ended:
         """Its work is done when that of all children is."""
@@ -341,7 +346,7 @@ class MergerNode(Leaf):
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, by the priority of the state, then the cheaper ones."""
         state, *chosen = job.subject
-        depth, cost = state.priority
+        depth, cost = state.order[self._near]
         return job.asked, depth, cost + sum(s.cost for s in chosen)
 
     def runnable(self, job: Job) -> bool:

@@ -72,7 +72,7 @@ class Node:
         raise NotImplementedError
 
     def rekey(self, state: State, side: int) -> None:
-        """The priority of a state at that side became better."""
+        """The best path to a state at that side became better."""
 
     def works_on(self, state: State, side: int) -> bool:
         """Whether something may still lead from the state through this node to `side`."""
@@ -382,8 +382,8 @@ class PropagatorNode(Leaf):
             self._push(job)
 
     def key(self, job: Job) -> tuple[Any, ...]:
-        """Those asked less often, then by the priority of the state."""
-        return (job.asked, *job.subject.priority)
+        """Those asked less often, then by the path to the state."""
+        return (job.asked, *job.subject.order[self._near])
 
     def runnable(self, job: Job) -> bool:
         """Whether the state is alive on the side it comes from."""
@@ -457,7 +457,7 @@ class ConnectorNode(Leaf):
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, then by the sum of depths, then of costs."""
         start, end, _ = job.subject
-        first, second = start.priority, end.priority
+        first, second = start.order[LEFT], end.order[RIGHT]
         return job.asked, first[0] + second[0], first[1] + second[1]
 
     def runnable(self, job: Job) -> bool:

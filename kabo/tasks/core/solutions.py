@@ -16,8 +16,8 @@ LEFT, RIGHT = 0, 1
 class State:
     """A scene with interface properties; `edges` are the solutions that end here (LEFT) and that start here (RIGHT).
 
-    Planning's own: `best` per side is (stages, stages outside, cost) of the longest, then cheapest path, `priority`
-    puts states on longer paths first, then those on cheaper ones; `alive` per
+    Planning's own: `best` per side is (stages, stages outside, cost) of the longest, then cheapest path, `order`
+    puts states with longer paths first, then those with cheaper ones; `alive` per
     side, whether it may still become part of a whole solution; `outside` its counterparts beyond the border.
     """
 
@@ -30,9 +30,9 @@ class State:
         "lane",
         "level",
         "number",
+        "order",
         "outside",
         "position",
-        "priority",
         "properties",
         "scene",
     )
@@ -44,7 +44,7 @@ class State:
         self.lane = lane  # states of different lanes never meet: pairs that a fallback tries one by one
         self.edges: tuple[list[Solution], list[Solution]] = ([], [])
         self.best = [(0, 0, 0.0), (0, 0, 0.0)]
-        self.priority = (0, 0.0)
+        self.order = [(0, 0.0), (0, 0.0)]
         self.alive = [True, True]
         self.level: Any = None
         self.position = -1
@@ -63,10 +63,9 @@ class State:
         return tuple(self.edges[RIGHT])
 
     def reached(self, side: int, best: tuple[int, int, float]) -> None:
-        """Notes the best path that leads here from `side`; of priorities the less is the better."""
+        """Notes the best path that leads here from `side`."""
         self.best[side] = best
-        left, right = self.best
-        self.priority = (-(left[0] + left[1] + right[0] + right[1]), left[2] + right[2])
+        self.order[side] = (-best[0] - best[1], best[2])
 
     def __getstate__(self) -> tuple[Any, Mapping[str, Any], int]:
         return self.scene, dict(self.properties), self.number

@@ -78,7 +78,7 @@ def test_an_undefined_property_of_a_parent_says_who_inherits_it():
     task = Task("t", step)
     task.properties.declare("length", float)
     with pytest.raises(
-        UndefinedProperty, match="'length' of stage 't' is declared but undefined, inherited by 'length' of 's'"
+        UndefinedProperty, match="stage 't' is declared but undefined, inherited by 'length' of 's'"
     ):
         step.properties.value("length")
 
