@@ -144,7 +144,7 @@ def _line(error: Exception, path: Path) -> int:
     if isinstance(error, SyntaxError):
         return error.lineno or 1
     frames = traceback.extract_tb(error.__traceback__)
-    return next((f.lineno or 1 for f in reversed(frames) if f.filename == str(path)), 1)
+    return next((f.lineno or 1 for f in reversed(frames) if Path(f.filename).resolve() == path.resolve()), 1)
 
 
 def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:

@@ -154,6 +154,8 @@ class _Reading:
             return self.number(node, what)
         if kind == "boolean":
             return self.reader.boolean(node, what)
+        if isinstance(node, Scalar) and node.style and not node.refused:
+            return node.text  # quoted, it may be empty
         return self.reader.text(node, what)
 
     def number(self, node: Node | None, what: str) -> float | int | None:

@@ -24,6 +24,7 @@ properties:
   grasp: {type: grasp, default: any}
   hold: {type: number, default: 90 deg}
   keep: {type: motion_constraint, default: }
+  note: {type: name, default: ""}
 max_solutions: 3
 timeout: 2.5
 speed: 0.5
@@ -59,6 +60,7 @@ def test_a_task_is_read_with_its_inputs_in_order_and_its_stages_as_written() -> 
         ("grasp", "grasp", False, "any"),
         ("hold", "number", False, pytest.approx(1.5707963)),
         ("keep", "motion_constraint", False, None),
+        ("note", "name", False, ""),
     ]
     start, lift = task.root.children
     assert (start.name, start.type, start.stages, start.children) == ("start", "CurrentState", None, ())
@@ -71,7 +73,7 @@ def test_a_task_is_read_with_its_inputs_in_order_and_its_stages_as_written() -> 
     assert inner is lift.wrapped and inner.monitors is not None and inner.monitors.text == "../start"
     word = inner.properties["on"]
     assert isinstance(word, Word) and (word.text, word.quoted, word.place.line, word.place.column) == (
-        "off", True, 22, 13,
+        "off", True, 23, 13,
     )  # fmt: skip
     speed = task.root.properties["speed"]
     assert isinstance(speed, Word) and (speed.text, speed.quoted) == ("0.5", False)
