@@ -30,6 +30,9 @@ class ComputeIK(RobotStage, Wrapper):
             (int, type(None)), None, "how many for each target; none: all that are found"
         ),
         "min_distance": Property(float, 0.0, "least distance between two of them [rad, sum over the joints]"),
+        "near": Property(
+            bool, False, "whether they cost the way of the joints from where the robot stands [rad, L1]"
+        ),
         "ignore_collisions": Property(bool, False, "whether configurations in collision will do"),
     }
 
@@ -57,7 +60,8 @@ class ComputeIK(RobotStage, Wrapper):
                 continue
             found.append(at.q)
             own = {} if robot.tool is None else {"target_pose": at.pose(tool_frame(robot))}
-            yield Result(scene.at(name, at.q), cost=solution.cost, comment=solution.comment, properties=own)
+            cost = solution.cost + (_away(scene, name, at) if properties["near"] else 0.0)
+            yield Result(scene.at(name, at.q), cost=cost, comment=solution.comment, properties=own)
             if most is not None and len(found) >= most:
                 return
         if not tried:
@@ -70,3 +74,9 @@ class ComputeIK(RobotStage, Wrapper):
             return refusal("constraint", reason)
         hit = None if ignore else scene.workspace(name).first_hit(at.q)
         return None if hit is None else refusal("collision", hit=hit)
+
+
+def _away(scene: TaskScene, name: str, at: Candidate) -> float:
+    """How far the arm's joints are from where they stand [rad or m, L1]."""
+    n = scene.robot(name).planned
+    return float(np.abs(at.q[:n] - scene.configuration(name)[:n]).sum())

@@ -1,0 +1,125 @@
+"""Poses turned about an axis: grasps all around an object, and the ways in which its symmetry lets it stand [T 3.9].
+
+The families of a scene say as constraints which grasps and places there are, and sampling draws from them; these
+stages list them instead, evenly spread, so that a task may plan for each of them.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.kinematics import stream_key, uniform
+from kabo.scene import Body
+from kabo.tasks.core import Monitor, Property, Result
+from kabo.tasks.core.results import Answer
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.directions import frame_of
+from kabo.tasks.robots.grasps import grasp_properties
+from kabo.tasks.robots.poses import local_pose, pose_of
+from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.targets import frame_for, pose_target
+
+Array = npt.NDArray[np.float64]
+AUTO = "auto"
+ALL_AROUND = 16  # ways to stand of what is round, where nothing else is said
+
+
+class GraspPoses(RobotStage, Monitor):
+    """One pose of the tool at an object where it stands, and the same turned about the object's axis `count` times.
+
+    Writes `target` and `target_pose` for inverse kinematics, and what a grasp `family` says of fingers and strokes.
+    The hand is as in the scene at the end of what is monitored: that stage opens it.
+    """
+
+    READS = ("object",)
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "grasp": Property(dict, doc="{position, quaternion or rpy}: the pose of the tool in the object's frame"),
+        "of": Property((str, type(None)), None, "what of the tool is there: its frame (none), or `tool.feature`"),
+        "about": Property(str, "axis", "a line of the object about which the pose is turned"),
+        "count": Property(int, 1, "how many turns, evenly spread"),
+        "shuffled": Property(bool, True, "whether they come in an order drawn at random, or one after the other"),
+        "family": Property(
+            (str, type(None)), None, "a grasp family whose fingers and strokes are written as well"
+        ),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
+        """The scene with one target after the other."""
+        robot, name = scene.robot(properties["robot"]), properties["object"]
+        frame, body = frame_for(scene, robot.name, properties["of"]), scene.context.scene.bodies[name]
+        axis, written = body.features.get(properties["about"]), {}
+        if axis is None or axis.direction is None:
+            raise ValueError(f"{name} has no axis {properties['about']!r}")
+        if properties["family"] is not None:
+            written = grasp_properties(robot, name, body.grasps[properties["family"]])
+        there, grasp, count = scene.pose(name), local_pose(properties["grasp"]), properties["count"]
+        order = _shuffled(count, scene.context.seed, robot.name, name) if properties["shuffled"] else range(count)
+        for k in order:
+            pose = there @ turned(axis.origin, axis.direction, 2 * np.pi * k / count) @ grasp
+            target = pose_target(scene, robot.name, frame, pose)
+            own = {"target": target, "target_pose": pose, **written}
+            yield Result(scene, properties=own, comment=f"turned by {360 * k / count:g} deg")
+
+
+class PlacePoses(RobotStage, Monitor):
+    """A pose for what a robot holds, and those that look the same by the object's symmetry about its z axis.
+
+    A box with a square base stands in 4 ways, another one in 2, what is round in any: `count` of them. Contact with
+    `support` is permitted in the scenes that are offered.
+    """
+
+    READS = ("object",)
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "pose": Property((dict, np.ndarray), doc="the pose of the object: {frame, position, quaternion or rpy}"),
+        "support": Property((str, type(None)), None, "the body that it stands on"),
+        "symmetry": Property((int, str), AUTO, "how many turns look the same; `auto`: as the shape says"),
+        "count": Property(int, ALL_AROUND, "how many turns of what is round are tried"),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
+        """The scene with one target after the other: first the pose itself."""
+        robot, name = properties["robot"], properties["object"]
+        if scene.holder(name) != robot:
+            yield refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
+            return
+        if properties["support"] is not None:
+            scene = scene.permitting([(name, properties["support"])])
+        turns = properties["symmetry"]
+        if turns == AUTO:
+            turns = symmetry(scene.context.scene.bodies[name]) or properties["count"]
+        frame, pose = frame_of(scene, robot, name), pose_of(scene, properties["pose"])
+        for k in range(int(turns)):
+            there = pose @ turned((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 2 * np.pi * k / turns)
+            own = {"target": pose_target(scene, robot, frame, there), "object_pose": there}
+            yield Result(scene, properties=own, comment=f"turned by {360 * k / turns:g} deg")
+
+
+def symmetry(body: Body) -> int | None:
+    """How many turns about its z axis leave a body as it is: None if any does, 1 if none is known."""
+    shape = body.shape
+    if shape.kind in ("cylinder", "sphere"):
+        return None
+    if shape.kind != "box" or shape.size is None:
+        return 1
+    return 4 if abs(shape.size[0] - shape.size[1]) < 1e-9 else 2
+
+
+def turned(point: Any, axis: Any, angle: float) -> Array:
+    """The motion (4, 4) that turns about a line through a point by an angle [rad]."""
+    x, y, z = unit = np.asarray(axis, float) / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    result = np.eye(4)
+    result[:3, :3] = np.cos(angle) * np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * np.outer(unit, unit)
+    result[:3, 3] = np.asarray(point, float) - result[:3, :3] @ np.asarray(point, float)
+    return result
+
+
+def _shuffled(count: int, seed: int, robot: str, name: str) -> list[int]:
+    key = stream_key(seed, "turns", robot, name)
+    return sorted(range(count), key=lambda k: (uniform(key, k, 0), k))
