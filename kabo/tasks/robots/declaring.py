@@ -60,7 +60,11 @@ class RobotStage(Stage):
         return self.named(self.READS)
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
-        """A proof, without sampling, that the stage fails wherever what it reads is as in the situation."""
+        """A proof, without sampling, that the stage fails wherever what the proof reads is as in the situation."""
+        return None
+
+    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+        """Why the stage is not likely to succeed, whatever comes before it; asked once, before any search."""
         return None
 
     def known(self, name: str) -> Any:

@@ -25,7 +25,7 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
     kept = keep_of(scene, robot, keep)
     found = way_to(workspace, start, goal, key, scene.context.path_samples, kept)
     if isinstance(found, Refused):
-        return refusal("no_path", pairs=found.pairs)
+        return refusal("no_path", pairs=found.pairs, reads=frozenset({robot}))
     return stretch(scene, robot, "arm", found, None if kept is None else kept.name)
 
 

@@ -62,14 +62,34 @@ class SamplePlacement(RobotStage, Monitor):
         return results
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
-        """The region is out of reach however the object is held, or no grasp of it is found anywhere there."""
+        """The region is out of reach, however the object is held."""
+        known = self._known(context)
+        if known is None:
+            return None
+        robot, name, region = known
+        missing = region_missing(robot, context.scene.bodies[name], region, tool_frame(robot))
+        if missing <= 0.0:
+            return None
+        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
+        return refusal("out_of_reach", text, proof=True, missing=missing)
+
+    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+        """No grasp of the object was found anywhere in the region."""
+        known = self._known(context)
+        if known is None:
+            return None
+        robot, name, region = known
+        place = _place(context, region.name, self.known("support"))
+        if may_place(context, robot, context.scene.bodies[name], place, situation):
+            return None
+        return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
+
+    def _known(self, context: Context) -> tuple[Robot, str, Region] | None:
         robot, name, region = (self.known(key) for key in ("robot", "object", "region"))
         scene = context.scene
         if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
             return None
-        return _foreseen(
-            context, situation, scene.robots[robot], name, scene.regions[region], self.known("support")
-        )
+        return scene.robots[robot], name, scene.regions[region]
 
 
 def _place(context: Context, region: str | None, support: str | None) -> Place:
@@ -80,19 +100,6 @@ def _place(context: Context, region: str | None, support: str | None) -> Place:
         raise ValueError(f"the scene has no body {support!r}")
     chosen = None if region is None else scene.regions[region]
     return Place(support if support is not None or chosen is None else chosen.support, chosen)
-
-
-def _foreseen(
-    context: Context, situation: Situation, robot: Robot, name: str, region: Region, support: str | None
-) -> Failure | None:
-    body = context.scene.bodies[name]
-    missing = region_missing(robot, body, region, tool_frame(robot))
-    if missing > 0.0:
-        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
-        return refusal("out_of_reach", text, proof=True, missing=missing)
-    if may_place(context, robot, body, Place(support or region.support, region), situation):
-        return None
-    return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
 
 
 class SampleMate(RobotStage, Monitor):

@@ -59,7 +59,7 @@ class SampleConfiguration(RobotStage, Generator):
         here = scene.configuration(name)
         for q in self._candidates(scene, name, properties):
             if np.array_equal(q, here):
-                yield refusal("constraint", f"{name} is there already")
+                yield refusal("constraint", f"{name} is there already", reads=frozenset({name}))
                 continue
             there = scene.at(name, q)
             hit = there.hit(name)

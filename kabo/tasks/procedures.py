@@ -1,0 +1,227 @@
+"""Procedures: the calls of a domain as tasks on a geometry server, pure functions with a memory [T 3.9].
+
+A call binds to a task file; it succeeds with the task's solution, the segments of its motion and the components that
+it changes. Asked again, it gives the task's next solution. It fails with what its stages were refused for.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from kabo.geometry_server import Answer, Failure, GeometryServer, Situation, Statistics, Success
+from kabo.language.formulas import GroundCall
+from kabo.language.procedures import FOLDER, LIBRARY
+from kabo.scene import GeometricState, Scene
+from kabo.tasks.core import Failure as StageFailure
+from kabo.tasks.core import Generator, Stage, Task
+from kabo.tasks.core.stages import Connector
+from kabo.tasks.files import TaskFile, load_task_file
+from kabo.tasks.refusals import Refusals
+from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
+from kabo.tasks.robots.states import CurrentState
+
+REMEMBERED = 256  # calls whose tasks are kept to be asked again; a task that was dropped starts over
+
+
+@lru_cache(maxsize=64)
+def library_task(name: str) -> TaskFile:
+    """A task file of the library."""
+    return load_task_file(LIBRARY / f"{name}.yaml")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A ground call bound to its task: arguments by name, and the components that it moves and reads."""
+
+    file: TaskFile
+    arguments: Mapping[str, Any]
+    moves: tuple[str, ...]
+    reads: tuple[str, ...]
+    stages: tuple[RobotStage, ...]  # of a task that is only looked at
+
+
+@dataclass
+class _Asked:
+    """A call in a situation: its task, and what came of it so far."""
+
+    task: Task
+    refusals: Refusals
+    successes: list[Success] = field(default_factory=list)
+
+
+@dataclass
+class Procedures:
+    """Answers calls of procedures on a geometry server; `folder` (of the domain) may have task files of its own."""
+
+    server: GeometryServer
+    folder: Path | None = None
+
+    def __post_init__(self) -> None:
+        self._bound: dict[GroundCall, Bound] = {}
+        self._asked: dict[tuple[object, ...], _Asked] = {}
+        self._answers: dict[tuple[object, ...], Answer] = {}
+
+    # ------------------------------------------------------------------------------------- the server beneath
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.server.scene
+
+    @property
+    def statistics(self) -> Statistics:
+        """What the geometry did, in counts."""
+        return self.server.statistics
+
+    @property
+    def stop(self) -> Callable[[], bool]:
+        """Says that time or budget is spent."""
+        return self.server.stop
+
+    @property
+    def states_met(self) -> int:
+        """How many distinct geometric states procedures have led to."""
+        return len(self.server.identifiers)
+
+    def identify(self, state: GeometricState) -> int:
+        """The identifier of a geometric state [K Def. 5]."""
+        return self.server.identify(state)
+
+    def state(self, identifier: int) -> GeometricState:
+        """The geometric state of an identifier."""
+        return self.server.state(identifier)
+
+    # ---------------------------------------------------------------------------------------------- the calls
+    def bind(self, call: GroundCall) -> Bound:
+        """The task of a call with its arguments by name."""
+        if call not in self._bound:
+            file = self._file(call.procedure)
+            arguments = self._arguments(file, call)
+            stages = tuple(stage for stage in file.task(arguments).walk() if isinstance(stage, RobotStage))
+            components = {*self.scene.robots, *self.scene.movable}
+            moves = dict.fromkeys(name for stage in stages for name in stage.moves() if name in components)
+            reads = dict.fromkeys(name for name in _read(stages) if name in components)
+            self._bound[call] = Bound(file, arguments, tuple(moves), tuple(reads), stages)
+        return self._bound[call]
+
+    def _file(self, name: str) -> TaskFile:
+        own = None if self.folder is None else self.folder / FOLDER / f"{name}.yaml"
+        return library_task(name) if own is None or not own.exists() else _task_file(own)
+
+    def _arguments(self, file: TaskFile, call: GroundCall) -> dict[str, Any]:
+        kinds = {each.name: each.kind for each in file.inputs}
+        given = dict(zip(kinds, call.arguments, strict=False)) | dict(call.options)
+        arguments = {name: float(v) if kinds[name] == "number" else str(v) for name, v in given.items()}
+        for each in file.inputs:  # a constraint that a scene need not have
+            kept = each.kind == "motion_constraint" and each.name not in arguments
+            if kept and each.default not in self.scene.motion_constraints:
+                arguments[each.name] = ""
+        return arguments
+
+    def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
+        """The components that must have one value before a call: what it moves, carries and refers to, sorted."""
+        bound = self.bind(call)
+        robots = [name for name in bound.moves if name in self.scene.robots]
+        held = {name for robot in robots for name in situation.carried(robot)}
+        return tuple(sorted({*bound.moves, *bound.reads, *held}))
+
+    def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Answer:
+        """The answer of a procedure for every value that the situation leaves open, remembered.
+
+        `attempt` counts the successes to pass over: the task is planned on from where it was left.
+        """
+        key = (call, effort, situation.key)
+        if (key, attempt) not in self._answers:
+            answer = self._answered(key, call, situation, attempt, effort)
+            self.statistics.record(call.procedure, answer)
+            self._answers[key, attempt] = answer
+            if isinstance(answer, Success):
+                self.identify(situation.replace(answer.changes).first)
+        return self._answers[key, attempt]
+
+    def _answered(
+        self, key: tuple[object, ...], call: GroundCall, situation: Situation, attempt: int, effort: int
+    ) -> Answer:
+        asked = self._asked.pop(key, None) or self._ask(call)
+        self._asked[key] = asked
+        if len(self._asked) > REMEMBERED:
+            del self._asked[next(iter(self._asked))]
+        refused = None if asked.successes else self._refuted(call, situation)
+        if refused is None:
+            scene = TaskScene.of(self.server.context(effort), situation)
+            found = asked.task.plan(scene, attempt + 1, stop=self.stop)
+            for solution in found[len(asked.successes) :]:
+                motion = segments(solution, self.scene, call.procedure)
+                asked.successes.append(Success(motion, changed(solution)))
+            if attempt < len(asked.successes):
+                return asked.successes[attempt]
+        bound = self.bind(call)
+        what = _sentence(bound)
+        if refused is not None:
+            asked.refusals.observe(*refused)
+        return asked.refusals.failure(what, frozenset(bound.reads), self.scene, again=bool(asked.successes))
+
+    def _ask(self, call: GroundCall) -> _Asked:
+        bound = self.bind(call)
+        task, refusals = bound.file.task(bound.arguments, seed=self.server.seed), Refusals()
+        task.lazy, task.observe = True, refusals.observe
+        return _Asked(task, refusals)
+
+    # ------------------------------------------------------------------------------------------------- proofs
+    def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, StageFailure] | None:
+        context = self.server.context()
+        for stage in self.bind(call).stages:
+            failure = stage.refute(context, situation)
+            if failure is not None:
+                return stage, failure
+        return None
+
+    def refuted(self, call: GroundCall) -> Failure | None:
+        """Why a call fails wherever what it reads is as at the start, if that can be told before any search."""
+        start, bound = Situation.of(self.scene.start), self.bind(call)
+        found = self._refuted(call, start)
+        if found is None:
+            context = self.server.context()
+            foreseen = ((stage, stage.foresee(context, start)) for stage in bound.stages)
+            found = next(((stage, failure) for stage, failure in foreseen if failure is not None), None)
+        if found is None:
+            return None
+        refusals = Refusals()
+        refusals.observe(*found)
+        return refusals.failure(_sentence(bound), frozenset(), self.scene)
+
+
+@lru_cache(maxsize=64)
+def _task_file(path: Path) -> TaskFile:
+    return load_task_file(path)
+
+
+def _read(stages: tuple[RobotStage, ...]) -> Iterator[str]:
+    """What stages read; a robot as well, where a motion goes on from where it stood, with no way in between."""
+    from_start = False
+    for stage in stages:
+        yield from stage.reads()
+        if isinstance(stage, CurrentState):
+            from_start = True
+        elif isinstance(stage, (Connector, Generator)):
+            from_start = False
+        elif stage.FROM_START and from_start:
+            yield from stage.moves()
+
+
+def _sentence(bound: Bound) -> str:
+    """`right cannot place bottle_4 in dishwasher`."""
+    kinds = {each.name: each.kind for each in bound.file.inputs}
+    named = [(kinds[name], str(value)) for name, value in bound.arguments.items() if kinds[name] in _PREPOSITIONS]
+    robot = next((value for kind, value in named if kind == "robot"), "nobody")
+    text, bodies = f"{robot} cannot {bound.file.name.replace('_', ' ')}", 0
+    for kind, value in named:
+        if kind == "body":
+            text, bodies = f"{text} {'on ' if bodies else ''}{value}", bodies + 1
+        elif kind == "region":
+            text = f"{text} in {value}"
+    return text
+
+
+_PREPOSITIONS = ("robot", "body", "region")
