@@ -87,10 +87,8 @@ class Level:
     # --------------------------------------------------------------------------------------------- support
     def supported(self, state: State, side: int) -> bool:
         """Whether something on that side of a state leads on, or may yet."""
-        for edge in state.edges[side]:
-            beyond = edge.end if side == RIGHT else edge.start
-            if beyond is not None and beyond.alive[side]:
-                return True
+        if state.leads_on(side):
+            return True
         neighbour = self.neighbour(state, side)
         if neighbour is not None:
             if reads(neighbour, 1 - side):

@@ -472,13 +472,16 @@ class ConnectorNode(Leaf):
         if any(other.alive[side] for other, _ in self.open.get(state, ())):
             return True
         parent = self.parent
-        return parent is not None and any(parent.delivers_to(self, side, lane) for lane in self._lanes[state])
+        if parent is None or not any(parent.delivers_to(self, side, lane) for lane in self._lanes[state]):
+            return False
+        self._lonely[state] = side
+        return True
 
     def waiting(self) -> Ended:
         """The states that are alive through it only because partners may still come."""
-        dead = [state for state, side in self._lonely.items() if not state.alive[side]]
-        for state in dead:
-            del self._lonely[state]
+        for state, side in list(self._lonely.items()):
+            if not state.alive[side] or state.leads_on(side):
+                del self._lonely[state]  # dead; or alive by itself, and noted again when that ends
         return list(self._lonely.items())
 
     def partners(self, state: State, side: int) -> Iterable[State]:

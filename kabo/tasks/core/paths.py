@@ -27,11 +27,14 @@ class Paths:
         level, start, end = self._level, edge.start, edge.end
         if start is None or end is None or not (level.complete(start, LEFT) and level.complete(end, RIGHT)):
             return
-        if len(level.children) == 1:  # the edge is the whole path
-            self._count += 1
-            heappush(self._heap, (_bound(start, end, edge.cost), self._count, (edge,), iter(())))
-        else:
+        only = _only(level, edge)
+        if only is None:
             self._push(_through(level, edge))
+            return
+        self._count += 1
+        first, last = only[0].start, only[-1].end
+        if first is not None and last is not None and _same_lane(first, last):
+            heappush(self._heap, (_bound(first, last, sum([e.cost for e in only])), self._count, only, iter(())))
 
     def _push(self, source: Iterator[tuple[float, Path]]) -> None:
         first = next(source, None)
@@ -47,6 +50,25 @@ class Paths:
         _, _, path, source = heappop(self._heap)
         self._push(source)
         return path
+
+
+def _only(level: Level, edge: Solution) -> Path | None:
+    """The path through an edge where nothing but one edge leads on at either side; None where there is a choice."""
+    left: list[Solution] = []
+    state, steps = edge.start, 0 if edge.start is None else edge.start.position
+    for _ in range(steps):
+        if state is None or len(state.edges[LEFT]) != 1:
+            return None
+        left.append(state.edges[LEFT][0])
+        state = left[-1].start
+    right: list[Solution] = []
+    state, steps = edge.end, 0 if edge.end is None else len(level.children) - edge.end.position
+    for _ in range(steps):
+        if state is None or len(state.edges[RIGHT]) != 1:
+            return None
+        right.append(state.edges[RIGHT][0])
+        state = right[-1].end
+    return (*reversed(left), edge, *right)
 
 
 def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
@@ -65,7 +87,7 @@ def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
             ahead = ((e, e.end, (*path, e)) for e in end.edges[RIGHT])
             grown = [(e, start, t, p) for e, t, p in ahead if t is not None and level.complete(t, RIGHT)]
         else:
-            if start.lane == end.lane or start.lane is None or end.lane is None:
+            if _same_lane(start, end):
                 yield bound, path
             continue
         for step, first, last, longer in grown:
@@ -73,6 +95,10 @@ def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
                 count += 1
                 total = cost + step.cost
                 heappush(waiting, (_bound(first, last, total), count, total, longer))
+
+
+def _same_lane(start: State, end: State) -> bool:
+    return start.lane == end.lane or start.lane is None or end.lane is None
 
 
 def _bound(start: State, end: State, cost: float) -> float:

@@ -67,6 +67,14 @@ class State:
         self.best[side] = best
         self.order[side] = (-best[0] - best[1], best[2])
 
+    def leads_on(self, side: int) -> bool:
+        """Whether a solution leads from here to a state that is alive on that side."""
+        for edge in self.edges[side]:
+            beyond = edge.end if side == RIGHT else edge.start
+            if beyond is not None and beyond.alive[side]:
+                return True
+        return False
+
     def __getstate__(self) -> tuple[Any, Mapping[str, Any], int]:
         return self.scene, dict(self.properties), self.number
 
