@@ -125,7 +125,8 @@ class Interpreter:
         for symbol in self._single_valued():
             draft.changed.add(symbol)
         note(draft, replace(rest, complete=[]))
-        draft.close()
+        if rest.complete:  # a local closed world asks what is known, inferences included
+            settle(draft, self.rules, everything=True)
         note(draft, Updates(complete=rest.complete))
         settle(draft, self.rules, everything=True)
         state = draft.finished()

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import compress
 
 from kabo.plan import Plan
+from kabo.verify.firing import Firing
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
 from kabo.verify.interpreter import Interpreter
 from kabo.verify.knowledge import Knowledge, symbols_of
@@ -66,6 +67,8 @@ class Relevance:
             self._untouched[name] = found[mask]
         self._kept: dict[tuple[str, int], Kept] = {}
         self._owed: dict[int, int] = {}
+        self._touching_masks: dict[int, Kept] = {}
+        self._firing = Firing()
 
     def _mask(self, group: Iterable[Symbol | str]) -> int:
         mask = 0
@@ -114,7 +117,18 @@ class Relevance:
             for number, goal in enumerate(self._goals):
                 if open_ >> number & 1 and entries.isdisjoint(goal.mentioned) and goal.holds(state):
                     settled |= 1 << number
+        touched = None if self.has_rules or state.past is not None else self._touching(name)
+        if touched is not None and (state.exclusive or state.some):
+            exclusive, some = self._firing.may_fire(state.exclusive, state.some, touched, touched.mask)
+            state = replace(state, exclusive=exclusive, some=some)
         return forget(replace(state, settled=settled), self._at(name, settled))
+
+    def _touching(self, name: str) -> "Kept":
+        """What a node and its continuation touch."""
+        mask = self._touched[name]
+        if mask not in self._touching_masks:
+            self._touching_masks[mask] = self.kept_by(self._widened(mask))
+        return self._touching_masks[mask]
 
     def _at(self, name: str, settled: int) -> "Kept":
         if settled not in self._owed:

@@ -304,6 +304,13 @@ def test_what_is_complete_is_false_where_it_is_not_known(judged):
     assert "the goal does not hold" in less(GOAL)
 
 
+def test_what_rules_conclude_counts_as_known_for_what_is_complete(judged):
+    """Seed 4341 of the random problems: the rule knows of the attic what the list of all that is true must not deny."""
+    rules = HOUSE.replace("update_rules:", "update_rules:\n  - K(asleep) => add(Kf, cat(attic))")
+    start = "add(Kf, asleep)\n  - add(LCW, forall(room r) cat(r))"
+    assert judged(rules, HOUSE_PROBLEM.format(start, "K(cat(attic)) and K(not cat(hall))"))(GOAL) == NOTHING
+
+
 def test_an_always_goal_is_broken_on_the_way_and_an_initial_one_looks_back(judged):
     start = "add(Kf, not asleep)"
     judge = judged(HOUSE, HOUSE_PROBLEM.format(start, "always(K(not asleep)) and K(not asleep)"))
