@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from kabo.tasks.core import *  # noqa: F403
     from kabo.tasks.files import *  # noqa: F403
 
-_FILES = ("TaskFile", "dump_task", "load_task", "load_task_file", "register", "task_to_yaml")
+_FILES = ("TaskFile", "dump_task", "load_task", "load_task_file", "register", "register_cost", "task_to_yaml")
 __all__ = sorted([*core.__all__, *_FILES])  # noqa: PLE0605
 
 

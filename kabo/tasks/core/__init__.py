@@ -13,6 +13,7 @@ from kabo.tasks.core.containers import (
     Serial,
     Wrapper,
 )
+from kabo.tasks.core.costs import constant, offset, total, uniform_random, weighted
 from kabo.tasks.core.custom import backward, connector, forward, generator, monitor, propagator, wrapper
 from kabo.tasks.core.errors import InitialisationError, TaskError, UndeclaredProperty, UndefinedProperty
 from kabo.tasks.core.explanation import Explanation
@@ -26,30 +27,30 @@ from kabo.tasks.core.stages import Connector, CostTerm, Generator, Monitor, Prop
 from kabo.tasks.core.task import Task
 
 __all__ = [
-    "INTERFACE",
-    "MISSING",
-    "PARENT",
-    "SAME",
     "Alternatives",
     "Connector",
     "Container",
-    "Explanation",
     "CostTerm",
+    "Explanation",
     "Failure",
     "Fallbacks",
     "Flow",
     "Generator",
+    "INTERFACE",
     "InitialisationError",
     "Interface",
     "Limit",
+    "MISSING",
     "Merger",
     "Monitor",
+    "PARENT",
     "Parallel",
     "Parent",
     "Propagator",
     "Property",
     "Reference",
     "Result",
+    "SAME",
     "Serial",
     "Solution",
     "Stage",
@@ -63,11 +64,16 @@ __all__ = [
     "arrows",
     "backward",
     "connector",
+    "constant",
     "directions",
     "forward",
     "generator",
     "monitor",
+    "offset",
     "propagator",
+    "total",
     "tree",
+    "uniform_random",
+    "weighted",
     "wrapper",
 ]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kabo.tasks.files.building import TaskFile, find_task_file, load_task, load_task_file
+    from kabo.tasks.files.costs import register_cost
     from kabo.tasks.files.registry import register
     from kabo.tasks.files.writing import dump_task, task_to_yaml
 
@@ -18,6 +19,7 @@ _HOMES = {
     "load_task": "building",
     "load_task_file": "building",
     "register": "registry",
+    "register_cost": "costs",
     "task_to_yaml": "writing",
 }
 
@@ -28,6 +30,7 @@ __all__ = [
     "load_task",
     "load_task_file",
     "register",
+    "register_cost",
     "task_to_yaml",
 ]
 

@@ -74,6 +74,7 @@ class TaskFile:
                 task.properties.set(each.name, bound[each.name])
         for name, value in self.recipe.values.items():
             task.properties.set(name, value)
+        task.cost = self.recipe.cost
         return task
 
     def _bound(self, arguments: Mapping[str, Any], partly: bool) -> dict[str, Any]:
@@ -134,6 +135,7 @@ def _made(recipe: Recipe) -> Stage:
     stage = recipe.kind(recipe.name, *map(_made, recipe.children), **given)
     for name, value in recipe.values.items():
         stage.properties.set(name, value)
+    stage.cost = recipe.cost
     assert isinstance(stage, Container) or not recipe.children
     assert isinstance(stage, Monitor) or recipe.monitors is None
     return stage

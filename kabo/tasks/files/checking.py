@@ -14,6 +14,7 @@ from kabo.language.task_file import STAGE_KEYS, TASK_KEYS
 from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Property, Serial, Stage, Wrapper
 from kabo.tasks.core.properties import references
 from kabo.tasks.files import registry
+from kabo.tasks.files.costs import NamedCost, NoCost, cost_of
 from kabo.tasks.files.values import NoValue, described, parent_references, value_of
 
 ONLY = {"forward": Flow.FORWARD, "backward": Flow.BACKWARD}
@@ -30,6 +31,7 @@ class Recipe:
     children: tuple["Recipe", ...] = ()
     monitors: str | None = None
     only: Flow | None = None
+    cost: NamedCost | None = None
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,8 @@ class _Checking:
             self.unused(here, declared)
         monitors = self.monitors(stage, kind, above)
         only = self.only(stage, kind, declared)
-        return Recipe(kind or Stage, stage.name, stage.place, values, children, monitors, only)
+        cost = self.cost(stage, declared)
+        return Recipe(kind or Stage, stage.name, stage.place, values, children, monitors, only, cost)
 
     def kind(self, stage: StageDescription) -> type[Stage] | None:
         if stage.type is None:
@@ -100,8 +103,8 @@ class _Checking:
     ) -> dict[str, Any]:
         values: dict[str, Any] = {}
         for name, written in stage.properties.items():
-            if name == "only" and issubclass(kind, Propagator) and name not in declared:
-                continue
+            if name not in declared and (name == "cost" or (name == "only" and issubclass(kind, Propagator))):
+                continue  # no property: see `only`, `cost`
             if name not in declared and not kind.OPEN:
                 self.unknown(stage, name, declared)
                 continue
@@ -144,7 +147,7 @@ class _Checking:
         """Warns of what a container sets in vain: often a key that was misspelt."""
         stage = holder.description
         for name, place in stage.keys.items():
-            if name in declared or name in holder.used:
+            if name in declared or name in holder.used or name == "cost":
                 continue
             keys = TASK_KEYS if stage is self.task.root else STAGE_KEYS
             hint = self.findings.near(name, [*declared, *keys], all_if_few=False)
@@ -222,6 +225,17 @@ class _Checking:
         if found is None:
             self.findings.add(written.place, f'`only` of "{stage.name}" must be forward or backward')
         return found
+
+    def cost(self, stage: StageDescription, declared: Mapping[str, Property]) -> NamedCost | None:
+        """The cost term that replaces the stage's own costs."""
+        written = stage.properties.get("cost")
+        if written is None or "cost" in declared:
+            return None
+        try:
+            return cost_of(value_of(written, Property()))
+        except NoCost as error:
+            self.findings.add(written.place, f'`cost` of "{stage.name}": {error}', error.hint)
+            return None
 
 
 def declared_by(kind: type[Stage]) -> dict[str, Property]:

@@ -16,9 +16,10 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _WORDS: dict[Any, str] = {
     float: "a number", int: "a whole number", bool: "true or false", str: "a text", list: "a list", tuple: "a list",
-    Any: "anything", type(None): "none", dict: "a mapping", Mapping: "a mapping", Sequence: "a list", Robot: "the name of a robot",
-    Body: "the name of a body", Region: "the name of a region", Grasp: "the name of a grasp family",
-    Placement: "the name of a placement", MotionConstraint: "the name of a motion constraint",
+    Any: "anything", type(None): "none", dict: "a mapping", Mapping: "a mapping", Sequence: "a list",
+    Robot: "the name of a robot", Body: "the name of a body", Region: "the name of a region",
+    Grasp: "the name of a grasp family", Placement: "the name of a placement",
+    MotionConstraint: "the name of a motion constraint",
 }  # fmt: skip
 _TRUTH = {"true": True, "false": False}
 

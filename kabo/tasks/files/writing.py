@@ -9,6 +9,7 @@ from typing import Any
 from kabo.plan import write_atomically
 from kabo.tasks.core import MISSING, Container, Monitor, Propagator, Reference, Stage, Task, TaskError, Wrapper
 from kabo.tasks.files.checking import ONLY, declared_by
+from kabo.tasks.files.costs import written_as
 from kabo.tasks.files.kinds import kind_of
 from kabo.tasks.files.registry import name_of
 from kabo.tasks.files.values import number_of
@@ -70,6 +71,7 @@ class _Writer:
         for name, value in task.properties.given.items():
             if name not in inputs:
                 yield f"{name}: {self.value(task, name, value)}"
+        yield from self.cost(task)
         yield "stages:"
         for child in task.children:
             yield from self.stage(child, "  ")
@@ -92,16 +94,24 @@ class _Writer:
         if name is None:
             problem = f"{stage.path!r}: {type(stage).__name__} is not registered (kabo.tasks.register)"
             self.problems.append(problem)
-        if stage.cost is not None:
-            self.problems.append(f"{stage.path!r}: a cost term has no form in files")
         yield f"name: {self.text(stage.name)}"
         yield f"stage: {self.text(name or '?')}"
         if isinstance(stage, Monitor):
             yield f"monitors: {self.text(self.monitors(stage))}"
         if isinstance(stage, Propagator) and stage.only is not None:
             yield f"only: {next(word for word, flow in ONLY.items() if flow is stage.only)}"
+        yield from self.cost(stage)
         for key, value in stage.properties.given.items():
             yield f"{key}: {self.value(stage, key, value)}"
+
+    def cost(self, stage: Stage) -> Iterator[str]:
+        if stage.cost is None:
+            return
+        written = written_as(stage.cost)
+        if written is None:
+            self.problems.append(f"{stage.path!r}: its cost term has no form in files (kabo.tasks.register_cost)")
+        else:
+            yield f"cost: {self.value(stage, 'cost', written)}"
 
     def monitors(self, stage: Monitor) -> str:
         """The path to the monitored stage from the container that holds the monitor."""

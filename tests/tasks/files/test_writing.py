@@ -110,7 +110,7 @@ def test_all_that_has_no_form_in_files_is_told_at_once() -> None:
         "the task 't' cannot be written as a file:",
         "  - 't', property 'x': nan has no form in files",
         "  - 'u': Unknown is not registered (kabo.tasks.register)",
-        "  - 's': a cost term has no form in files",
+        "  - 's': its cost term has no form in files (kabo.tasks.register_cost)",
         "  - 's', property 'by': a function of Python has no form in files",
         "  - 's', property 'note': a value of type object has no form in files",
     ]
