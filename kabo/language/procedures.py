@@ -36,34 +36,6 @@ class Property:
 
 Signature = tuple[Property, ...]
 
-_ROBOT = Property("robot", "robot")
-_OBJECT = Property("object", "body")
-_REGION = Property("region", "region")
-_PLACEMENT = Property("placement", "placement", required=False)
-
-_TABLE: Mapping[str, Signature] = {
-    "move": (_ROBOT,),
-    "pick": (_ROBOT, _OBJECT, Property("grasp", "grasp", required=False)),
-    "place": (_ROBOT, _OBJECT, _REGION, _PLACEMENT),
-    "transfer": (
-        _ROBOT,
-        _OBJECT,
-        _REGION,
-        Property("keep", "motion_constraint", required=False),
-        _PLACEMENT,
-    ),
-    "release": (_ROBOT, _OBJECT, _REGION),
-    "restack": (
-        _ROBOT,
-        Property("this", "body"),
-        Property("other", "body"),
-        Property("grasp", "grasp", required=False),
-        _PLACEMENT,
-    ),
-    "sense": (_ROBOT, _OBJECT),
-    "sense_weight": (_ROBOT, _OBJECT),
-}
-
 
 class Procedures(Mapping[str, Signature | None]):
     """The signature of each procedure by its name; None for a task file that is broken, which was reported.
@@ -141,7 +113,7 @@ def _names(folder: str | Path | None) -> list[str]:
 @lru_cache(maxsize=1)
 def library_names() -> tuple[str, ...]:
     """The tasks of the library."""
-    return tuple(sorted({*_names(LIBRARY), *_TABLE}))
+    return tuple(sorted(_names(LIBRARY)))
 
 
 @lru_cache
@@ -151,13 +123,12 @@ def library_signature(name: str) -> Signature:
     Raises:
         KeyError: it has none of that name.
     """
-    path = LIBRARY / f"{name}.yaml"
-    if name in library_names() and path.exists():
-        findings = Findings()
-        task = read_task_text(read_source(path, f"kabo/tasks/library/{name}.yaml"), findings)
-        assert task is not None and not findings.errors, findings.diagnostics
-        return signature_of(task)
-    return _TABLE[name]
+    if name not in library_names():
+        raise KeyError(name)
+    findings = Findings()
+    task = read_task_text(read_source(LIBRARY / f"{name}.yaml", f"kabo/tasks/library/{name}.yaml"), findings)
+    assert task is not None and not findings.errors, findings.diagnostics
+    return signature_of(task)
 
 
 def signature_of(task: TaskDescription) -> Signature:
