@@ -35,28 +35,6 @@ def pose_of(scene: TaskScene, given: Any) -> Array:
     raise ValueError(f"a pose is {{frame, position, quaternion or rpy}} or a matrix (4, 4), not {given!r}")
 
 
-def _direction(scene: TaskScene, given: Any, about: Sequence[float]) -> Array:
-    """A direction (3,) in the frame of a pose, as a unit vector in the world."""
-    name = str(given.get("frame", "world")) if isinstance(given, Mapping) else "world"
-    vector = world_T(scene.context.scene, scene.situation.first, name)[:3, :3] @ np.asarray(about, float)
-    return np.asarray(vector / np.linalg.norm(vector))
-
-
-def turned(pose: Array, about: Array, turns: int) -> Iterator[Array]:
-    """A pose (4, 4), turned evenly `turns` times about a unit vector (3,) through its position; itself first."""
-    for number in range(turns):
-        found = pose.copy()
-        found[:3, :3] = rotation_about(about, 2.0 * np.pi * number / turns) @ pose[:3, :3]
-        yield found
-
-
-def rotation_about(axis: Array, angle: float) -> Array:
-    """The rotation (3, 3) about a unit vector (3,) by an angle [rad]."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
-
-
 def local_pose(given: Mapping[str, Any]) -> Array:
     """The pose (4, 4) of {position, quaternion or rpy} in its frame."""
     position = [float(v) for v in given.get("position", (0.0, 0.0, 0.0))]
@@ -85,8 +63,6 @@ class _Poses(RobotStage):
         "poses": Property(
             (list, tuple, Callable), (), "poses in order, or a function of the scene that gives them"
         ),
-        "turns": Property(int, 1, "each pose is turned so often, evenly, about `about` through its own position"),
-        "about": Property((list, tuple), (0.0, 0.0, 1.0), "the direction to turn about, in the pose's frame"),
         "random": Property(
             dict, {}, "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]}: half ranges"
         ),
@@ -122,7 +98,7 @@ class MonitoredPoses(_Poses, Monitor):
 def _poses(scene: TaskScene, properties: Values, key: str) -> Iterator[Array]:
     given, random = properties["poses"], properties["random"]
     for each in given(scene) if callable(given) else given:
-        yield from turned(pose_of(scene, each), _direction(scene, each, properties["about"]), properties["turns"])
+        yield pose_of(scene, each)
     if not random:
         return
     stream = stream_key(scene.context.seed, "poses", key)

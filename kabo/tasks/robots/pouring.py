@@ -14,9 +14,9 @@ from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.configurations import rounded
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import frame_of
-from kabo.tasks.robots.poses import rotation_about
 from kabo.tasks.robots.pour_path import PourPath
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
+from kabo.tasks.robots.symmetries import turned
 from kabo.tasks.robots.targets import feature_pose, pose_rows
 
 Array = npt.NDArray[np.float64]
@@ -45,7 +45,9 @@ class Pour(RobotStage, Propagator):
         "lid": Property(str, "lid", "feature of the object where it pours, directed out of it"),
         "container": Property(str, PARENT, "the body that is poured into"),
         "rim": Property(str, "rim", "feature of the container in the middle of its rim"),
-        "towards": Property((float, list, tuple), doc="where it tilts to: angle from x about up [rad], or [x, y, z]"),
+        "towards": Property(
+            (float, list, tuple), doc="where it tilts to: angle from x about up [rad], or [x, y, z]"
+        ),
         "offset": Property(
             (list, tuple), (0.0, 0.02), "where the lid pours: along `towards` and up from the rim's middle [m]"
         ),
@@ -94,7 +96,7 @@ class _Tilting:
         axis = np.cross(UP, self.towards)
         result = self.start.copy()
         result[:3, 3] += (x - self.path.start[0]) * self.towards + (y - self.path.start[1]) * UP
-        result[:3, :3] = rotation_about(axis, theta - self.path.start[2]) @ self.start[:3, :3]
+        result[:3, :3] = turned((0.0, 0.0, 0.0), axis, theta - self.path.start[2])[:3, :3] @ self.start[:3, :3]
         return result
 
     def followed(self, q: Array) -> list[Array] | Failure:
@@ -202,4 +204,3 @@ def _tilts(first: float, second: float) -> tuple[float, float]:
 def _vector(given: Array) -> tuple[float, float, float]:
     x, y, z = (float(v) for v in given)
     return x, y, z
-
