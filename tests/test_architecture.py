@@ -14,7 +14,13 @@ from kabo.cli.main import COMMANDS
 REPOSITORY = Path(__file__).parents[1]
 SOURCES = sorted((REPOSITORY / "kabo").rglob("*.py"))
 HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "rich", "yaml", "lark", "msgspec")
-EDGES = {"kabo/cli/main.py", "kabo/service/server.py", "kabo/service/worker.py", "kabo/meshes/reading.py"}
+EDGES = {
+    "kabo/cli/main.py",
+    "kabo/cli/own_stages.py",
+    "kabo/service/server.py",
+    "kabo/service/worker.py",
+    "kabo/meshes/reading.py",
+}
 
 
 def relative(path: Path) -> str:

@@ -2,12 +2,13 @@
 
 import argparse
 import signal
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kabo.cli import exit_codes
+from kabo.cli.own_stages import add_stages_argument, blamed, execute
 from kabo.cli.solving import natural, output_file, positive
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
@@ -49,18 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
 
 
-def add_stages_argument(parser: argparse.ArgumentParser) -> None:
-    """The modules that bring stages of one's own."""
-    parser.add_argument(
-        "--stages",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE.py",
-        help="Python files that register stages of your own; they are executed",
-    )
-
-
 def run(options: argparse.Namespace) -> int:
     """Plans, writes the report and shows it; exit code 4 if no run found a solution."""
     from kabo.plan import write_atomically
@@ -81,7 +70,8 @@ def run(options: argparse.Namespace) -> int:
                 options.workers or None,
                 stop,
             )
-            runs = plan_file(file, arguments, scene, settings)
+            with blamed(options.stages):
+                runs = plan_file(file, arguments, scene, settings)
         made = report(runs, file=str(options.file), arguments=arguments)
         if options.output is not None:
             write_atomically(options.output, report_bytes(made))
@@ -110,41 +100,6 @@ def read_task_file(options: argparse.Namespace) -> "TaskFile":
         for warning in file.warnings:
             tell(str(warning))
     return file
-
-
-def execute(paths: Iterable[Path]) -> None:
-    """Runs Python files for the stages that they register.
-
-    Raises:
-        InputError: whatever one of them raised.
-    """
-    for path in paths:
-        _execute(path)
-
-
-def _execute(path: Path) -> None:
-    from importlib.util import module_from_spec, spec_from_file_location
-
-    spec = spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None or not path.is_file():
-        raise InputError([Diagnostic(str(path), 1, 1, "this is no Python file")])
-    module = module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # noqa: BLE001 - another's code: its errors are what that person wrote
-        raise InputError(
-            [Diagnostic(str(path), _line(error, path), 1, f"{type(error).__name__}: {error}")]
-        ) from None
-
-
-def _line(error: Exception, path: Path) -> int:
-    """The last line of the file that the error went through."""
-    import traceback
-
-    if isinstance(error, SyntaxError):
-        return error.lineno or 1
-    frames = traceback.extract_tb(error.__traceback__)
-    return next((f.lineno or 1 for f in reversed(frames) if Path(f.filename).resolve() == path.resolve()), 1)
 
 
 def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:

@@ -117,6 +117,13 @@ def test_a_mistake_in_stages_of_ones_own_is_told_at_its_line(kabo, walk):
     assert said.code == 2 and "bad.py:2:1: ZeroDivisionError: division by zero" in said.err
 
 
+def test_an_error_inside_a_stage_of_ones_own_is_told_at_its_line(kabo, walk):
+    (walk / "walk.py").write_text(STAGES.replace("yield Result(0.0)", "yield Result(1 / 0)"))
+    said = plan(kabo)
+    assert said.code == 2 and "walk.py:6:1: ZeroDivisionError: division by zero" in said.err
+    assert "Traceback" not in said.err
+
+
 def test_mistakes_in_the_task_file_are_told_all_at_once(kabo, walk):
     (walk / "walk.yaml").write_text(TASK.replace("walk/Go,", "walk/Goo,").replace("points:", "point:"))
     for command in ("plan", "show"):
