@@ -7,12 +7,12 @@ from kabo.cli import exit_codes
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
 NAME = "check"
-HELP = "report all errors in domain, problem and scene files, with their places and remedies"
+HELP = "report all errors in domain, problem, scene and task files, with their places and remedies"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo check`."""
-    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="domain, problem or scene files")
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="domain, problem, scene or task files")
     parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
 
 

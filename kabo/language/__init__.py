@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kabo.language.loading import check_files, load_problem, load_scene_description
+    from kabo.language.loading import check_files, load_problem, load_scene_description, own_task_files
     from kabo.language.problem import Action, Domain, Function, Options, Parameter, Problem
     from kabo.language.procedures import Procedures, Property
     from kabo.language.scene_description import SceneDescription
@@ -27,6 +27,7 @@ _HOMES = {
     "check_files": "loading",
     "load_problem": "loading",
     "load_scene_description": "loading",
+    "own_task_files": "loading",
     "spell": "spelling",
     "spell_number": "spelling",
 }
@@ -44,6 +45,7 @@ __all__ = [
     "check_files",
     "load_problem",
     "load_scene_description",
+    "own_task_files",
     "spell",
     "spell_number",
 ]

@@ -25,6 +25,7 @@ class _Loading:
 
     findings: Findings = field(default_factory=Findings)
     digests: dict[str, str] = field(default_factory=dict)  # by real path
+    tasks: set[str] = field(default_factory=set)  # task files beside the domain that its calls name
     within: Path | None = None  # no file outside of this folder is opened
 
     def document(self, name: str, named_at: Place | None = None, *, aliases: bool = False) -> Mapping | None:
@@ -60,7 +61,7 @@ class _Loading:
         problem = read_problem(root, domain, scene, self.findings)
         if problem is None or domain is None:
             return None
-        self.digests |= domain.vocabulary.procedures.digests
+        self.note(domain)  # a test in the goal may have called more
         return replace(problem, files=self._relative_to(folder))
 
     def _domain(self, root: Mapping, folder: str) -> DomainReading | None:
@@ -73,7 +74,19 @@ class _Loading:
         if kind_of(document) != "domain":
             self.findings.add(named_at, f"{written} is no domain: it has none of the keys of one")
             return None
-        return read_domain(document, self.findings, within=self.within)
+        return self.read_domain(document)
+
+    def read_domain(self, document: Mapping) -> DomainReading:
+        """The domain of a document, with the task files that it calls."""
+        reading = read_domain(document, self.findings, within=self.within)
+        self.note(reading)
+        return reading
+
+    def note(self, reading: DomainReading) -> None:
+        """Counts the task files that were read among those that belong to this reading."""
+        digests = reading.vocabulary.procedures.digests
+        self.digests |= digests
+        self.tasks.update(digests)
 
     def _scene(self, root: Mapping, folder: str) -> SceneReading | None:
         node = root.get("scene")
@@ -189,12 +202,26 @@ def check_files(paths: Iterable[str | Path]) -> list[Diagnostic]:
     return sorted(found, key=lambda d: (d.file, d.line, d.column, d.message))
 
 
+def own_task_files(path: str | Path) -> list[str]:
+    """The task files that belong to a file without errors: itself, or those beside a domain that its calls name."""
+    loading = _Loading()
+    name = os.fspath(path)
+    root = loading.document(name, aliases=True)
+    kind = None if root is None else kind_of(root)
+    if root is None or kind is None:
+        return []
+    if kind == "task":
+        return [name]
+    _check(loading, root, name)
+    return sorted(loading.tasks)
+
+
 def _check(loading: _Loading, root: Mapping, name: str) -> None:
     kind = kind_of(root)
     if kind == "problem":
         loading.problem(root, name)
     elif kind == "domain":
-        read_domain(root, loading.findings)
+        loading.read_domain(root)
     elif kind == "scene":
         read_scene(root, None, loading.findings)
     elif kind == "task":

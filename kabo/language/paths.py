@@ -1,6 +1,12 @@
-"""Paths in files: relative to the file that names them, or `package://NAME/…` [LANGUAGE 1.7]."""
+"""Paths in files: relative to the file that names them, or `package://NAME/…` [LANGUAGE 1.7].
+
+`packages: {NAME: installed}` is the folder `share/NAME` that an installed package has brought along, such as
+example-robot-data of the extra `robots`.
+"""
 
 import os
+import sys
+import sysconfig
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +16,7 @@ from kabo.language.source import missing_file_reason
 from kabo.language.values import Reader
 
 OUTSIDE = "the file lies outside of the folder that may be read"
+INSTALLED = "installed"
 _SCHEME = "package://"
 
 
@@ -37,12 +44,30 @@ def near_file(findings: Findings, path: Path, within: Path | None = None) -> str
     return findings.near(path.name, beside_it, all_if_few=False)
 
 
+def installed_folder(name: str) -> Path | None:
+    """The folder `share/NAME` beside the installed Python packages; None if there is none."""
+    if not name or name in (".", "..") or "/" in name or "\0" in name:
+        return None
+    roots = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix", Path(sys.prefix)
+    return next((root / "share" / name for root in roots if (root / "share" / name).is_dir()), None)
+
+
 def read_packages(reader: Reader, node: Node | None) -> dict[str, Path]:
-    """The folders of `packages: {NAME: folder}`."""
+    """The folders of `packages: {NAME: folder}`, those that are installed by their name."""
     packages: dict[str, Path] = {}
     for name, _, value in reader.entries(node, "the packages"):
         text = reader.text(value, "a folder")
         if text is None:
+            continue
+        if text == INSTALLED:
+            found = installed_folder(name)
+            if found is None:
+                hint = "the robots of example-robot-data come with pip install 'kabo[robots]'"
+                reader.findings.add(value.place, f'package "{name}" is not installed', hint)
+            elif lies_within(found, reader.within):
+                packages[name] = found
+            else:
+                reader.findings.add(value.place, f'package "{name}": {OUTSIDE}')
             continue
         folder = Path(beside(str(value.source.path.parent), text))
         if "\0" in text or not lies_within(folder, reader.within) or not folder.is_dir():

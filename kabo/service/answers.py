@@ -106,7 +106,24 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     for path in named:
         if str(path) not in faulty and not is_imported(path):
             found += _geometry_findings(path)
+            found += _stage_findings(path)
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
+
+
+def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
+    """What is wrong in the task files that a domain or problem may call, or in a task file itself: stages, values."""
+    from kabo.language import own_task_files
+
+    called = own_task_files(path)
+    if not called:
+        return ()
+    from kabo.language.findings import Findings
+    from kabo.tasks.files import find_task_file
+
+    findings = Findings()
+    for name in called:
+        find_task_file(Path(name), name, findings)
+    return tuple(findings.diagnostics)
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:

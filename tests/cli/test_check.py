@@ -49,3 +49,22 @@ def test_a_mesh_in_millimetres_is_a_warning_with_the_fix(kabo, parcels):
     (found,) = said.json["diagnostics"]
     assert (said.code, found["severity"], found["file"], found["line"]) == (0, "warning", "scene.yaml", 5)
     assert "millimetres" in found["message"] and "scale: 0.001" in found["hint"]
+
+
+TASK = "name: bring\nproperties: {p: name}\nstages:\n  - {name: start, stage: CurrentState}\n"
+
+
+def test_task_files_beside_a_domain_are_checked_with_their_stages(kabo, parcels):
+    (parcels / "tasks").mkdir()
+    (parcels / "tasks" / "bring.yaml").write_text(TASK.replace("CurrentState", "CurrentStat"))
+    domain = parcels / "domain.yaml"
+    text = domain.read_text()
+    start = text.index("    preconditions:")
+    domain.write_text(text[:start] + "    geometry: bring(p)\n" + text[start:])
+    for file in ("one.yaml", "domain.yaml", "tasks/bring.yaml"):
+        said = kabo("check", file, "--json")
+        (found,) = said.json["diagnostics"]
+        assert (said.code, found["file"], found["line"]) == (2, "tasks/bring.yaml", 4)
+        assert found["hint"] == 'did you mean "CurrentState"?'
+    (parcels / "tasks" / "bring.yaml").write_text(TASK)
+    assert kabo("check", "one.yaml", "domain.yaml", "tasks/bring.yaml").code == 0
