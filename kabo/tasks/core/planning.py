@@ -19,7 +19,8 @@ from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.graph import Level, reconsider
 from kabo.tasks.core.groups import MergerNode, ParallelNode, SerialNode, WrapperNode
 from kabo.tasks.core.jobs import Job
-from kabo.tasks.core.nodes import ConnectorNode, Ended, GeneratorNode, MonitorNode, Node, PropagatorNode
+from kabo.tasks.core.leaves import ConnectorNode, GeneratorNode, MonitorNode, PropagatorNode
+from kabo.tasks.core.nodes import Ended, Node
 from kabo.tasks.core.results import Answer, Failure
 from kabo.tasks.core.solutions import Solution, State
 from kabo.tasks.core.stages import Monitor, Stage

@@ -1,0 +1,248 @@
+"""The nodes of single stages: generators, monitors, propagators and connectors, with a job for each of what."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from kabo.tasks.core.errors import UndefinedProperty
+from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.jobs import Job
+from kabo.tasks.core.nodes import Ended, Leaf, Node
+from kabo.tasks.core.results import SAME, Answers, Result
+from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
+
+
+class GeneratorNode(Leaf):
+    """A generator: one job, which may go on for ever."""
+
+    def start(self) -> None:
+        """Queues the job, once."""
+        if not self.jobs and not self.statistics.calls:
+            self.queue(Job(None, self.arguments((self.planning.scene,))))
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """There is only one."""
+        return (job.asked,)
+
+    def runnable(self, job: Job) -> bool:
+        """Always: it computes both sides."""
+        return True
+
+    def dropped(self, job: Job) -> Ended:
+        """Nothing waits for a generator but connectors, and those look for themselves."""
+        return []
+
+    def works_on(self, state: State, side: int) -> bool:
+        """It reads no states."""
+        return False
+
+    def function(self) -> Callable[..., Answers]:
+        """`generate`."""
+        return self.stage.generate  # type: ignore[attr-defined]
+
+    def solve(self, job: Job, result: Result) -> None:
+        """A state on either side."""
+        self.offer(result, {})
+
+    def offer(self, result: Result, inherited: Any) -> None:
+        """Writes both states of a result."""
+        properties = {**inherited, **result.properties}
+        before = result.scene if result.start is SAME else result.start
+        start, end = self.new_state(before, properties), self.new_state(result.scene, properties)
+        self.report(self.solution(start, end, result))
+
+
+class MonitorNode(GeneratorNode):
+    """A generator with one job for each success of the stage that it monitors."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.monitored: Node | None = None
+        self._started = False
+        self._asking = False
+
+    def start(self) -> None:
+        """Triggers count from now on, and those before."""
+        self._started = True
+
+    def trigger(self, solution: Solution) -> None:
+        """A success of the monitored stage."""
+        if solution.end is not None:
+            given = self.arguments((solution.end.scene,), solution.end.properties)
+            self.queue(Job(solution, given))
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """Those asked less often, then the cheaper ones."""
+        return job.asked, job.subject.cost
+
+    def pick(self) -> Job | None:
+        """The best trigger."""
+        return super().pick() if self._started else None
+
+    def busy(self) -> bool:
+        """Whether triggers wait, or may come."""
+        if self.jobs or self.monitored is None:
+            return bool(self.jobs)
+        if self._asking:  # stages that monitor each other: to be careful, yes
+            return True
+        self._asking = True
+        try:
+            return self.monitored.may_solve()
+        finally:
+            self._asking = False
+
+    def solve(self, job: Job, result: Result) -> None:
+        """A state on either side, with the properties of what was monitored."""
+        self.offer(result, job.subject.end.properties)
+
+
+class PropagatorNode(Leaf):
+    """A propagator: one job for each state that comes to it."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._forward = self.flow is Flow.FORWARD
+        self._near, self._far = (LEFT, RIGHT) if self._forward else (RIGHT, LEFT)
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Queues a job for it."""
+        self.queue(Job(state, self.arguments((state.scene,), state.properties)))
+
+    def rekey(self, state: State, side: int) -> None:
+        """Queues its job again."""
+        job = self.jobs.get(state)
+        if job is not None:
+            self._push(job)
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """Those asked less often, then by the path to the state."""
+        return (job.asked, *job.subject.order[self._near])
+
+    def runnable(self, job: Job) -> bool:
+        """Whether the state is alive on the side it comes from."""
+        return job.subject.alive[self._near]
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether its job is not done."""
+        return state in self.jobs and not self.closed
+
+    def dropped(self, job: Job) -> Ended:
+        """Nothing more leads on from the state through here."""
+        return self.finished(job.subject, self._far, job.subject.lane)
+
+    def function(self) -> Callable[..., Answers]:
+        """`forward` or `backward`."""
+        return self.stage.forward if self._forward else self.stage.backward  # type: ignore[attr-defined]
+
+    def ends(self, job: Job) -> tuple[State | None, State | None]:
+        """The state on the side it comes from."""
+        return (job.subject, None) if self._forward else (None, job.subject)
+
+    def solve(self, job: Job, result: Result) -> None:
+        """A new state on the far side."""
+        near: State = job.subject
+        properties = {**near.properties, **result.properties} if result.properties else near.properties
+        far = self.new_state(near.scene if result.scene is None else result.scene, properties, near.lane)
+        start, end = (near, far) if self._forward else (far, near)
+        self.report(self.solution(start, end, result))
+
+
+class ConnectorNode(Leaf):
+    """A connector: one job for each pair of states that may fit."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
+        self.open: dict[State, dict[tuple[State, object], Job]] = {}
+        self._lanes: dict[State, set[object]] = {}
+        self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Queues a job for each state on the other side with which it may fit; counts those that do not."""
+        self._sides[side].append((state, lane))
+        self.open.setdefault(state, {})
+        self._lanes.setdefault(state, set()).add(lane)
+        self._lonely[state] = 1 - side
+        for other, its_lane in self._sides[1 - side]:
+            if its_lane == lane:
+                self._pair(*((state, other) if side == LEFT else (other, state)), lane)
+
+    def _pair(self, start: State, end: State, lane: object) -> None:
+        given = self.arguments((start.scene, end.scene), start.properties, end.properties)
+        if not isinstance(given, UndefinedProperty):
+            reason = self.stage.mismatch(start.scene, end.scene, given[2])  # type: ignore[attr-defined]
+            if reason is not None:
+                self.statistics.mismatches[reason] += 1
+                self.planning.misfits.append((self, start, end, lane))
+                return
+        job = Job((start, end, lane), given)
+        self.open[start][end, lane] = job
+        self.open[end][start, lane] = job
+        self._lonely.pop(start, None)
+        self._lonely.pop(end, None)
+        self.queue(job)
+
+    def rekey(self, state: State, side: int) -> None:
+        """Queues all its pairs again."""
+        for job in self.open.get(state, {}).values():
+            self._push(job)
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """Those asked less often, then by the sum of depths, then of costs."""
+        start, end, _ = job.subject
+        first, second = start.order[LEFT], end.order[RIGHT]
+        return job.asked, first[0] + second[0], first[1] + second[1]
+
+    def runnable(self, job: Job) -> bool:
+        """Whether both ends are alive on their far sides."""
+        start, end, _ = job.subject
+        return start.alive[LEFT] and end.alive[RIGHT]
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether a pair is open with a state that is alive, or more states may come to the other side."""
+        if self.closed:
+            return False
+        if any(other.alive[side] for other, _ in self.open.get(state, ())):
+            return True
+        parent = self.parent
+        if parent is None or not any(parent.delivers_to(self, side, lane) for lane in self._lanes[state]):
+            return False
+        self._lonely[state] = side
+        return True
+
+    def waiting(self) -> Ended:
+        """The states that are alive through it only because partners may still come."""
+        for state, side in list(self._lonely.items()):
+            if not state.alive[side] or state.leads_on(side):
+                del self._lonely[state]  # dead; or alive by itself, and noted again when that ends
+        return list(self._lonely.items())
+
+    def partners(self, state: State, side: int) -> Iterable[State]:
+        """Those with which it has open pairs."""
+        return [other for other, _ in self.open.get(state, ())]
+
+    def dropped(self, job: Job) -> Ended:
+        """Both ends have one partner less."""
+        start, end, lane = job.subject
+        for state, other, side in ((start, end, RIGHT), (end, start, LEFT)):
+            self.open[state].pop((other, lane), None)
+            if not self.open[state]:
+                self._lonely[state] = side
+        return self.pair_closed(start, end, lane)
+
+    def pair_closed(self, start: State, end: State, lane: object) -> Ended:
+        """A pair is done with, or never fitted."""
+        return [*self.finished(start, RIGHT, lane), *self.finished(end, LEFT, lane)]
+
+    def function(self) -> Callable[..., Answers]:
+        """`connect`."""
+        return self.stage.connect  # type: ignore[attr-defined]
+
+    def ends(self, job: Job) -> tuple[State | None, State | None]:
+        """Both."""
+        start, end, _ = job.subject
+        return start, end
+
+    def solve(self, job: Job, result: Result) -> None:
+        """An edge between both states."""
+        start, end, _ = job.subject
+        self.report(self.solution(start, end, result))
