@@ -109,6 +109,25 @@ def test_what_excludes_outcomes_excludes_them_elsewhere(tasks):
     assert excluded > len(tasks) // 8
 
 
+def test_what_an_entry_needs_as_a_whole_is_enough_to_leave_it_the_same(tasks):
+    """All bits of an entry together: what it needs includes that it is not settled, and which members are left."""
+    pairs = 0
+    for task in tasks:
+        states = reachable(task)
+        entries = [one for one in task.closure.propagators if isinstance(one, Entry) and one.active]
+        for state in states[:10] if entries else ():
+            for act in task.actions:
+                after = act.after(state) if act.applicable(state) else None
+                for entry in [one for one in entries if after is not None and after & one.active]:
+                    needs = act.needs(state, entry.mask)
+                    for other in states:
+                        if not (other ^ state) & needs and other != state:
+                            reached = act.after(other)
+                            pairs += 1
+                            assert reached is None or not (reached ^ after) & entry.mask, f"{act}: {entry}"
+    assert pairs > len(tasks)
+
+
 # ------------------------------------------------------------------------------------------ in words, one by one
 def test_that_nothing_contradicts_itself_is_a_need_too():
     """At least one of r, p(x) holds, says the action: it cannot be done where both are known to be false."""

@@ -9,9 +9,11 @@ from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language import load_problem
 from kabo.language.problem import Function
-from kabo.planner.contingent import find_skeleton
+from kabo.planner.contingent import _Contingent, find_skeleton
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import Exhausted, Found, Limits, Unreachable
+from kabo.planner.space import Act, Space
+from kabo.planner.weak import Counter
 from tests import oracles_knowledge as oracles
 from tests.planner.scripted_geometry import Scripted
 from tests.small_problems import COLOUR, FUEL, action, add, app, atom, cmp, delete, know, lit, no, problem, var
@@ -345,3 +347,39 @@ def test_geometric_tests_in_formulas_are_asked_at_the_trace():
     given = problem(actions=[clear, grasp], goal=[know(lit("r"))])
     assert names(plan_of(given, geometry=geometry)) == ["clear()", "grasp()"]
     assert names(plan_of(given)) == ["grasp()"]
+
+
+def doomed(given, *steps):
+    """Whether the search gives a node up at once, after these actions."""
+    space = Space(ground(given), None)
+    node = space.start
+    for name in steps:
+        act = next(action for action in space.task.actions if str(action) == name)
+        node = space.after(node, Act(act, 0, None))
+    return _Contingent(space, "best", Counter(Limits())).is_doomed(node)
+
+
+def washing(*, soap: bool, rules=()):
+    """Dirty or not can be sensed; what is dirty is washed if there is soap, which may be poured away."""
+    wash = action("wash", pre=[know(lit("q"))], effects=[add(no("p", "x"))])
+    pour = action("pour_away", effects=[add(no("q"))])
+    look = action("look", sense=[atom("p", "x")])
+    start = [add(lit("q", positive=soap))]
+    return problem(actions=[wash, pour, look], initial=start, goal=[know(no("p", "x"))], update_rules=rules)
+
+
+def test_a_node_is_doomed_if_what_is_unknown_may_turn_out_beyond_help():
+    assert doomed(washing(soap=False))
+    assert not doomed(washing(soap=True))
+    assert doomed(washing(soap=True), "pour_away()")
+
+
+def test_nothing_is_called_doomed_where_outcomes_may_exclude_each_other():
+    """With inference a single outcome may be no possible world."""
+    rule = f.Conditional(know(no("q")), (add(no("r")),))
+    assert not doomed(washing(soap=False, rules=[rule]))
+
+
+def test_only_the_best_search_judges_what_is_doomed():
+    space = Space(ground(washing(soap=False)), None)
+    assert not _Contingent(space, "greedy", Counter(Limits())).is_doomed(space.start)
