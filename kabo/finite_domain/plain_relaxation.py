@@ -17,6 +17,7 @@ class PlainTables:
     preconditions: list[list[int]]
     adds: list[list[int]]
     uses: list[list[int]]  # of each fact the operators that need it
+    waiting: list[int]  # how many preconditions
     prices: list[int]  # by which supporters are compared
     costs: list[int]  # which plans add up
     owners: list[int]
@@ -41,7 +42,7 @@ def _reach(tables: PlainTables, true: Iterable[int], goal: Sequence[int]) -> tup
     count = len(tables.uses)
     cost, told = [UNREACHED] * count, [UNREACHED] * count
     supporter, place = [-1] * count, [-1] * count
-    waiting, totals = [len(p) for p in tables.preconditions], list(tables.prices)
+    waiting, totals = list(tables.waiting), list(tables.prices)
     limit, unit, last = tables.limit, tables.unit, tables.buckets - 1
     queue: dict[int, list[int]] = {0: []}
     for f in true:
@@ -53,10 +54,13 @@ def _reach(tables: PlainTables, true: Iterable[int], goal: Sequence[int]) -> tup
         for f in tables.adds[o]:
             if price < cost[f]:
                 cost[f], supporter[f] = price, o
-                b = min(price // unit, last)
+                b = price // unit if price < last * unit else last
                 if place[f] != b:
                     place[f] = b
-                    queue.setdefault(b, []).append(f)
+                    if b in queue:
+                        queue[b].append(f)
+                    else:
+                        queue[b] = [f]
 
     for o in tables.free:
         fire(o, min(totals[o], limit))

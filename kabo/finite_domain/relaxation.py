@@ -1,7 +1,7 @@
 """The delete relaxation over abstract facts: how far a goal seems to be, and which operators seem to help [FF, HSP].
 
 Facts are numbers; whoever asks knows what they mean. Answers come from a plain Python twin at first, and from a
-compiled kernel once so much has been asked that loading it pays; both answer the same.
+compiled kernel once so much has been asked in this process that loading it pays; both answer the same.
 """
 
 from collections.abc import Iterable, Sequence
@@ -103,7 +103,7 @@ class _Core:
     """The tables of both twins, and the choice between them."""
 
     def __init__(self, facts: int, operators: Sequence[RelaxedOperator], engine: Engine) -> None:
-        self.facts, self._engine, self._asked = facts, engine, 0
+        self.facts, self._engine = facts, engine
         self._names = sorted({o.owner for o in operators if o.owner >= 0})
         self._plain = _plain_tables(facts, operators, {name: i for i, name in enumerate(self._names)})
         self._visits = len(operators) + sum(len(o.preconditions) + len(o.adds) for o in operators)
@@ -119,7 +119,7 @@ class _Core:
 
     def evaluate(self, true: Facts, goal: tuple[int, ...]) -> Estimate:
         if not self._compiled():
-            self._asked += self._visits
+            _spent.visits += self._visits
             value, owners, made = relaxed_plan(self._plain, _numbers(true), goal)
             return NOTHING if value is None else self._estimate(value, owners, made)
         return self._evaluate_compiled(true, goal)
@@ -130,7 +130,7 @@ class _Core:
             return False
         if self._switched:
             return True
-        if self._engine == "automatic" and self._asked < WORTH_LOADING and not _load.cache_info().currsize:
+        if self._engine == "automatic" and _spent.visits < WORTH_LOADING and not _load.cache_info().currsize:
             return False
         self._prepare()
         self._switched = True
@@ -176,7 +176,7 @@ class _Core:
     def layers(self, true: list[int]) -> NDArray[np.int64]:
         tables = self._plain
         found = np.full(self.facts, -1, np.int64)
-        waiting = [len(p) for p in tables.preconditions]
+        waiting = list(tables.waiting)
         found[true] = 0
         layer, now, ready = 0, sorted(set(true)), list(tables.free)
         while now or ready:
@@ -221,6 +221,7 @@ def _plain_tables(facts: int, operators: Sequence[RelaxedOperator], owners: dict
         preconditions=preconditions,
         adds=adds,
         uses=uses,
+        waiting=[len(needed) for needed in preconditions],
         prices=prices,
         costs=[o.cost for o in operators],
         owners=[owners.get(o.owner, -1) for o in operators],
@@ -265,6 +266,16 @@ def _numbers(true: Facts) -> list[int]:
         numbers.append(lowest.bit_length() - 1)
         true ^= lowest
     return numbers
+
+
+@dataclass
+class _Spent:
+    """What plain Python has done in this process, over all tasks."""
+
+    visits: int = 0
+
+
+_spent = _Spent()
 
 
 @cache

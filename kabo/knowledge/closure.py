@@ -89,7 +89,9 @@ class Closure:
                 self._rules_of.setdefault(bit, []).append(number)
         self.is_empty = not (self.propagators or self.rules or self.monitors)
         entries = [p for p in self.propagators if isinstance(p, Entry)]
-        self.reads = self._watched | self._rule_watch | union(entry.mask for entry in entries)
+        self.reads = self._telling | union(entry.mask | entry.holds for entry in entries)
+        self._revocable = [entry for entry in entries if entry.active]
+        self._entering = union(entry.active for entry in self._revocable)
         # Bits that inference may take away, or set although they were 0: their old values need all of `reads`.
         self.clears = union(rule.clear for rule in self.rules)
         self.makes = union(p.makes for p in self.propagators) | union(rule.make for rule in self.rules)
@@ -142,12 +144,14 @@ class Closure:
             written: the bits that it may write.
             trace: what followed.
         """
-        entries = [p for p in self.propagators if isinstance(p, Entry) and p.active & made]
+        entries = [entry for entry in self._revocable if entry.active & made] if made & self._entering else []
         needed = union(entry.holds | entry.fails for entry in entries)
         own = union(entry.mask for entry in entries)
         if entries and any(bits & ~own for bits, _ in trace):
             needed |= self.reads
-        return needed | union(rule.watches | rule.against for rule in self.rules if rule.watches & written)
+        if written & self._rule_watch:
+            needed |= union(rule.watches | rule.against for rule in self.rules if rule.watches & written)
+        return needed
 
     def _propagated(self, state: int, changed: int, trace: Trace | None) -> int | None:
         waiting = [number for bit in bits_of(changed & self._watched) for number in self._watching[bit]]

@@ -38,8 +38,8 @@ class Entry:
 
     @property
     def watches(self) -> int:
-        """The bits whose change may let something follow."""
-        return self.holds | self.fails | self.active
+        """The bits whose change may let something follow: of a permanent Kor, a member known to hold tells nothing."""
+        return self.fails | self.active | (self.holds if self.exactly or self.active else 0)
 
     @property
     def makes(self) -> int:

@@ -1,5 +1,6 @@
 """Solved continuations, found again by what they need: a partial state and the continuation that starts there."""
 
+from bisect import insort
 from collections.abc import Hashable
 from dataclasses import dataclass
 
@@ -24,6 +25,10 @@ class _Record:
     solved: Solved
 
 
+def _rank(record: _Record) -> tuple[int, int]:
+    return record.solved.length, record.number
+
+
 class Memo:
     """Continuations by needed bits.
 
@@ -33,7 +38,7 @@ class Memo:
 
     def __init__(self, functional: int = 0) -> None:
         self._functional = functional
-        self._files: dict[Hashable, dict[int, list[_Record]]] = {}
+        self._files: dict[Hashable, dict[int, list[_Record]]] = {}  # the shortest first
         self._known: set[tuple[Hashable, int, int]] = set()
         self._filed: dict[Hashable, int] = {}  # all bits under which something is filed
 
@@ -51,7 +56,7 @@ class Memo:
         self._known.add((geometry, ones, zeros))
         files = self._files.setdefault(geometry, {})
         bit = min(bits_of(ones & self._functional or ones), key=lambda one: len(files.get(one, ())), default=0)
-        files.setdefault(bit, []).append(record)
+        insort(files.setdefault(bit, []), record, key=_rank)
         self._filed[geometry] = self._filed.get(geometry, 0) | bit
 
     def find(self, extended: int, geometry: Hashable) -> Solved | None:
@@ -63,8 +68,9 @@ class Memo:
         absent = ~extended
         for bit in (0, *bits_of(extended & self._filed[geometry])):
             for record in files.get(bit, ()):
-                if record.ones & absent or record.zeros & extended:
-                    continue
-                if best is None or (record.solved.length, record.number) < (best.solved.length, best.number):
+                if best is not None and _rank(record) > _rank(best):
+                    break
+                if not (record.ones & absent or record.zeros & extended):
                     best = record
+                    break
         return None if best is None else best.solved

@@ -13,6 +13,7 @@ from kabo.finite_domain import (
     breadth_first,
     validate,
 )
+from kabo.finite_domain.normal_form import normal_form
 from kabo.finite_domain.task import successor
 
 A = (Variable("a", 3), Variable("b", 2))
@@ -49,6 +50,16 @@ def test_an_effect_with_a_condition_counts_before_one_without():
             assert search(CompiledTask(task(o)), plain_work=work).status == "unsolvable"
             assert search(CompiledTask(task(o, goal=((0, (2,)),))), plain_work=work).plan == (0,)
             assert search(CompiledTask(task(o)), start=(0, 1), plain_work=work).plan == (0,)
+
+
+def test_operators_share_what_depends_on_a_variable_in_whatever_order_they_say_it():
+    low, high = Effect(((0, (0,)),), 1, 1), Effect(((0, (1,)),), 2, 1)
+    variables = (*A, Variable("c", 2))
+    found = normal_form(task(Operator("o", (), (low, high)), Operator("p", (), (high, low)), variables=variables))
+    assert len(found.switches) == 1
+    assert [one.switches for one in found.operators] == [(0,), (0,)]
+    for values, after in (((0, 0, 0), (0, 1, 0)), ((1, 0, 0), (1, 0, 1)), ((2, 0, 0), (2, 0, 0))):
+        assert successor(Operator("o", (), (low, high)), values) == after
 
 
 @pytest.mark.parametrize("search", [breadth_first, bfws, astar])

@@ -152,3 +152,9 @@ def test_what_an_action_needs_is_enough_for_what_is_needed_after_it(problem, dat
     after = act.after(other)
     assert after is not None
     assert (after ^ act.after(state)) & needed == 0
+
+
+def test_actions_with_the_same_effects_share_them():
+    go = action("go", parameters=[A, B], effects=[add(lit("near", B, B))])
+    effects = {str(one): one.effects for one in ground(problem(actions=[go], **NEAR)).actions}
+    assert effects["go(x, x)"] is effects["go(y, x)"] is not effects["go(x, y)"]

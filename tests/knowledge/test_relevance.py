@@ -61,3 +61,18 @@ def test_while_an_entry_stands_open_nothing_is_dropped():
     task = ground(problem(actions=ONCE, **PIECES))
     looked = state_after(task, "look(x)")
     assert task.relevance.reduced(looked) == looked
+
+
+def test_what_was_asked_before_does_not_change_the_answer():
+    def fresh():
+        return ground(problem(actions=ONCE, **PIECES))
+
+    task = fresh()
+    carried, thrown, open_ones = two_ends(task)
+    states = [task.initial, carried, thrown, *open_ones]
+    alone = [fresh().relevance.reduced(state) for state in states]
+    assert len(set(alone)) < len(states)
+    assert [task.relevance.reduced(state) for state in states] == alone
+    assert [task.relevance.reduced(state) for state in states[::-1]] == alone[::-1]
+    backwards = fresh()
+    assert [backwards.relevance.reduced(state) for state in states[::-1]] == alone[::-1]
