@@ -19,7 +19,9 @@ PAGES = [*sorted(REPOSITORY.glob("*.md")), *sorted(REPOSITORY.glob("docs/**/*.md
 def options_of(command: str) -> set[str]:
     """The long options of a command."""
     (commands,) = (action for action in parser()._actions if hasattr(action, "choices") and action.choices)
-    own = commands.choices[command]._actions
+    own = list(commands.choices[command]._actions)
+    for action in [each for each in own if isinstance(each.choices, dict)]:  # commands of a command
+        own += [each for inner in action.choices.values() for each in inner._actions]
     return {option for action in own for option in action.option_strings if option.startswith("--")} - {"--help"}
 
 

@@ -34,7 +34,7 @@ class Shell:
         commands.mkdir()
         (commands / "kabo").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m kabo.cli "$@"\n')
         (commands / "kabo").chmod(0o755)
-        for name in ("domains", "meshes", "tests"):
+        for name in ("domains", "examples", "meshes", "tests"):
             (folder / name).symlink_to(REPOSITORY / name)
         path = os.pathsep.join([str(REPOSITORY), os.environ.get("PYTHONPATH", "")])
         self.environment = {**os.environ, "PYTHONPATH": path, "PATH": f"{commands}:{os.environ['PATH']}"}
