@@ -1,4 +1,4 @@
-"""The geometry server room: procedures over geometric states, bounded predicates, the symbolic-geometric map.
+"""The geometry server room: bounded predicates, streams of candidates, proven motions, the symbolic-geometric map.
 
 It knows scenes, motion, kinematics and geometry; it knows nothing of knowledge, search, files or plans beyond the
 segments of motion that it makes.
@@ -18,6 +18,7 @@ _HOME = {
     "GraspStream": "candidates",
     "PlacementStream": "candidates",
     "Stream": "candidates",
+    "BATCH": "candidates",
     "candidate": "candidates",
     "grasp_stream": "candidates",
     "Context": "context",
@@ -38,7 +39,6 @@ _HOME = {
     "placement_streams": "placing",
     "recognised": "placing",
     "ScenePredicates": "predicates",
-    "PROCEDURES": "procedures",
     "grasp_missing": "reach",
     "region_missing": "reach",
     "GeometryServer": "server",
@@ -51,9 +51,10 @@ _HOME = {
     "line": "stretches",
     "way_to": "stretches",
     "Contacts": "workspace",
-    "Surroundings": "workspace",
+    "Surroundings": "surroundings",
     "Workspace": "workspace",
     "contacts": "workspace",
+    "workspace_of": "workspace",
 }
 __all__ = sorted(_HOME)  # noqa: PLE0605
 

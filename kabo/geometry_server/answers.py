@@ -1,7 +1,7 @@
 """What a procedure answers: a motion and what it changed, or a reason for failure that names bodies."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -40,38 +40,6 @@ class Failure:
 
 
 Answer = Success | Failure
-
-
-@dataclass
-class Refusals:
-    """Counts, over the samples of one call, why they were refused; says in the end what mattered."""
-
-    reasons: Counter[str] = field(default_factory=Counter)
-    pairs: Counter[Pair] = field(default_factory=Counter)
-
-    def add(self, reason: Reason, pair: Pair | None = None) -> None:
-        """One sample was refused for this reason, by this pair."""
-        self.reasons[reason] += 1
-        if pair is not None:
-            self.pairs[pair] += 1
-
-    def extend(self, reason: Reason, pairs: Iterable[tuple[Pair, int]]) -> None:
-        """One sample was refused for this reason, by several pairs with their counts."""
-        self.reasons[reason] += 1
-        for pair, count in pairs:
-            self.pairs[pair] += count
-
-    def failure(self, what: str, reads: frozenset[str], movable: Iterable[str]) -> Failure:
-        """The failure of a call whose samples were all refused; reads every movable thing that was in the way."""
-        if not self.reasons:
-            self.reasons["out_of_reach"] += 1
-        reason = self.reasons.most_common(1)[0][0]
-        between = tuple(sorted(self.pairs.items(), key=lambda item: (-item[1], item[0])))
-        owners = {name.partition(".")[0] for pair in self.pairs for name in pair}
-        named = frozenset(owners & set(movable))
-        counts = ", ".join(f"{name} {count}" for name, count in sorted(self.reasons.items()))
-        nearest = f"; most often between {between[0][0][0]} and {between[0][0][1]}" if between else ""
-        return Failure(reason, f"{what}: {counts}{nearest}", reads | named, between)  # type: ignore[arg-type]
 
 
 @dataclass

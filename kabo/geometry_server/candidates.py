@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
-from kabo.kinematics import rows_of, sample, stacked, stream_key
+from kabo.kinematics import project, rows_of, sample, stacked, stream_key
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
 from kabo.scene import Attachment, Body, KinematicTree, Region, Robot
 from kabo.scene.kernels.poses import forward_kinematics
@@ -63,14 +63,25 @@ class Stream:
 
     def batch(self, number: int, size: int = BATCH) -> list[Candidate]:
         """The valid samples of batch `number` of so many samples, in order of their number."""
-        robot, n = self.robot, self.robot.tree.size
-        active = np.arange(n) < robot.planned
+        return self.samples(number * size, size)
+
+    def samples(self, first: int, count: int) -> list[Candidate]:
+        """The valid ones of `count` samples from number `first` on, in order of their number."""
+        robot = self.robot
         base = np.concatenate([np.zeros(robot.planned), self.hand])
-        lower, upper = robot.tree.lower, robot.tree.upper
-        found, valid = sample(
-            robot.tree, self.rows, self.key, number * size, size, lower, upper, active, base=base
-        )
+        limits = robot.tree.lower, robot.tree.upper
+        found, valid = sample(robot.tree, self.rows, self.key, first, count, *limits, self._active, base=base)
         return [candidate(robot, np.round(q, 9) + 0.0) for q in found[valid]]
+
+    def near(self, q: Sequence[float] | Array) -> list[Candidate]:
+        """The one candidate to which a configuration (n,) leads; none if it leads nowhere."""
+        tree = self.robot.tree
+        found, valid = project(tree, self.rows, [q], tree.lower, tree.upper, self._active)
+        return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
+
+    @property
+    def _active(self) -> npt.NDArray[np.bool_]:
+        return np.arange(self.robot.tree.size) < self.robot.planned
 
 
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:

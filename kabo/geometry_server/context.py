@@ -6,7 +6,7 @@ from itertools import islice
 from time import perf_counter
 
 from kabo.geometry_server.candidates import BATCH, Candidate
-from kabo.geometry_server.workspace import Surroundings
+from kabo.geometry_server.surroundings import Surroundings
 from kabo.scene import Scene
 
 

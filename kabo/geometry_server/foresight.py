@@ -13,11 +13,10 @@ import numpy.typing as npt
 from kabo.geometry_server.candidates import grasp_stream, joints_at, within
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
-from kabo.geometry_server.grasping import opened
-from kabo.geometry_server.placing import Target
+from kabo.geometry_server.placing import Place
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import sample, stacked, stream_key
-from kabo.scene import PRISMATIC, REVOLUTE, Body, KinematicTree, Robot
+from kabo.scene import PRISMATIC, REVOLUTE, Body, Configuration, KinematicTree, Robot
 from kabo.scene.transforms import unflat
 
 Array = npt.NDArray[np.float64]
@@ -47,7 +46,7 @@ def free_body() -> KinematicTree:
 FREE_BODY = free_body()
 
 
-def places(context: Context, body: Body, target: Target, situation: Situation) -> Iterator[Array]:
+def places(context: Context, body: Body, target: Place, situation: Situation) -> Iterator[Array]:
     """Poses (4, 4) at which a body fulfils its placement families on a target, a few of each."""
     this = Frame(6, np.eye(4), body.features)
     roles = {"this": this, "world": WORLD}
@@ -67,9 +66,9 @@ def places(context: Context, body: Body, target: Target, situation: Situation) -
                 yield unflat(joints_at(FREE_BODY, q)[6])
 
 
-def may_place(context: Context, robot: Robot, body: Body, target: Target, situation: Situation) -> bool:
+def may_place(context: Context, robot: Robot, body: Body, target: Place, situation: Situation) -> bool:
     """Whether the robot finds a grasp of the body at any of the places; True where no place was found at all."""
-    hand = tuple(opened(robot, np.array(situation.configuration(robot.name)))[robot.planned :])
+    hand = _open_hand(robot, situation.configuration(robot.name))
     none = True
     for pose in places(context, body, target, situation):
         none = False
@@ -78,3 +77,10 @@ def may_place(context: Context, robot: Robot, body: Body, target: Target, situat
             if made is not None and made.stream.batch(0, GRASPS):
                 return True
     return none
+
+
+def _open_hand(robot: Robot, q: Configuration) -> tuple[float, ...]:
+    """The values of the gripper's joints when it is open."""
+    values = {} if robot.gripper is None else robot.gripper.open
+    now = zip(robot.gripper_joints, q[robot.planned :], strict=True)
+    return tuple(round(values.get(joint, value), 9) + 0.0 for joint, value in now)

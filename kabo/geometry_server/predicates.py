@@ -12,7 +12,7 @@ import numpy.typing as npt
 from kabo.geometry import Bounds, Container, FixedGroup, Motion, MovingGroup, SweptVolume
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.standing import lies_inside
-from kabo.geometry_server.workspace import Surroundings
+from kabo.geometry_server.surroundings import Surroundings
 from kabo.scene import GeometricState, world_T
 from kabo.scene.transforms import flat, transform
 

@@ -1,27 +1,26 @@
-"""The geometry server: procedures and predicates over one scene, as pure functions with a memory.
+"""The geometry server: predicates and samples over one scene, as pure functions with a memory.
 
 Nothing here changes but caches and counters: the same question has the same answer, whenever and however often it
 is asked.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry import Budget
-from kabo.geometry_server.answers import Answer, Failure, Statistics, Success
+from kabo.geometry_server.answers import Statistics
 from kabo.geometry_server.candidates import Stream
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, rows, standing_frame, tool_frame
 from kabo.geometry_server.identifiers import IdentifierMap
 from kabo.geometry_server.predicates import ScenePredicates
-from kabo.geometry_server.procedures import PROCEDURES, Signature
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.workspace import Surroundings, Workspace
+from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import stream_key
-from kabo.language.formulas import GroundCall
 from kabo.language.scene_description import Constraint
 from kabo.scene import GeometricState, Scene, world_T
 
@@ -29,16 +28,6 @@ Array = npt.NDArray[np.float64]
 
 BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
 PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way
-
-
-@dataclass(frozen=True)
-class Bound:
-    """A ground call bound to its signature: arguments by name, and the components it moves and reads."""
-
-    signature: Signature
-    arguments: Mapping[str, str]
-    moves: tuple[str, ...]
-    reads: tuple[str, ...]
 
 
 @dataclass
@@ -56,46 +45,6 @@ class GeometryServer:
         self.budget = Budget.share(self.scene.epsilon if self.epsilon is None else self.epsilon)
         self.surroundings = Surroundings(self.scene, self.budget, self.exact, self.statistics)
         self.identifiers = IdentifierMap()
-        self._bound: dict[GroundCall, Bound] = {}
-        self._answers: dict[tuple[object, ...], Answer] = {}
-
-    # ---------------------------------------------------------------------------------------------- procedures
-    def bind(self, call: GroundCall) -> Bound:
-        """The signature of a call with its arguments by name."""
-        if call not in self._bound:
-            signature = PROCEDURES[call.procedure]
-            names = (*signature.parameters, *signature.optional)
-            arguments = dict(signature.optional) | dict(zip(names, map(str, call.arguments), strict=False))
-            arguments |= {name: str(value) for name, value in call.options}
-            components = {*self.scene.robots, *self.scene.movable}
-            moves = tuple(arguments[p] for p in signature.moves if arguments[p] in components)
-            reads = tuple(arguments[p] for p in signature.reads if arguments[p] in components)
-            self._bound[call] = Bound(signature, arguments | {"procedure": call.procedure}, moves, reads)
-        return self._bound[call]
-
-    def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
-        """The components that must have one value before a call: what it moves, carries and refers to, sorted."""
-        bound = self.bind(call)
-        robots = [name for name in bound.moves if name in self.scene.robots]
-        held = {name for robot in robots for name in situation.carried(robot)}
-        return tuple(sorted({*bound.moves, *bound.reads, *held}))
-
-    def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Answer:
-        """The answer of a procedure for every value that the situation leaves open, remembered."""
-        key = (call, attempt, effort, situation.key)
-        if key not in self._answers:
-            bound = self.bind(call)
-            answer = bound.signature.run(self.context(effort), bound.arguments, situation, attempt)
-            self.statistics.record(call.procedure, answer)
-            self._answers[key] = answer
-            if isinstance(answer, Success):
-                self.identify(situation.replace(answer.changes).first)
-        return self._answers[key]
-
-    @property
-    def states_met(self) -> int:
-        """How many distinct geometric states procedures have led to."""
-        return len(self.identifiers)
 
     # ---------------------------------------------------------------------------------------------- predicates
     def collides(self, first: str, second: str | Sequence[float], state: GeometricState | None = None) -> bool:
@@ -155,13 +104,7 @@ class GeometryServer:
         """The geometric state of an identifier."""
         return self.identifiers.state(identifier)
 
-    # -------------------------------------------------------------------------------------------------- proofs
-    def refuted(self, call: GroundCall) -> Failure | None:
-        """Why a call fails wherever what it reads is as at the start, if that can be told before any search."""
-        bound = self.bind(call)
-        refute = bound.signature.refute
-        return None if refute is None else refute(self.context(0), bound.arguments, Situation.of(self.scene.start))
-
+    # -------------------------------------------------------------------------------------------------- effort
     def context(self, effort: int = 0) -> Context:
         """What procedures and stages are given to work with, with more to try at each level of effort."""
         batches, samples = BATCHES * MORE_BATCHES**effort, PATH_SAMPLES * MORE_PATH_SAMPLES**effort

@@ -6,7 +6,7 @@ import numpy.typing as npt
 from kabo.geometry import contains
 from kabo.geometry_server.frames import WORLD, fits, rows, standing_frame
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.workspace import Surroundings
+from kabo.geometry_server.surroundings import Surroundings
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
 from kabo.scene import Body, KinematicTree, Region
@@ -34,24 +34,32 @@ def supports(surroundings: Surroundings, situation: Situation, name: str) -> tup
         for other in surroundings.scene.bodies.values()
         if other is not body
         and any(
-            _stands(body, pose, other, under, family.constraints)
+            _stands(surroundings, body, pose, other, under, family.constraints)
             for under in surroundings.poses(situation, other.name)
             for family in body.placements.values()
         )
     )
 
 
-def _stands(body: Body, pose: Array, under: Body, under_pose: Array, constraints: tuple[Constraint, ...]) -> bool:
+def _stands(
+    surroundings: Surroundings,
+    body: Body,
+    pose: Array,
+    under: Body,
+    under_pose: Array,
+    constraints: tuple[Constraint, ...],
+) -> bool:
     roles = {"this": standing_frame(body, pose), "support": standing_frame(under, under_pose), "world": WORLD}
     about = [c for c in constraints if c.kind != "inside" and "support" in (c.first.owner, c.second.owner)]
-    if not about or not fits(about, roles) or not _boxes_meet(body, pose, under, under_pose):
+    if not about or not fits(about, roles) or not _boxes_meet(surroundings, body, pose, under, under_pose):
         return False
     return satisfied(rows(about, roles), np.empty(0), NOTHING_MOVES, EXACTLY)
 
 
-def _boxes_meet(body: Body, pose: Array, under: Body, under_pose: Array) -> bool:
+def _boxes_meet(surroundings: Surroundings, body: Body, pose: Array, under: Body, under_pose: Array) -> bool:
     low, high = _box(body, pose)
-    other_low, other_high = _box(under, under_pose)
+    key = "box", under.name, under_pose.tobytes()
+    other_low, other_high = surroundings.remembered(key, lambda: _box(under, under_pose))
     return bool(np.all(low <= other_high + 1e-3) and np.all(other_low <= high + 1e-3))
 
 

@@ -4,7 +4,7 @@ Way points are rounded as plans keep them *before* they are proven, so that what
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,10 +14,9 @@ from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.workspace import Contacts, Workspace
+from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key
-from kabo.motion import Blocked, connect, retime, shortcut
-from kabo.plan import Segment
+from kabo.motion import Blocked, connect, shortcut
 from kabo.scene import Robot
 
 Array = npt.NDArray[np.float64]
@@ -25,9 +24,6 @@ Array = npt.NDArray[np.float64]
 LINE = 1e-3  # m: how far a straight stretch may leave its line
 SHORTCUTS = 60  # attempts to shorten a path
 KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
-
-
-HASTE = 0.5  # of the joints' velocity limits
 
 
 @dataclass(frozen=True)
@@ -146,88 +142,3 @@ def way_to(
         path, free_segment, stream, SHORTCUTS, free_configurations=free_configurations, projection=project
     )
     return [whole(q) for q in short]
-
-
-@dataclass
-class Motion:
-    """The segments of one procedure's motion, put one after the other."""
-
-    robot: Robot
-    procedure: str
-    segments: list[Segment] = field(default_factory=list)
-    time: float = 0.0
-
-    def extend(self, segments: Sequence[Segment]) -> None:
-        """Appends segments of another motion of this robot, later by the time that has passed."""
-        for segment in segments:
-            times = tuple(round(self.time + t, 6) for t in segment.times)
-            self.segments.append(replace(segment, times=times, procedure=self.procedure))
-        if self.segments:
-            self.time = self.segments[-1].times[-1]
-
-    def arm(
-        self,
-        stage: str,
-        waypoints: Sequence[Array],
-        permitted: Contacts = frozenset(),
-        *,
-        constraint: str | None = None,
-    ) -> None:
-        """Appends a motion of the planned joints; none if it goes nowhere."""
-        n = self.robot.planned
-        self._append(
-            stage, self.robot.planned_joints, [w[:n] for w in waypoints], 0, permitted, constraint=constraint
-        )
-
-    def hand(
-        self,
-        stage: str,
-        start: Array,
-        goal: Array,
-        permitted: Contacts = frozenset(),
-        *,
-        attach: tuple[tuple[str, str], ...] = (),
-        detach: tuple[str, ...] = (),
-    ) -> None:
-        """Appends a motion of the gripper; also one that goes nowhere, if it attaches or detaches."""
-        n = self.robot.planned
-        ends = [start[n:], goal[n:]]
-        self._append(stage, self.robot.gripper_joints, ends, n, permitted, attach=attach, detach=detach)
-
-    def _append(
-        self,
-        stage: str,
-        joints: tuple[str, ...],
-        waypoints: list[Array],
-        first: int,
-        permitted: Contacts,
-        *,
-        attach: tuple[tuple[str, str], ...] = (),
-        detach: tuple[str, ...] = (),
-        constraint: str | None = None,
-    ) -> None:
-        kept = [waypoints[0]]
-        kept.extend(b for a, b in zip(waypoints, waypoints[1:], strict=False) if not np.array_equal(a, b))
-        if len(kept) == 1 and not attach and not detach:
-            return
-        if len(kept) == 1:
-            kept.append(kept[0])
-        limits = self.robot.tree.velocity[first : first + len(joints)]
-        times = [round(self.time + t, 6) for t in retime(np.array(kept), limits, factor=HASTE)]
-        pairs = tuple(sorted(tuple(sorted(pair)) for pair in permitted))
-        points = tuple(tuple(float(v) for v in w) for w in kept)
-        self.segments.append(
-            Segment(
-                self.robot.name,
-                joints,
-                points,
-                tuple(times),
-                self.procedure,
-                stage,
-                attach,
-                detach,
-                pairs,  # type: ignore[arg-type]
-                constraint,
-            )
-        )
-        self.time = times[-1]

@@ -4,9 +4,8 @@ What the robot carries hangs on its joints; what others may be, in any of the va
 open, stands still around it. Things are compared in pairs, so every value of every other component is checked at once.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
 from typing import Any
@@ -14,127 +13,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup, MovingGroup
-from kabo.geometry_server.answers import Pair, Statistics
+from kabo.geometry import Enclosure, FixedGroup, MovingGroup
+from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
 from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
-from kabo.scene import Attachment, Configuration, Mesh, Robot, Scene, link_poses
+from kabo.geometry_server.surroundings import Surroundings
+from kabo.scene import Attachment, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
 Array = npt.NDArray[np.float64]
 Contacts = frozenset[frozenset[str]]
 View = Any  # a CollisionView, or an ExactView with the same questions
-REMEMBERED = 96  # workspaces whose arrays are kept for the next question about the same things
+TOUCHING = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
 
 
 def contacts(pairs: Iterable[Pair]) -> Contacts:
     """Pairs of things as a set that does not care for order."""
     return frozenset(frozenset(pair) for pair in pairs)
-
-
-class Surroundings:
-    """The bodies of a scene as convex parts, made when first asked for, and poses of links that stand still."""
-
-    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
-        self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
-        self._enclosures: dict[str, Enclosure] = {}
-        self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
-        self._apart: dict[Pair, bool] = {}
-        self._workspaces: OrderedDict[tuple[object, ...], Workspace] = OrderedDict()
-
-    @cached_property
-    def view(self) -> Any:
-        """The kind of view that answers: on convex parts, or on the original meshes."""
-        if not self.exact:
-            return CollisionView
-        from kabo.geometry import ExactView  # python-fcl is loaded only for `--geometry exact`
-
-        return ExactView
-
-    def touch(self, first: FixedGroup, second: FixedGroup) -> bool:
-        """Whether two standing bodies may collide."""
-        if self.exact:
-            from kabo.geometry import exact_collides
-
-            return exact_collides(first, second)
-        from kabo.geometry import collides
-
-        return collides(first, second, self.budget)
-
-    def mesh(self, name: str) -> Mesh | None:
-        """The mesh of a body or `robot.link`, in its own frame."""
-        robot, dot, link = name.partition(".")
-        return self.scene.robots[robot].links[link].mesh if dot else self.scene.bodies[name].mesh
-
-    def enclosure(self, name: str) -> Enclosure:
-        """The convex parts that enclose a body or `robot.link`, in its own frame."""
-        mesh = self.mesh(name)
-        if mesh is None:
-            raise ValueError(f"{name} has no geometry")
-        return self.enclosed(mesh)
-
-    def enclosed(self, mesh: Mesh) -> Enclosure:
-        """The convex parts that enclose a mesh, made once."""
-        if mesh.digest not in self._enclosures:
-            from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
-
-            tolerance = self.budget.geometry
-            self._enclosures[mesh.digest] = enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
-        return self._enclosures[mesh.digest]
-
-    def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:
-        """The pose (4, 4) of every link of a robot that stands at q."""
-        if (robot, q) not in self._links:
-            self._links[robot, q] = link_poses(self.scene.robots[robot], q)
-        return self._links[robot, q]
-
-    def never_collide(self, first: str, second: str) -> bool:
-        """As the scene says, remembered."""
-        if (first, second) not in self._apart:
-            self._apart[first, second] = self.scene.never_collide(first, second)
-        return self._apart[first, second]
-
-    def poses(self, situation: Situation, name: str) -> list[Array]:
-        """Every pose (4, 4) in the world that a body may have in a situation, each once."""
-        if name in self.scene.fixed_poses:
-            return [self.scene.fixed_poses[name]]
-        found = {}
-        for value in situation.objects[name]:
-            for parent in self._parents(situation, value.parent):
-                pose = parent @ transform(value.position, value.quaternion)
-                found[pose.tobytes()] = pose
-        return list(found.values())
-
-    def workspace(
-        self,
-        robot: str,
-        situation: Situation,
-        permitted: Contacts = frozenset(),
-        extras: tuple[Extra, ...] = (),
-    ) -> "Workspace":
-        """The workspace of a robot in a situation; one that was made lately is made once.
-
-        Where the robot itself stands does not matter to it, unless things hang on things.
-        """
-        own = situation.robots[robot] if situation.nested else None
-        others = tuple(item for item in situation.robots.items() if item[0] != robot)
-        key = robot, own, others, tuple(situation.objects.items()), permitted, extras
-        known = self._workspaces.pop(key, None)
-        if known is None:
-            known = Workspace.of(self, robot, situation, permitted, extras)
-        self._workspaces[key] = known
-        if len(self._workspaces) > REMEMBERED:
-            self._workspaces.popitem(last=False)
-        return known
-
-    def _parents(self, situation: Situation, parent: str) -> list[Array]:
-        if parent == "world":
-            return [np.eye(4)]
-        robot, dot, link = parent.partition(".")
-        if dot:
-            return [self.links(robot, q)[link] for q in situation.robots[robot]]
-        return self.poses(situation, parent)
 
 
 @dataclass(frozen=True)
@@ -147,6 +43,7 @@ class Workspace:
     carried: Mapping[str, Attachment]
     permitted: Contacts = frozenset()
     extras: tuple[Extra, ...] = ()
+    base: "Workspace | None" = field(default=None, compare=False, repr=False)  # the same with nothing permitted
 
     @classmethod
     def of(
@@ -165,11 +62,25 @@ class Workspace:
         """This workspace with one more object in the hand."""
         situation = self.situation.replace({name: attachment})
         carried = {**self.carried, name: attachment}
-        return replace(self, situation=situation, carried=carried)
+        return replace(self, situation=situation, carried=carried, base=None)
 
     def permitting(self, pairs: Iterable[Pair]) -> "Workspace":
         """This workspace with more contacts permitted."""
-        return replace(self, permitted=self.permitted | contacts(pairs))
+        return replace(self, permitted=self.permitted | contacts(pairs), base=None)
+
+    def felt(self, permitted: Contacts) -> Contacts:
+        """Those of the permitted contacts that make a difference here: of what moves, and not touched anyway."""
+        if not permitted:
+            return permitted
+        own = self.robot.name + "."
+        moving = {name for pair in permitted for name in pair if name.startswith(own) or name in self.carried}
+        moving |= {extra.name for extra in self.extras}
+        return frozenset(pair for pair in permitted if pair & moving and pair not in self._touched)
+
+    @cached_property
+    def _touched(self) -> Contacts:
+        """The contacts of the gripper with what it holds."""
+        return contacts(pair for name in self.carried for pair in self.touching(name))
 
     def touching(self, name: str) -> tuple[Pair, ...]:
         """The contacts of the gripper's touch links with an object."""
@@ -228,20 +139,40 @@ class Workspace:
             q: (n,) the values of the joints between them.
         """
         moving, fixed, indices, pairs = self._bodies
+        corners, low, high = self._boxes
         at = joints_at(self.robot.tree, q)
         shift = world_T_joint @ inverse(unflat(at[joint]))
-        surroundings = self.surroundings
-        for (i, k), pair in zip(indices, pairs, strict=True):
-            if moving[i].joint in joints and k >= len(moving):
-                own = moving[i]
+        placed: dict[int, tuple[FixedGroup, npt.NDArray[np.bool_]]] = {}
+        for i, own in enumerate(moving):
+            if own.joint in joints:
                 pose = shift @ unflat(at[own.joint]) @ unflat(own.joint_T_group)
-                placed = FixedGroup(flat(pose), own.enclosure, own.mesh)
-                if surroundings.touch(placed, fixed[k - len(moving)]):
+                box = corners[i] @ pose[:3, :3].T + pose[:3, 3]
+                near = ((box.min(axis=0) <= high + TOUCHING) & (box.max(axis=0) >= low - TOUCHING)).all(axis=1)
+                placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh), near
+        for (i, k), pair in zip(indices, pairs, strict=True):
+            if i in placed and k >= len(moving):
+                body, near = placed[i]
+                if near[k - len(moving)] and self.surroundings.touch(body, fixed[k - len(moving)]):
                     return pair
         return None
 
     @cached_property
+    def _boxes(self) -> tuple[list[Array], Array, Array]:
+        """Corners (8, 3) of the box of each moving body in its own frame, boxes (F, 3) of all fixed ones in the world."""
+        if self.base is not None:
+            return self.base._boxes
+        moving, fixed = self._bodies[:2]
+        poses = [unflat(body.world_T_group) for body in fixed]
+        standing = [_corners(b.enclosure) @ T[:3, :3].T + T[:3, 3] for b, T in zip(fixed, poses, strict=True)]
+        around = np.array(standing).reshape(-1, 8, 3)
+        return [_corners(body.enclosure) for body in moving], around.min(axis=1), around.max(axis=1)
+
+    @cached_property
     def _bodies(self) -> tuple[list[MovingGroup], list[FixedGroup], list[tuple[int, int]], list[Pair]]:
+        if self.base is not None:
+            moving, fixed, indices, pairs = self.base._bodies
+            kept = [i for i, pair in enumerate(pairs) if frozenset(pair) not in self.permitted]
+            return moving, fixed, [indices[i] for i in kept], [pairs[i] for i in kept]
         moving, moving_names = self._moving()
         fixed, fixed_names = self._fixed()
         return moving, fixed, *self._pairs(moving_names, fixed_names)
@@ -332,33 +263,31 @@ class Workspace:
         return FixedGroup(flat(pose), self.surroundings.enclosure(name), arrays)
 
     def _pairs(self, moving: list[tuple[str, int]], fixed: list[str]) -> tuple[list[tuple[int, int]], list[Pair]]:
-        held = {name: contacts(self.touching(name)) for name in self.carried}
-        touched: Contacts = frozenset().union(*held.values()) if held else frozenset()
         indices: list[tuple[int, int]] = []
         names: list[Pair] = []
         for i, (first, joint) in enumerate(moving):
             for k, (second, other_joint) in enumerate(moving[i + 1 :], i + 1):
-                if joint != other_joint and self._checked(first, second, touched):
+                if joint != other_joint and self._checked(first, second):
                     indices.append((i, k))
                     names.append((first, second))
             for k, second in enumerate(fixed, len(moving)):
-                if self._checked(first, second, touched):
+                if self._checked(first, second):
                     indices.append((i, k))
                     names.append((first, second))
         return indices, names
 
-    def _checked(self, first: str, second: str, touched: Contacts) -> bool:
+    def _checked(self, first: str, second: str) -> bool:
+        if not self.extras and self.surroundings.never_collide(first, second):
+            return False
         pair = frozenset((first, second))
-        if pair in self.permitted or pair in touched:
+        if pair in self.permitted or pair in self._touched:
             return False
         added = [extra for extra in self.extras if extra.name in pair]
         if added:
-            return len(added) == 1 and self._checked_extra(
-                added[0], second if added[0].name == first else first, touched
-            )
+            return len(added) == 1 and self._checked_extra(added[0], second if added[0].name == first else first)
         return not self.surroundings.never_collide(first, second)
 
-    def _checked_extra(self, extra: Extra, other: str, touched: Contacts) -> bool:
+    def _checked_extra(self, extra: Extra, other: str) -> bool:
         """Whether an extra body is checked against a thing: padding takes over what its parent may touch."""
         if other == extra.parent:
             return False
@@ -366,5 +295,37 @@ class Workspace:
             return True
         if extra.pads and self._hung(extra) is not None:
             with_it = other in self.carried or other.startswith(self.robot.name + ".")
-            return not with_it and self._checked(extra.parent, other, touched)
-        return self._checked(extra.parent, other, touched)
+            return not with_it and self._checked(extra.parent, other)
+        return self._checked(extra.parent, other)
+
+
+def workspace_of(
+    surroundings: Surroundings,
+    robot: str,
+    situation: Situation,
+    permitted: Contacts = frozenset(),
+    extras: tuple[Extra, ...] = (),
+) -> "Workspace":
+    """The workspace of a robot in a situation; one that was made lately is made once.
+
+    Where the robot itself stands does not matter to it, unless things hang on things.
+    """
+    own = situation.robots[robot] if situation.nested else None
+    others = tuple(item for item in situation.robots.items() if item[0] != robot)
+    key = robot, own, others, tuple(situation.objects.items()), extras
+    plain: Workspace = surroundings.remembered(
+        (*key, None), lambda: Workspace.of(surroundings, robot, situation, extras=extras)
+    )
+    felt = plain.felt(permitted)
+    if not felt:
+        return plain
+    base = None if extras else plain
+    found: Workspace = surroundings.remembered((*key, felt), lambda: replace(plain, permitted=felt, base=base))
+    return found
+
+
+def _corners(enclosure: Enclosure) -> Array:
+    """The corners (8, 3) of the box around a body, in its own frame."""
+    low = np.min([part.min(axis=0) for part in enclosure.parts], axis=0)
+    high = np.max([part.max(axis=0) for part in enclosure.parts], axis=0)
+    return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])

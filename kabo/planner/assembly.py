@@ -12,13 +12,13 @@ from kabo.planner.skeleton import SkeletonNode
 from kabo.scene import Attachment, Component, Scene
 
 if TYPE_CHECKING:
-    from kabo.geometry_server import GeometryServer
+    from kabo.tasks.procedures import GeometricProcedures
 
 
 def assemble(
     problem: Problem,
     variants: tuple[Variant, ...],
-    server: "GeometryServer | None",
+    server: "GeometricProcedures | None",
     files: Mapping[str, str],
     options: Mapping[str, str | float | int | None],
 ) -> Plan:
@@ -38,7 +38,7 @@ def assemble(
 
 
 def _add(
-    builder: PlanBuilder, variant: Variant, following: Mapping[str | None, str], server: "GeometryServer | None"
+    builder: PlanBuilder, variant: Variant, following: Mapping[str | None, str], server: "GeometricProcedures | None"
 ) -> str:
     node, action = variant.node, variant.node.action
     branches = {outcome: handle for outcome, handle in following.items() if outcome is not None}

@@ -15,7 +15,7 @@ from kabo.planner.ledger import Trace
 from kabo.planner.skeleton import SkeletonNode
 
 if TYPE_CHECKING:
-    from kabo.geometry_server import GeometryServer
+    from kabo.tasks.procedures import GeometricProcedures
 
 Advance = Callable[[GroundCall, int, Trace], Trace]  # the trace after a call
 
@@ -63,7 +63,7 @@ class _Arrival:
 class Evaluator:
     """Walks a skeleton from its root; `share` lets branches meet although other components differ."""
 
-    server: "GeometryServer"
+    server: "GeometricProcedures"
     advance: Advance
     effort: int
     stop: Callable[[], bool]

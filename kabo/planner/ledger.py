@@ -14,7 +14,7 @@ from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
 from kabo.language.formulas import GroundCall
 
 if TYPE_CHECKING:
-    from kabo.geometry_server import GeometryServer
+    from kabo.tasks.procedures import GeometricProcedures
 
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 Pattern = frozenset[tuple[int, int]]  # (index of a component, lineage)
@@ -36,7 +36,7 @@ class Refusal:
 class Ledger:
     """What the contingent search sees of geometry: lineages, refusals, and attempts where one led nowhere."""
 
-    server: "GeometryServer"
+    server: "GeometricProcedures"
     effort: int = 0
     refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
 
@@ -163,7 +163,7 @@ class Interleaved:
     The trace is the identifier of a geometric state.
     """
 
-    server: "GeometryServer"
+    server: "GeometricProcedures"
     failed: dict[GroundCall, Failure] = field(default_factory=dict)
 
     @property

@@ -23,8 +23,8 @@ from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Skeleton, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
-    from kabo.geometry_server import GeometryServer
     from kabo.planner.ledger import Interleaved, Ledger
+    from kabo.tasks.procedures import GeometricProcedures
 
 MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
 DEFAULT_SEARCH = "best"
@@ -256,10 +256,11 @@ def _integrated(run: Run, task: Task) -> Result:
             return Result("solved", plan, _statistics(run, server))
 
 
-def _server(run: Run) -> "GeometryServer":
+def _server(run: Run) -> "GeometricProcedures":
     began = perf_counter()
     from kabo.geometry_server import GeometryServer
     from kabo.scene import load_scene
+    from kabo.tasks.procedures import GeometricProcedures
 
     if run.problem.scene is None:
         raise ValueError("only a problem with a scene has geometry")
@@ -268,7 +269,8 @@ def _server(run: Run) -> "GeometryServer":
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
     server.stop = lambda: run.stop() or server.statistics.samples > run.options.max_samples
     run.load_s = perf_counter() - began
-    return server
+    domain = run.problem.domain.path
+    return GeometricProcedures(server, None if domain is None else domain.parent)
 
 
 def _note_proofs(task: Task, ledger: "Ledger") -> None:
@@ -279,7 +281,7 @@ def _note_proofs(task: Task, ledger: "Ledger") -> None:
             ledger.refuse(call, 0, failure, [ledger.start])
 
 
-def _evaluated(run: Run, skeleton: Skeleton, server: "GeometryServer", geometry: "Ledger | Interleaved") -> Any:
+def _evaluated(run: Run, skeleton: Skeleton, server: "GeometricProcedures", geometry: "Ledger | Interleaved") -> Any:
     """The variants of the skeleton if every procedure has a motion; None, with the refusals noted, if not."""
     from kabo.planner.evaluation import Evaluator
     from kabo.planner.ledger import Ledger
@@ -306,7 +308,7 @@ def _without_plan(
     run: Run,
     task: Task,
     found: Unreachable | Exhausted,
-    server: "GeometryServer | None",
+    server: "GeometricProcedures | None",
     geometry: "Ledger | Interleaved | None" = None,
 ) -> Result:
     statistics = _statistics(run, server)
@@ -319,7 +321,7 @@ def _without_plan(
     return Result("exhausted", None, statistics, exhausted("samples", failures))
 
 
-def _files(problem: Problem, server: "GeometryServer") -> Mapping[str, str]:
+def _files(problem: Problem, server: "GeometricProcedures") -> Mapping[str, str]:
     """Every file read and its hash, by its path from the problem's folder."""
     folder = problem.path.resolve().parent
     read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
@@ -330,7 +332,7 @@ def _relative(path: Path, folder: Path) -> str:
     return Path(os.path.relpath(path.resolve(), folder)).as_posix()
 
 
-def _statistics(run: Run, server: "GeometryServer | None") -> dict[str, Any]:
+def _statistics(run: Run, server: "GeometricProcedures | None") -> dict[str, Any]:
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,
         "symbolic_s": run.symbolic_s,

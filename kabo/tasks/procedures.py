@@ -52,7 +52,7 @@ class _Asked:
 
 
 @dataclass
-class Procedures:
+class GeometricProcedures:
     """Answers calls of procedures on a geometry server; `folder` (of the domain) may have task files of its own."""
 
     server: GeometryServer

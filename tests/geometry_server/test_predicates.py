@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 import trimesh
 
 from kabo.geometry_server import GeometryServer, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.scene import GeometricState
+from kabo.scene import GeometricState, link_poses
+from kabo.tasks.procedures import GeometricProcedures
 
 Servers = Callable[..., GeometryServer]
 BARTENDER, FORCE = "bartender/four_bottles.yaml", "force_sensing/n2.yaml"
@@ -66,7 +68,8 @@ def test_the_swept_volume_of_an_arm_holds_what_it_carries(server: Servers) -> No
     mesh = trimesh.Trimesh(*volume.mesh(), process=False)
     assert mesh.is_watertight
     assert volume.deviation <= 0.02 + asked.budget.geometry
-    pick = asked.call(GroundCall("pick", ("right", "bottle_4"), ()), Situation.of(asked.scene.start))
+    procedures = GeometricProcedures(asked)
+    pick = procedures.call(GroundCall("pick", ("right", "bottle_4"), ()), Situation.of(asked.scene.start))
     assert isinstance(pick, Success)
     holding = Situation.of(asked.scene.start).replace(pick.changes).first
     full = asked.predicates(holding).motion("right", [home, away])
@@ -85,3 +88,25 @@ def test_motions_of_two_arms_meet_or_not(server: Servers, exact: bool) -> None:
     down = (right[0], right[1] + 1.2, *right[2:])
     assert here.sweeps(here.motion("right", [right, down]), "table")
     assert not here.sweeps(here.motion("right", [right, (right[0] + 0.2, *right[1:])]), "bottle_1")
+
+
+def test_predicates_are_one_sided_at_the_start(server: Servers) -> None:
+    asked = server(BARTENDER)
+    home = asked.scene.start.robots["left"]
+    assert not asked.collides("left", home)
+    robot = asked.scene.robots["left"]
+    drawn = np.random.default_rng(0).uniform(robot.tree.lower, robot.tree.upper, (400, robot.tree.size))
+    below = [q for q in drawn if link_poses(robot, q)["tool0"][2, 3] < -0.06 and asked.collides("left", q)]
+    missed = [
+        q for q in drawn if _in_the_table(link_poses(robot, q)["tool0"][:3, 3]) and not asked.collides("left", q)
+    ]
+    assert below
+    assert not missed
+    assert asked.sweep_collides("left", home, below[0])
+    found = asked.sample(asked.scene.bodies["bottle_4"].grasps["side"].constraints, "right", "bottle_4", batches=2)
+    assert len(found) > 5
+
+
+def _in_the_table(point: np.ndarray) -> bool:
+    """Whether the middle of the tool's flange lies within the table top."""
+    return bool(abs(point[2] + 0.02) < 0.02 and abs(point[0] - 0.025) < 0.4 and abs(point[1]) < 0.9)

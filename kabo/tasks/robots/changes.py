@@ -82,10 +82,10 @@ class _Contacts(RobotStage, Propagator):
     }
 
     def _allowed(self, scene: TaskScene, properties: Values) -> Answers:
-        return [Result(scene.permitting(_pairs(scene, properties)))]
+        return [Result(scene.permitting(_pairs(scene, properties, standing=True)))]
 
     def _forbidden(self, scene: TaskScene, properties: Values) -> Answers:
-        pairs = _pairs(scene, properties)
+        pairs = _pairs(scene, properties, standing=False)
         changed = scene.forbidding(pairs)
         robots = [name for pair in pairs for name in _movers(scene, pair)]
         return _checked(changed, dict.fromkeys(robots), Result(changed))
@@ -158,20 +158,24 @@ def _movers(scene: TaskScene, pair: Pair) -> list[str]:
     return found
 
 
-def _pairs(scene: TaskScene, properties: Values) -> list[Pair]:
-    """The pairs of things that are meant: robots become links, `supports` what carries the other thing."""
+def _pairs(scene: TaskScene, properties: Values, *, standing: bool) -> list[Pair]:
+    """The pairs of things that are meant: robots become links.
+
+    `supports` becomes what carries the other thing (`standing`), or whatever body it is permitted to touch.
+    """
     found: list[Pair] = []
     for first, second in properties["pairs"]:
-        for a in _things(scene, str(first), str(second), properties["links"]):
-            found.extend((a, b) for b in _things(scene, str(second), str(first), properties["links"]))
+        for a in _things(scene, str(first), str(second), properties["links"], standing):
+            found.extend((a, b) for b in _things(scene, str(second), str(first), properties["links"], standing))
     return list(dict.fromkeys(found))
 
 
-def _things(scene: TaskScene, name: str, other: str, links: str) -> Sequence[str]:
+def _things(scene: TaskScene, name: str, other: str, links: str, standing: bool) -> Sequence[str]:
+    if name == SUPPORTS and standing:
+        return supports(scene.context.surroundings, scene.situation, other)
     if name == SUPPORTS:
         touched = {next(iter(pair - {other})) for pair in scene.permitted if other in pair and len(pair) == 2}
-        bodies = sorted(thing for thing in touched if "." not in thing)
-        return tuple(dict.fromkeys((*supports(scene.context.surroundings, scene.situation, other), *bodies)))
+        return sorted(thing for thing in touched if "." not in thing)
     robots = scene.context.scene.robots
     if name not in robots:
         return (name,)

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import Contacts, Context, Extra, Pair, Situation, Workspace, contacts
+from kabo.geometry_server import Contacts, Context, Extra, Pair, Situation, Workspace, contacts, workspace_of
 from kabo.scene import Attachment, Component, Configuration, GeometricState, Robot
 
 Array = npt.NDArray[np.float64]
@@ -69,8 +69,7 @@ class TaskScene:
         """Everything that moves with a robot, and everything that it may hit."""
         known = self._known.get(robot)
         if known is None:
-            surroundings = self.context.surroundings
-            known = surroundings.workspace(robot, self.situation, self.permitted, self.extras)
+            known = workspace_of(self.context.surroundings, robot, self.situation, self.permitted, self.extras)
             object.__setattr__(self, "_known", {**self._known, robot: known})
         return known
 
@@ -122,6 +121,9 @@ class Stretch:
 
     `waypoints` are configurations of all its joints, of which those of the other group stay. What is attached
     (object, link) and detached is so at its end. A stretch with one way point takes `seconds`, mostly none.
+    `times` [s, from 0] of the way points are those of a motion that does not stop at its ends; else none. The shape
+    of an `exact` one matters: its corners are not rounded. `stage`: the path of the stage that made it, where a
+    wrapper has put it into its own motion.
     """
 
     robot: str
@@ -132,6 +134,9 @@ class Stretch:
     attach: tuple[tuple[str, str], ...] = ()
     detach: tuple[str, ...] = ()
     seconds: float = 0.0
+    times: tuple[float, ...] = ()
+    exact: bool = False
+    stage: str | None = None
 
     @property
     def start(self) -> Configuration:
@@ -150,7 +155,8 @@ class Stretch:
 
     def reversed(self) -> "Stretch":
         """The same backward in time; attaching becomes detaching only through stages of their own."""
-        return replace(self, waypoints=self.waypoints[::-1])
+        times = tuple(round(self.times[-1] - t, 6) for t in reversed(self.times))
+        return replace(self, waypoints=self.waypoints[::-1], times=times)
 
 
 def stretch(

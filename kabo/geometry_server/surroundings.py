@@ -1,0 +1,110 @@
+"""What is around every robot of a scene: bodies as convex parts, and poses of what stands still, made once."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
+from kabo.geometry_server.answers import Pair, Statistics
+from kabo.geometry_server.situation import Situation
+from kabo.scene import Configuration, Mesh, Scene, link_poses
+from kabo.scene.transforms import transform
+
+Array = npt.NDArray[np.float64]
+REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
+
+
+class Surroundings:
+    """The bodies of a scene as convex parts, made when first asked for, and poses of links that stand still."""
+
+    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
+        self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
+        self._enclosures: dict[str, Enclosure] = {}
+        self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
+        self._apart: dict[Pair, bool] = {}
+        self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
+
+    @cached_property
+    def view(self) -> Any:
+        """The kind of view that answers: on convex parts, or on the original meshes."""
+        if not self.exact:
+            return CollisionView
+        from kabo.geometry import ExactView  # python-fcl is loaded only for `--geometry exact`
+
+        return ExactView
+
+    def touch(self, first: FixedGroup, second: FixedGroup) -> bool:
+        """Whether two standing bodies may collide."""
+        if self.exact:
+            from kabo.geometry import exact_collides
+
+            return exact_collides(first, second)
+        from kabo.geometry import collides
+
+        return collides(first, second, self.budget)
+
+    def mesh(self, name: str) -> Mesh | None:
+        """The mesh of a body or `robot.link`, in its own frame."""
+        robot, dot, link = name.partition(".")
+        return self.scene.robots[robot].links[link].mesh if dot else self.scene.bodies[name].mesh
+
+    def enclosure(self, name: str) -> Enclosure:
+        """The convex parts that enclose a body or `robot.link`, in its own frame."""
+        mesh = self.mesh(name)
+        if mesh is None:
+            raise ValueError(f"{name} has no geometry")
+        return self.enclosed(mesh)
+
+    def enclosed(self, mesh: Mesh) -> Enclosure:
+        """The convex parts that enclose a mesh, made once."""
+        if mesh.digest not in self._enclosures:
+            from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
+
+            tolerance = self.budget.geometry
+            self._enclosures[mesh.digest] = enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
+        return self._enclosures[mesh.digest]
+
+    def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:
+        """The pose (4, 4) of every link of a robot that stands at q."""
+        if (robot, q) not in self._links:
+            self._links[robot, q] = link_poses(self.scene.robots[robot], q)
+        return self._links[robot, q]
+
+    def never_collide(self, first: str, second: str) -> bool:
+        """As the scene says, remembered."""
+        if (first, second) not in self._apart:
+            self._apart[first, second] = self.scene.never_collide(first, second)
+        return self._apart[first, second]
+
+    def poses(self, situation: Situation, name: str) -> list[Array]:
+        """Every pose (4, 4) in the world that a body may have in a situation, each once."""
+        if name in self.scene.fixed_poses:
+            return [self.scene.fixed_poses[name]]
+        found = {}
+        for value in situation.objects[name]:
+            for parent in self._parents(situation, value.parent):
+                pose = parent @ transform(value.position, value.quaternion)
+                found[pose.tobytes()] = pose
+        return list(found.values())
+
+    def remembered(self, key: tuple[object, ...], make: Callable[[], Any]) -> Any:
+        """What `make` gives, or gave lately for this key."""
+        known = self._memory.pop(key, None)
+        if known is None:
+            known = make()
+            if len(self._memory) >= REMEMBERED:
+                self._memory.popitem(last=False)
+        self._memory[key] = known
+        return known
+
+    def _parents(self, situation: Situation, parent: str) -> list[Array]:
+        if parent == "world":
+            return [np.eye(4)]
+        robot, dot, link = parent.partition(".")
+        if dot:
+            return [self.links(robot, q)[link] for q in situation.robots[robot]]
+        return self.poses(situation, parent)
