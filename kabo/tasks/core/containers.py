@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.tasks.core.errors import TaskError
 from kabo.tasks.core.flow import PROPAGATE, Flow, Flows
+from kabo.tasks.core.properties import Property
 from kabo.tasks.core.results import Answers, Result
 from kabo.tasks.core.stages import Stage, Values
 
@@ -157,6 +158,8 @@ class Wrapper(Container):
 
 class Limit(Wrapper):
     """Lets the first `max_solutions` of its child through and then asks it no more [T 3.6]."""
+
+    PROPERTIES = {"max_solutions": Property(int, 1, "how many solutions of its child")}
 
     def __init__(
         self, name: str, child: Stage | None = None, /, *, max_solutions: int = 1, **properties: Any
