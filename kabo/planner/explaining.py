@@ -1,7 +1,8 @@
 """Why a problem has no plan, or what in it is of no use, on the knowledge level: sentences that a person can act on.
 
 `explain` grounds the problem whole and asks the delete relaxation first: what can never hold even if nothing were
-ever lost is proven to be out of reach, whatever geometry says, and has causes. Only then does it search.
+ever lost is proven to be out of reach, whatever geometry says, and has causes. Only then does it search; and only where
+knowledge has a plan does it ask whether there are motions for one.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,8 +21,10 @@ from kabo.planner.dead_ends import dead_ends
 from kabo.planner.makers import Makers
 from kabo.planner.origins import Origins
 from kabo.planner.procedures import Procedures
+from kabo.planner.result import Result
 from kabo.planner.settled import why_false
 from kabo.planner.skeleton import Exhausted, Found, Limits
+from kabo.planner.solve import solve
 from kabo.planner.unused import Unused
 from kabo.planner.wording import Words, counted, listed
 
@@ -45,9 +48,9 @@ class UnreachableGoal:
 class Explanation:
     """What `kabo explain` says.
 
-    `verdict`: whether there is a plan as far as knowledge goes (`solvable`), proven not (`proved`), or the budget
-    was spent (`exhausted`); `invalid` if the files cannot be read. `summary` are one to three sentences. `layers`
-    counts those of the delete relaxation; `reachable` says whether all of the goal is in the last one.
+    `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or the budget was spent (`exhausted`);
+    `invalid` if the files cannot be read. `summary` are one to three sentences. `layers` counts those of the delete
+    relaxation; `reachable` says whether all of the goal is in the last one; `refused` are refusals of geometry.
     """
 
     verdict: Verdict
@@ -57,6 +60,7 @@ class Explanation:
     unreachable_goals: tuple[UnreachableGoal, ...] = ()
     unused_actions: tuple[str, ...] = ()
     never_known: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         lines = list(self.summary)
@@ -66,6 +70,7 @@ class Explanation:
             lines.append(f"  - {goal.text}, {self.nearest(goal)}:")
             lines += [f"      {sentence}" for sentence in goal.why]
         for title, sentences in (
+            ("Refused by geometry", self.refused),
             ("Of no use", self.unused_actions),
             ("Never known", self.never_known),
         ):
@@ -88,10 +93,9 @@ def explain(
     timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
+    geometry: bool = True,
 ) -> Explanation:
     """What is out of reach in a problem and why, what is of no use in it, and whether there is a plan.
-
-    Only knowledge is looked at: every action's procedure is taken to succeed.
 
     Args:
         problem: whose names have been checked.
@@ -99,7 +103,9 @@ def explain(
         max_expansions: nodes that this search expands at most.
         timeout: seconds after which it gives up.
         cancelled: asked now and then; True ends it soon.
-        procedures: functions that answer for what formulas ask of external procedures, as for `solve`.
+        procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
+            procedure is then taken to succeed.
+        geometry: whether to look for motions, too, if the problem has a scene; else procedures are taken to succeed.
 
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
@@ -112,6 +118,7 @@ def explain(
     goals = _unreachable(blocked)
     unused = Unused(blocked)
     idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
+    refused: tuple[str, ...] = ()
     if goals:
         verdict: Verdict = "proved"
         summary = _proved(goals)
@@ -120,7 +127,28 @@ def explain(
         late = lambda: perf_counter() - began > seconds or (cancelled is not None and cancelled())  # noqa: E731
         limits = Limits(MAX_EXPANSIONS if max_expansions is None else max_expansions, late)
         verdict, summary = _searched(problem, search, limits)
-    return Explanation(verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
+        if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
+            left = max(0.0, seconds - (perf_counter() - began))
+            result = solve(
+                problem, search=search, max_expansions=max_expansions, timeout=left, cancelled=cancelled
+            )
+            verdict, summary, refused = _with_motions(result)
+    return Explanation(
+        verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown, refused
+    )
+
+
+def _has_motions(problem: Problem) -> bool:
+    return problem.scene is not None and problem.options.geometry != "none"
+
+
+def _with_motions(result: Result) -> tuple[Verdict, list[str], tuple[str, ...]]:
+    """What asking geometry adds to a problem that knowledge can solve."""
+    reason = result.reason
+    if reason is None:
+        return "solvable", ["There is a plan, with a motion for every action."], ()
+    summary = [f"There is a plan as far as knowledge goes, but not for geometry: {reason.message}."]
+    return "proved" if result.status == "no_plan" else "exhausted", summary, reason.details
 
 
 def unreachable_because(problem: Problem) -> list[UnreachableGoal]:

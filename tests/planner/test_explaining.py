@@ -249,9 +249,23 @@ def test_forgetting_is_explained_where_it_is_out_of_reach():
 # -------------------------------------------------------------------------------------------------------- domains
 @pytest.mark.parametrize("name", ["bartender/four_bottles", "safes/n3", "doors/n3", "unix/n2", "stacked/n4"])
 def test_domains_are_solvable(name):
-    found = explain(load_problem(ROOT / "domains" / f"{name}.yaml"))
+    found = explain(load_problem(ROOT / "domains" / f"{name}.yaml"), geometry=False)
     jsonschema.validate(explanation_to_json(found), SCHEMA)
     assert found.verdict == "solvable"
+
+
+def test_what_geometry_refuses_is_told():
+    given = load_problem(ROOT / "domains" / "bartender/four_bottles.yaml")
+    region = given.scene.regions["dishwasher"]
+    away = replace(region, pose=replace(region.pose, frame="world", position=(5.0, 0.0, 0.2)))
+    given = replace(given, scene=replace(given.scene, regions={**given.scene.regions, "dishwasher": away}))
+    found = explain(given, timeout=600.0)
+    jsonschema.validate(explanation_to_json(found), SCHEMA)
+    assert found.verdict == "proved"
+    assert "as far as knowledge goes, but not for geometry" in found.summary[0]
+    assert any("dishwasher" in text and "out of reach" in text for text in found.refused)
+    assert "Refused by geometry:" in str(found)
+    assert explain(given, geometry=False).verdict == "solvable"
 
 
 @pytest.mark.parametrize("name", ["coloured_balls/n4_2", "asking_bartender/n3", "stacked/n4"])
