@@ -6,12 +6,14 @@ never by where the robot stands, so that the same candidates come in the same or
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, repeat
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server import (
+    BATCH,
     WORLD,
     Candidate,
     Frame,
@@ -28,6 +30,7 @@ from kabo.scene.transforms import inverse
 from kabo.tasks.robots.scenes import TaskScene
 
 Array = npt.NDArray[np.float64]
+FEW = (16, 48, 192)  # samples of the first batches for one pose: mostly a few will do
 
 
 class Target(Protocol):
@@ -109,12 +112,13 @@ class PoseTarget:
     near: Configuration
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """Those near to where the robot stands first, batch by batch."""
-        n, near, number = self.stream.robot.planned, np.array(self.near), 0
-        while True:
-            found = self.stream.batch(number)
+        """The one to which the robot is led from where it stands, then samples, of each batch the nearest first."""
+        n, near, first = self.stream.robot.planned, np.array(self.near), 0
+        yield self.stream.near(near)
+        for count in chain(FEW, repeat(BATCH)):
+            found = self.stream.samples(first, count)
             yield sorted(found, key=lambda c: (round(float(np.abs(c.q[:n] - near[:n]).sum()), 6), *c.q))
-            number += 1
+            first += count
 
     def blocked(self, scene: TaskScene) -> Pair | None:
         """The hand, and what it holds, are looked at where they would be: the arm may do what it likes."""
