@@ -8,6 +8,10 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "Blended": "blending",
+    "blended": "blending",
+    "thinned": "blending",
+    "fastest": "time_optimal",
     "Blocked": "rrt_connect",
     "connect": "rrt_connect",
     "FreeConfigurations": "edges",

@@ -29,6 +29,7 @@ _STAGES = {
     "PredicateFilter": "filters",
     "RecogniseGrasp": "grasps",
     "RemoveGeometry": "geometry",
+    "Reparameterise": "reparameterising",
     "SampleConfiguration": "states",
     "SampleGrasp": "grasps",
     "SampleMate": "placements",

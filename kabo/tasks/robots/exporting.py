@@ -19,7 +19,7 @@ def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
     """Every stretch of a solution in order of time, with the path of its stage."""
     for leaf in solution.leaves:
         for each in leaf.motion or ():
-            yield leaf.stage.path, each
+            yield each.stage or leaf.stage.path, each
 
 
 def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
@@ -61,7 +61,8 @@ def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: floa
     if len(kept) == 1:
         kept.append(kept[0])
     limits = robot.tree.velocity[first : first + len(joints)]
-    times = retime(np.array(kept), limits, factor=HASTE)
+    timed = len(each.times) == len(kept)
+    times = np.array(each.times) if timed else retime(np.array(kept), limits, factor=HASTE)
     if each.seconds:
         times = times * (each.seconds / times[-1]) if times[-1] > 0.0 else times
     pairs = tuple(sorted((min(pair), max(pair)) for pair in each.permitted))

@@ -71,7 +71,7 @@ class Pour(RobotStage, Propagator):
         hit = scene.workspace(name).path_hit(way)
         if hit is not None:
             return [refusal("collision", hit=hit)]
-        there = stretch(scene, name, "arm", way)
+        there = replace(stretch(scene, name, "arm", way), exact=True)
         pause = float(properties["pause"])
         still = (replace(there, waypoints=(there.end,), seconds=pause),) if pause > 0.0 else ()
         motion: tuple[Stretch, ...] = (there, *still, there.reversed())

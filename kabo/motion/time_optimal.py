@@ -1,0 +1,111 @@
+"""The fastest way to follow a path within limits of velocity and acceleration: TOPP-RA [Pham, Pham 2018]."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+GRID = 0.01  # rad of the path between places where the limits are looked at
+MARGIN = 0.99  # of the limits, for what lies between those places
+
+
+class Path(Protocol):
+    """A path by a parameter from 0 to `length`, once differentiable."""
+
+    @property
+    def length(self) -> float:
+        """Where it ends."""
+        ...
+
+    @property
+    def borders(self) -> Floats:
+        """Where its second derivative jumps, with both ends."""
+        ...
+
+    def at(self, places: ArrayLike, order: int = 0) -> Floats:
+        """The path (…, n), or a derivative."""
+        ...
+
+
+def fastest(
+    path: Path, velocity: ArrayLike, acceleration: ArrayLike, *, through: Sequence[float] = ()
+) -> tuple[Floats, Floats]:
+    """Places along a path and the times [s] at which they are passed, from rest to rest, as fast as the limits allow.
+
+    Args:
+        path: of n joints.
+        velocity, acceleration: (n,) limits of the absolute values, positive for joints that move.
+        through: places that are wanted among the answer's.
+
+    Raises:
+        ImportError: toppra is not installed; told with the remedy.
+        ValueError: no joint velocities within the limits follow the path.
+    """
+    grid = _grid(path, through)
+    moving = np.ptp(path.at(grid), axis=0) > 0.0
+    speeds = _speeds(
+        path, grid, np.asarray(velocity, float)[moving], np.asarray(acceleration, float)[moving], moving
+    )
+    times = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(grid) / (speeds[:-1] + speeds[1:]))])
+    return grid, times
+
+
+def between(grid: Floats, times: Floats, wanted: ArrayLike) -> Floats:
+    """The places at times `wanted` on a path whose grid is passed at `times`: evenly accelerated between two of them."""
+    at = np.asarray(wanted, float)
+    k = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
+    steps = np.diff(times)
+    mean = np.diff(grid) / steps
+    # The speed at the grid: from rest, each mean is the middle of the speeds at both ends.
+    speeds = np.zeros(len(grid))
+    for i, value in enumerate(mean):
+        speeds[i + 1] = max(0.0, 2.0 * value - speeds[i])
+    dt = at - times[k]
+    return np.asarray(
+        np.clip(
+            grid[k] + dt * (speeds[k] + 0.5 * dt * (speeds[k + 1] - speeds[k]) / steps[k]), grid[k], grid[k + 1]
+        )
+    )
+
+
+def _grid(path: Path, through: Sequence[float]) -> Floats:
+    """Places from 0 to the end that hold all borders."""
+    borders = np.unique(np.concatenate([path.borders, through]))
+    borders = borders[np.concatenate([[True], np.diff(borders) > 1e-9])]
+    pieces = [
+        np.linspace(a, b, max(2, int(np.ceil((b - a) / GRID)) + 1))[:-1]
+        for a, b in zip(borders, borders[1:], strict=False)
+    ]
+    return np.concatenate([*pieces, borders[-1:]])
+
+
+def _speeds(path: Path, grid: Floats, velocity: Floats, acceleration: Floats, moving: NDArray[np.bool_]) -> Floats:
+    """The speeds (len(grid),) along the path."""
+    try:
+        from toppra.algorithm import TOPPRA
+        from toppra.constraint import DiscretizationType, JointAccelerationConstraint, JointVelocityConstraint
+    except ImportError as error:
+        raise ImportError('timing along a path needs toppra: pip install "kabo[timing]"') from error
+
+    class Moving:
+        """The path of the joints that move, as toppra asks for it."""
+
+        dof = int(moving.sum())
+        path_interval = (0.0, path.length)
+
+        def __call__(self, places: Any, order: int = 0) -> Floats:
+            return path.at(places, order)[..., moving]
+
+    limits = [
+        JointVelocityConstraint(MARGIN * np.stack([-velocity, velocity], axis=1)),
+        JointAccelerationConstraint(
+            MARGIN * np.stack([-acceleration, acceleration], axis=1),
+            discretization_scheme=DiscretizationType.Interpolation,
+        ),
+    ]
+    _, speeds, _ = TOPPRA(limits, Moving(), gridpoints=grid).compute_parameterization(0.0, 0.0)
+    if speeds is None or not np.all(np.isfinite(speeds)):
+        raise ValueError("the path cannot be followed within the limits")
+    return np.asarray(speeds)
