@@ -13,7 +13,9 @@ from kabo.language.poses import read_pose
 from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
 from kabo.language.values import Reader
 
-ROBOT_MODEL_KEYS = ("urdf", "base", "joints", "inverse_kinematics", "gripper", "tool", "configurations")
+ROBOT_MODEL_KEYS = (
+    "urdf", "base", "joints", "limits", "inverse_kinematics", "gripper", "tool", "configurations"
+)  # fmt: skip
 ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
 GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
 TOOL_KEYS = ("frame", "features")
@@ -42,7 +44,7 @@ class RobotReader:
         configurations = self._configurations(mapping.get("configurations"), joints)
         return RobotDescription(
             name, urdf or Path(), base, joints, "projection", gripper, frame, sound_features(features),
-            configurations, model, mapping.place,
+            configurations, model, mapping.place, self._limits(mapping.get("limits")),
         )  # fmt: skip
 
     def _inverse_kinematics(self, node: Node | None) -> None:
@@ -105,6 +107,17 @@ class RobotReader:
         self.reader.keys(mapping, TOOL_KEYS, "a tool")
         frame = self.reader.text(self.reader.require(mapping, "frame", "a tool"), "the frame of a tool")
         return frame, read_features(self.reader, mapping.get("features"))
+
+    def _limits(self, node: Node | None) -> dict[str, tuple[float, float]]:
+        """The range of some joints, narrower than in the URDF."""
+        found: dict[str, tuple[float, float]] = {}
+        for name, _, value in self.reader.entries(node, "the limits"):
+            values = self.reader.numbers(value, f'the limits of "{name}"', 2, angle=True)
+            if values is not None and values[0] > values[1]:
+                self.reader.findings.add(value.place, f'the limits of "{name}" are crossed')
+            elif values is not None:
+                found[name] = values[0], values[1]
+        return found
 
     def _configurations(self, node: Node | None, joints: tuple[str, ...] | None) -> dict[str, tuple[float, ...]]:
         found: dict[str, tuple[float, ...]] = {}

@@ -141,7 +141,7 @@ class GripperDescription:
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot; `joints` None: all movable ones that are not mimic and not the gripper's."""
+    """A robot; `joints` None: all movable ones that are not mimic and not the gripper's. `limits` only narrow."""
 
     name: str
     urdf: Path
@@ -154,6 +154,7 @@ class RobotDescription:
     configurations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     model: str | None = None
     place: Place | None = field(default=None, compare=False, repr=False)
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

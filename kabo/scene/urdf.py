@@ -235,7 +235,7 @@ def _assemble(
         kinds.append(kind_axis[0])
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
-    tree = _tree(model, kinds, turns, actuation, names)
+    tree = _tree(model, kinds, turns, actuation, names, _limits(description, names))
     links = {}
     for frame in model.frames:
         if frame.type == pinocchio().FrameType.BODY:
@@ -287,7 +287,12 @@ def _actuation(
 
 
 def _tree(
-    model: Any, kinds: list[int], turns: list[Array], actuation: Actuation, names: tuple[str, ...]
+    model: Any,
+    kinds: list[int],
+    turns: list[Array],
+    actuation: Actuation,
+    names: tuple[str, ...],
+    limits: Mapping[str, tuple[float, float]],
 ) -> KinematicTree:
     placement = np.zeros((model.njoints, 12))
     placement[0, [0, 4, 8]] = 1.0
@@ -301,6 +306,8 @@ def _tree(
         endless = joint.nq > 1
         lower[i] = -ENDLESS if endless else model.lowerPositionLimit[joint.idx_q]
         upper[i] = ENDLESS if endless else model.upperPositionLimit[joint.idx_q]
+        low, high = limits.get(name, (lower[i], upper[i]))
+        lower[i], upper[i] = max(lower[i], low), min(upper[i], high)
         speed = float(model.velocityLimit[joint.idx_v])
         velocity[i] = speed if 0.0 < speed < 1e6 else SLOW
     return KinematicTree(
@@ -314,6 +321,13 @@ def _tree(
         upper,
         velocity,
     )
+
+
+def _limits(description: RobotDescription, names: tuple[str, ...]) -> Mapping[str, tuple[float, float]]:
+    for name in description.limits:
+        if name not in names:
+            raise _refuse(description.place, f'unknown joint "{name}" in the limits', did_you_mean(name, names))
+    return description.limits
 
 
 def _tool(description: RobotDescription, links: Mapping[str, Link]) -> Tool | None:
