@@ -10,6 +10,9 @@ from kabo.language.syntax import Tree
 from kabo.language.terms import Context, read_arguments
 from kabo.language.vocabulary import TEST, Symbol, term_of
 
+TRUTH = ("true", "false")
+_FORMS = {"name": "a name", "number": "a number", "boolean": "true or false"}
+
 
 def read_test(context: Context, tree: Tree, symbol: Symbol) -> f.External | None:
     """A call of an external procedure inside a formula, where only tests stand by themselves."""
@@ -76,9 +79,10 @@ def _argument(context: Context, tree: Tree) -> f.Argument | None:
         context.report(tree, "an argument of a procedure is a parameter, a name or a number")
         return None
     value = tree.children[-1]
-    if not isinstance(value, lark.Token):
-        return None
     named = str(tree.children[0]) if len(tree.children) == 2 else None
+    if isinstance(value, lark.Tree):
+        truth = "true" if value.data == "yes" else "false"
+        return f.Argument(f.Constant(truth, context.parsed.place(value)), named, place)
     if value.type == "NUMBER":
         return f.Argument(f.Number(float(str(value)), context.parsed.place(value)), named, place)
     symbol = context.scope.find(str(value))
@@ -129,9 +133,13 @@ def _check_properties(
 
 def _fits(context: Context, piece: Tree, wanted: Property, argument: f.Argument) -> bool:
     """Whether an argument may fill a property, as far as its form tells; reports if not."""
-    is_number = isinstance(argument.value, f.Number)
-    if wanted.kind == "any" or is_number == (wanted.kind == "number"):
+    given = "name"
+    if isinstance(argument.value, f.Number):
+        given = "number"
+    elif isinstance(argument.value, f.Constant) and argument.value.name in TRUTH:
+        given = "boolean"
+    takes = wanted.kind if wanted.kind in _FORMS else "name"
+    if wanted.kind == "any" or given == takes:
         return True
-    takes = "a number, not a name" if wanted.kind == "number" else "a name, not a number"
-    context.report(piece, f'the property "{wanted.name}" takes {takes}')
+    context.report(piece, f'the property "{wanted.name}" takes {_FORMS[takes]}, not {_FORMS[given]}')
     return False

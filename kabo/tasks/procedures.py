@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.geometry_server import Answer, Failure, GeometryServer, Situation, Statistics, Success
+from kabo.language.calls import TRUTH
 from kabo.language.formulas import GroundCall
 from kabo.language.procedures import FOLDER, LIBRARY
 from kabo.scene import GeometricState, Scene
@@ -112,7 +113,7 @@ class GeometricProcedures:
     def _arguments(self, file: TaskFile, call: GroundCall) -> dict[str, Any]:
         kinds = {each.name: each.kind for each in file.inputs}
         given = dict(zip(kinds, call.arguments, strict=False)) | dict(call.options)
-        arguments = {name: float(v) if kinds[name] == "number" else str(v) for name, v in given.items()}
+        arguments = {name: _argument(value, kinds[name]) for name, value in given.items()}
         for each in file.inputs:  # a constraint that a scene need not have
             kept = each.kind == "motion_constraint" and each.name not in arguments
             if kept and each.default not in self.scene.motion_constraints:
@@ -195,6 +196,13 @@ class GeometricProcedures:
 @lru_cache(maxsize=64)
 def _task_file(path: Path) -> TaskFile:
     return load_task_file(path)
+
+
+def _argument(value: str | float, kind: str | None) -> Any:
+    """What a call gives, as the task declares it."""
+    if kind in ("boolean", "any") and value in TRUTH:
+        return value == "true"
+    return value if kind in ("number", "any") else str(value)
 
 
 def _read(stages: tuple[RobotStage, ...]) -> Iterator[str]:

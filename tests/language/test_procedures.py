@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from kabo.errors import InputError
-from kabo.language import check_files, load_problem
+from kabo.language import check_files, load_problem, spell
 from kabo.language.procedures import Procedures, Property, library_names, library_signature
 from tests.language.conftest import DOMAIN, SCENE, Kitchen
 
@@ -19,6 +19,7 @@ properties:
   tilt: {type: number, default: 1.0}
   grasp: {type: grasp, default: any}
   how: {type: name, default: fast}
+  check: {type: boolean, default: false}
 stages:
   - {name: start, stage: CurrentState}
 """
@@ -43,17 +44,20 @@ def test_the_library_has_the_procedures_of_manipulation() -> None:
 
 
 def test_a_task_beside_the_domain_is_a_procedure_and_belongs_to_the_problems_files(kitchen: Kitchen) -> None:
-    problem = load_problem(write(kitchen, "pour(r, o, tilt = 2, grasp = side, how = slowly)", pour=POUR))
+    problem = load_problem(
+        write(kitchen, "pour(r, o, tilt = 2, grasp = side, how = slowly, check = true)", pour=POUR)
+    )
     assert "tasks/pour.yaml" in problem.files
     assert problem.files["tasks/pour.yaml"].startswith("sha256:")
-    assert str(problem.domain.actions["pick_up"].geometry)
+    call = problem.domain.actions["pick_up"].geometry
+    assert call is not None and spell(call) == "pour(r, o, tilt = 2, grasp = side, how = slowly, check = true)"
 
 
 def test_a_task_beside_the_domain_comes_before_the_librarys(kitchen: Kitchen) -> None:
     own = POUR.replace("name: pour", "name: pick")
     assert check_files([write(kitchen, "pick(r, o, tilt = 2)", pick=own)]) == []
     procedures = Procedures(str(kitchen.folder))
-    assert [each.name for each in procedures["pick"] or ()] == ["robot", "into", "tilt", "grasp", "how"]
+    assert [each.name for each in procedures["pick"] or ()] == ["robot", "into", "tilt", "grasp", "how", "check"]
     assert set(procedures) == set(library_names())
 
 
@@ -66,10 +70,13 @@ def test_task_files_that_nobody_calls_are_not_opened(kitchen: Kitchen) -> None:
     ("call", "message", "hint"),
     [
         ("pout(r, o)", 'unknown procedure "pout" in `geometry` of action "pick_up"', 'did you mean "pour"?'),
-        ("pour(r)", 'pour lacks "into"', "it is pour(robot, into, tilt = …, grasp = …, how = …)"),
+        ("pour(r)", 'pour lacks "into"', "it is pour(robot, into, tilt = …, grasp = …, how = …, check = …)"),
         ("pour(r, o, tillt = 1)", 'pour has no property "tillt"', 'did you mean "tilt"?'),
         ("pour(r, o, tilt = side)", 'the property "tilt" takes a number, not a name', None),
         ("pour(r, o, 1, 2)", 'the property "grasp" takes a name, not a number', None),
+        ("pour(r, o, check = 1)", 'the property "check" takes true or false, not a number', None),
+        ("pour(r, o, check = yes)", 'the property "check" takes true or false, not a name', None),
+        ("pour(r, o, how = true)", 'the property "how" takes a name, not true or false', None),
         ("pour(r, o, grasp = sied)", 'the scene has no grasp family "sied"', 'did you mean "side"?'),
         ("pour(r, trey)", '"trey" is no body of the scene; pour(r, trey) at domain.yaml:23:15 needs a body', 'did you mean "tray"?'),
     ],
@@ -86,7 +93,7 @@ def test_a_broken_task_file_is_told_once_at_its_own_place(kitchen: Kitchen) -> N
     broken = POUR.replace("type: number", "type: nubmer").replace("stage: CurrentState", "stagee: CurrentState")
     found = check_files([write(kitchen, "pour(r, o)", pour=broken)])
     assert [os.path.basename(each.file) for each in found] == ["pour.yaml", "pour.yaml"]
-    assert [each.line for each in found] == [5, 9]
+    assert [each.line for each in found] == [5, 10]
 
 
 def test_the_name_of_the_file_is_the_name_of_the_task(kitchen: Kitchen) -> None:
