@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from kabo.language.problem import Problem
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value, claim_text, denied, range_of, text_of
-from kabo.verify.knowledge import Knowledge, Remembered, exclude, in_order, mentions_any, truth
+from kabo.verify.knowledge import Knowledge, Remembered, exclude, in_order, mentions_any, symbols_of, truth
 
 
 class ContradictionError(Exception):
@@ -108,10 +108,10 @@ class Draft:
             everything |= now
             for symbol in now if len(now) == 1 else sorted(now, key=repr):
                 self._close_range(symbol)
-            for entry in _in_order(entry for entry in self.exclusive if mentions_any(entry, now)):
+            for entry in _in_order([one for one in self.exclusive if not symbols_of(one).isdisjoint(now)]):
                 self.exclusive.discard(entry)
                 self._settle_exclusive(entry)
-            for entry in _in_order(entry for entry in self.some if mentions_any(entry, now)):
+            for entry in _in_order([one for one in self.some if not symbols_of(one).isdisjoint(now)]):
                 self.some.discard(entry)
                 self._settle_some(entry)
             for whole in [whole for whole in self.conjunctions if mentions_any(whole, now)]:

@@ -10,22 +10,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from kabo.verify.ground import Entry, GroundClaim, Symbol
-from kabo.verify.knowledge import symbols_of
 
+Asked = Callable[[Symbol], bool]
 Entries = tuple[frozenset[Entry], frozenset[Entry]]  # of Kx and of Kor
 
-REMEMBERED = (
-    2000  # answers at most: states of one part of a plan have much in common, the rest is a matter of memory
-)
+REMEMBERED = 2000  # answers: states of one part of a plan have much in common, more is a matter of memory
 
 
 @dataclass(frozen=True)
 class _Row:
-    """An entry as bits: its members, their complements, and the terms (not atoms) that they are about."""
+    """An entry as bits: its members, their complements, both, and the terms (not atoms) that they are about."""
 
     entry: Entry
     members: int
     complements: int
+    about: int
     size: int
     terms: tuple[Symbol, ...]
 
@@ -39,19 +38,24 @@ class Firing:
         self._of_symbol: dict[Symbol, int] = {}  # every claim about it that was met, and its complement
         self._even = 0
         self._about: dict[Entries, int] = {}  # every claim about what entries speak of
-        self._known: dict[tuple[Entries, int], Entries] = {}
-        self._touched: dict[int, tuple[int, int]] = {}
+        self._known: dict[tuple[Entries, int, int], Entries] = {}
+        self._asked: dict[int, tuple[int, int]] = {}
 
-    def may_fire(
-        self, exclusive: frozenset[Entry], some: frozenset[Entry], touched: Callable[[Symbol], bool], key: int
+    def may_matter(
+        self,
+        exclusive: frozenset[Entry],
+        some: frozenset[Entry],
+        touched: tuple[Asked, int],
+        wanted: tuple[Asked, int],
     ) -> Entries:
-        """The entries of Kx and of Kor that may conclude something.
+        """The entries of Kx and of Kor that may conclude something, and that a chain of these ties to what is wanted.
 
         Args:
             exclusive: of Kx.
             some: of Kor.
-            touched: whether the rest of the plan may find out or change an atom or term.
-            key: tells what is touched from what is touched elsewhere.
+            touched: whether the rest of the plan may find out or change an atom or term; with a number that tells
+                this question from others.
+            wanted: whether anybody asks for it; the same.
         """
         entries = exclusive, some
         about = self._about.get(entries)
@@ -59,53 +63,73 @@ class Firing:
             if len(self._about) > REMEMBERED:
                 self._about.clear()
             about = self._about[entries] = self._all_about(entries)
-        holding = about & self._claims_touched(touched, key)
-        known = self._known.get((entries, holding))
+        key = entries, about & self._claims(*touched), about & self._claims(*wanted)
+        known = self._known.get(key)
         if known is None:
             if len(self._known) > REMEMBERED:
                 self._known.clear()
-            known = self._known[entries, holding] = self._found(entries, holding)
+            known = self._known[key] = self._tied(self._fired(entries, key[1]), key[2])
         return known
 
     def _all_about(self, entries: Entries) -> int:
-        rows = [self._row(entry) for each in entries for entry in each]
         about = 0
-        for symbol in set[Symbol]().union(*(symbols_of(row.entry) for row in rows)):
-            about |= self._of_symbol[symbol]
+        for each in entries:
+            for entry in each:
+                about |= self._row(entry).about
         return about
 
-    def _claims_touched(self, touched: Callable[[Symbol], bool], key: int) -> int:
-        """Every claim about what is touched; asked again when more atoms or terms have been met."""
-        met = len(self._of_symbol)
-        if key not in self._touched or self._touched[key][0] != met:
+    def _claims(self, asked: Asked, key: int) -> int:
+        """Every claim about what is asked for; looked for again when more atoms or terms have been met."""
+        met = len(self._bits)
+        if key not in self._asked or self._asked[key][0] != met:
             claims = 0
             for symbol, own in self._of_symbol.items():
-                if touched(symbol):
+                if asked(symbol):
                     claims |= own
-            self._touched[key] = met, claims
-        return self._touched[key][1]
+            self._asked[key] = met, claims
+        return self._asked[key][1]
 
-    def _found(self, entries: Entries, holding: int) -> Entries:
+    def _fired(self, entries: Entries, holding: int) -> list[tuple[bool, _Row]]:
         """The fixpoint, from claims that may become known to hold."""
         waiting = [(True, self._row(entry)) for entry in entries[0]]
         waiting += [(False, self._row(entry)) for entry in entries[1]]
         terms = {term for _, row in waiting for term in row.terms}
-        found: tuple[set[Entry], set[Entry]] = (set(), set())
-        before = -1
-        while holding != before:
+        found: dict[tuple[bool, Entry], _Row] = {}
+        new = holding
+        while new:
             before = holding
             rest = []
             for exactly, row in waiting:
-                made = self._concluded(exactly, row, holding)
-                holding |= made
-                if made:
-                    found[0 if exactly else 1].add(row.entry)
-                if not made or row.members & ~holding or row.complements & ~holding:
-                    rest.append((exactly, row))  # it may conclude more
+                if row.about & new:
+                    made = self._concluded(exactly, row, holding)
+                    if made:
+                        holding |= made
+                        new |= made
+                        found[exactly, row.entry] = row
+                        if not row.about & ~holding:
+                            continue  # nothing is left to follow from it
+                rest.append((exactly, row))
+            waiting = rest
             for term in terms:
                 if holding & self._of_symbol[term]:
                     holding |= self._of_symbol[term]
-            waiting = rest
+            new = holding & ~before
+        return [(exactly, row) for (exactly, _), row in found.items()]
+
+    def _tied(self, rows: list[tuple[bool, _Row]], wanted: int) -> Entries:
+        """Those that a chain of shared atoms and terms ties to what is wanted."""
+        found: tuple[set[Entry], set[Entry]] = (set(), set())
+        while rows:
+            far = []
+            for exactly, row in rows:
+                if row.about & wanted:
+                    wanted |= row.about
+                    found[0 if exactly else 1].add(row.entry)
+                else:
+                    far.append((exactly, row))
+            if len(far) == len(rows):
+                break
+            rows = far
         return frozenset(found[0]), frozenset(found[1])
 
     def _concluded(self, exactly: bool, row: _Row, holding: int) -> int:
@@ -133,7 +157,11 @@ class Firing:
             for claim in entry:
                 members |= self._bit(claim)
             terms = tuple({claim[0] for claim in entry if not isinstance(claim[1], bool)})
-            row = self._rows[entry] = _Row(entry, members, self._swapped(members), len(entry), terms)
+            others = self._swapped(members)
+            about = members | others
+            for term in terms:
+                about |= self._of_symbol[term]
+            row = self._rows[entry] = _Row(entry, members, others, about, len(entry), terms)
         return row
 
     def _bit(self, claim: GroundClaim) -> int:

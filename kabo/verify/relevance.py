@@ -6,7 +6,7 @@ of the goal that holds, and that nothing in the continuation can touch, is settl
 speaks of may be forgotten, too. States that agree on the rest behave alike from there on, and are replayed once.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 
@@ -67,7 +67,6 @@ class Relevance:
             self._untouched[name] = found[mask]
         self._kept: dict[tuple[str, int], Kept] = {}
         self._owed: dict[int, int] = {}
-        self._touching_masks: dict[int, Kept] = {}
         self._firing = Firing()
 
     def _mask(self, group: Iterable[Symbol | str]) -> int:
@@ -117,18 +116,22 @@ class Relevance:
             for number, goal in enumerate(self._goals):
                 if open_ >> number & 1 and entries.isdisjoint(goal.mentioned) and goal.holds(state):
                     settled |= 1 << number
-        touched = None if self.has_rules or state.past is not None else self._touching(name)
-        if touched is not None and (state.exclusive or state.some):
-            exclusive, some = self._firing.may_fire(state.exclusive, state.some, touched, touched.mask)
+        kept = self._at(name, settled)
+        state = replace(state, settled=settled)
+        if self.has_rules or state.past is not None or state.conjunctions:
+            return forget(state, kept)
+        if state.exclusive or state.some:
+            touched = self._touched[name]
+            exclusive, some = self._firing.may_matter(
+                state.exclusive, state.some, (self._is_in(touched), touched), (kept, kept.mask)
+            )
             state = replace(state, exclusive=exclusive, some=some)
-        return forget(replace(state, settled=settled), self._at(name, settled))
+        return _without(state, kept)
 
-    def _touching(self, name: str) -> "Kept":
-        """What a node and its continuation touch."""
-        mask = self._touched[name]
-        if mask not in self._touching_masks:
-            self._touching_masks[mask] = self.kept_by(self._widened(mask))
-        return self._touching_masks[mask]
+    def _is_in(self, mask: int) -> Callable[[Symbol], bool]:
+        """Whether an atom or term is in a mask, by itself or by its name."""
+        bits = self._bits
+        return lambda symbol: bool(mask & (bits.get(symbol, 0) | bits.get(symbol[0], 0)))
 
     def _at(self, name: str, settled: int) -> "Kept":
         if settled not in self._owed:
@@ -198,17 +201,24 @@ def forget(state: Knowledge, kept: Kept) -> Knowledge:
     """The state without what nobody asks for any more."""
     entries = _entries(state)
     tied, keeps = _tied(entries, kept) if entries else (frozenset[Symbol](), kept)
-    return Knowledge(
-        keeps.only(state.known),
-        {s: values for s, values in state.excluded.items() if s in tied or keeps(s)},
-        frozenset(symbol for symbol in state.whether if symbol in tied or keeps(symbol)),
-        frozenset(e for e in state.exclusive if not symbols_of(e).isdisjoint(tied)),
-        frozenset(e for e in state.some if not symbols_of(e).isdisjoint(tied)),
-        frozenset(e for e in state.conjunctions if not symbols_of(e).isdisjoint(tied)),
-        state.past,
-        state.touched,
-        state.broken,
-        state.settled,
+    state = replace(
+        state,
+        exclusive=frozenset(e for e in state.exclusive if not symbols_of(e).isdisjoint(tied)),
+        some=frozenset(e for e in state.some if not symbols_of(e).isdisjoint(tied)),
+        conjunctions=frozenset(e for e in state.conjunctions if not symbols_of(e).isdisjoint(tied)),
+    )
+    return _without(state, keeps)
+
+
+def _without(state: Knowledge, kept: Kept) -> Knowledge:
+    """The state without facts that nobody asks for, and that none of its entries speaks of."""
+    entries = _entries(state) if state.excluded or state.whether else ()
+    tied = frozenset[Symbol]().union(*map(symbols_of, entries))
+    return replace(
+        state,
+        known=kept.only(state.known),
+        excluded={s: values for s, values in state.excluded.items() if s in tied or kept(s)},
+        whether=frozenset(symbol for symbol in state.whether if symbol in tied or kept(symbol)),
     )
 
 

@@ -30,7 +30,7 @@ entries = st.frozensets(claims, min_size=2, max_size=4).filter(lambda e: len({re
 
 
 def fired(exclusive, some, touched):
-    return Firing().may_fire(frozenset(exclusive), frozenset(some), touched.__contains__, 0)
+    return Firing().may_matter(frozenset(exclusive), frozenset(some), (touched.__contains__, 0), (bool, 1))
 
 
 def test_what_is_touched_sets_off_a_chain_of_entries_and_nothing_else():
