@@ -81,9 +81,10 @@ def _show_structure(options: argparse.Namespace) -> int:
 
 def describe_inputs(file: "TaskFile") -> str:
     """The task's signature, and how much it asks for: `pick(robot, object, grasp = any); 1 solution`."""
+    from kabo.tasks.core import shown
     from kabo.tasks.files.building import default_of
 
-    given = (each.name if each.required else f"{each.name} = {default_of(each)}" for each in file.inputs)
+    given = (each.name if each.required else f"{each.name} = {shown(default_of(each))}" for each in file.inputs)
     limits = []
     if file.max_solutions is not None:
         limits.append(f"{file.max_solutions} solution{'' if file.max_solutions == 1 else 's'}")

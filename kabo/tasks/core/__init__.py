@@ -18,7 +18,7 @@ from kabo.tasks.core.custom import backward, connector, forward, generator, moni
 from kabo.tasks.core.errors import InitialisationError, TaskError, UndeclaredProperty, UndefinedProperty
 from kabo.tasks.core.explanation import Explanation
 from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.interfaces import arrows, directions, tree
+from kabo.tasks.core.interfaces import arrows, directions, shown, tree
 from kabo.tasks.core.nodes import StageStatistics
 from kabo.tasks.core.properties import INTERFACE, MISSING, PARENT, Interface, Parent, Property, Reference
 from kabo.tasks.core.results import SAME, Failure, Result
@@ -71,6 +71,7 @@ __all__ = [
     "monitor",
     "offset",
     "propagator",
+    "shown",
     "total",
     "tree",
     "uniform_random",

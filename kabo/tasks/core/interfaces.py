@@ -170,15 +170,27 @@ def tree(task: Container, flows: Mapping[Stage, Flow] | None = None) -> str:
         depth = depths[id(stage)]
         depths.update((id(child), depth + 1) for child in stage.children)
         arrow = flows[stage].value if flows and stage in flows else "? ?" if flows is not None else arrows(stage)
-        given = ", ".join(f"{key}: {_shown(value)}" for key, value in sorted(stage.properties.given.items()))
+        given = ", ".join(f"{key}: {shown(value)}" for key, value in sorted(_given(stage).items()))
         kind = type(stage).__name__
         lines.append(f"{'  ' * depth}{arrow}  {stage.name}  [{kind}]{'  ' + given if given else ''}")
     return "\n".join(lines)
 
 
-def _shown(value: object) -> str:
+def _given(stage: Stage) -> dict[str, object]:
+    """What was set, and the path of the stage that a monitor monitors."""
+    given = dict(stage.properties.given)
+    if isinstance(stage, Monitor):
+        try:
+            given["monitors"] = stage.monitored.path
+        except TaskError:
+            given["monitors"] = stage.monitors
+    return given
+
+
+def shown(value: object) -> str:
+    """A value of a property for people: `{min: 0.1, by: [1, 2]}`."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{k}: {_shown(v)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{k}: {shown(v)}" for k, v in value.items()) + "}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_shown(v) for v in value) + "]"
+        return "[" + ", ".join(shown(v) for v in value) + "]"
     return str(value)

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 from html import escape
-from typing import Any
 
+from kabo.tasks.core import shown
 from kabo.tasks.files.describing import added, counts, describe_report, explain, number, said
 from kabo.tasks.files.report_form import Figures, Report, RunReport, StageReport, Whole
 
@@ -83,7 +83,7 @@ def _stage(stage: StageReport, figures: Sequence[Figures]) -> Iterator[str]:
     if stage["monitors"]:
         given["monitors"] = stage["monitors"]
     if given:
-        rows = ([escape(name), escape(_shown(value))] for name, value in given.items())
+        rows = ([escape(name), escape(shown(value))] for name, value in given.items())
         yield from _folded("properties", _table(["property", "value"], rows))
     found = [each for f in figures for each in f["solutions"]]
     if found:
@@ -109,14 +109,6 @@ def _title(what: str, shown: int, count: int) -> str:
 
 def _folded(title: str, content: str) -> Iterator[str]:
     yield f'<details><summary class="dim">{escape(title)}</summary>{content}</details>\n'
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_shown(inner)}" for key, inner in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_shown, value)) + "]"
-    return str(value)
 
 
 def _changes(lines: Sequence[str]) -> str:
