@@ -8,7 +8,19 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from kabo.tasks.core import Flow, Monitor, Reference, Solution, Stage, Task, arrows
+from kabo.tasks.core import (
+    Alternatives,
+    Fallbacks,
+    Flow,
+    Monitor,
+    Reference,
+    Serial,
+    Solution,
+    Stage,
+    Task,
+    Wrapper,
+    arrows,
+)
 from kabo.tasks.files.building import TaskFile, default_of
 from kabo.tasks.files.changes import scene_change
 from kabo.tasks.files.report_form import (
@@ -145,8 +157,20 @@ def _told(solution: Solution) -> Told:
 
 
 def _whole(solution: Solution, paths: Mapping[int, str]) -> Whole:
-    parts: list[Part] = [{"stage": paths[id(part.stage)], **_told(part)} for part in solution.leaves]
+    parts: list[Part] = [{"stage": paths[id(part.stage)], **_told(part)} for part in phases(solution)]
     return {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
+
+
+def phases(solution: Solution) -> Iterator[Solution]:
+    """The phases of a solution in order of time: sequences are opened, and what a wrapper made counts as the wrapper's."""
+    inner = solution
+    while len(inner.parts) == 1 and isinstance(inner.stage, Wrapper | Alternatives | Fallbacks):
+        inner = inner.parts[0]
+    if inner.parts and isinstance(inner.stage, Serial):
+        for part in inner.parts:
+            yield from phases(part)
+    else:
+        yield solution
 
 
 def plain(value: Any) -> Any:

@@ -45,8 +45,9 @@ def test_a_report_tells_structure_solutions_failures_and_when_they_came(tmp_path
         ("line", "← →", 0), ("start", "← →", 1), ("go", "→ ←", 1), ("grasp", "← →", 1),
     ]  # fmt: skip
     assert [part["stage"] for part in run["solutions"][0]["parts"]] == [
-        "start", "go", "grasp/approach", "grasp/low enough/pose", "grasp/lift",
+        "start", "go", "grasp/approach", "grasp/low enough", "grasp/lift",
     ]  # fmt: skip
+    assert sum(part["cost"] for part in run["solutions"][0]["parts"]) == run["solutions"][0]["cost"]
     assert run["exhausted"] and not run["stopped"] and run["explanation"] is None
     assert len(run["found"]) == len(run["solutions"]) == 2
     low = run["stages"]["grasp/low enough"]
