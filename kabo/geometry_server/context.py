@@ -2,12 +2,25 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import count, islice
 from time import perf_counter
+from weakref import WeakValueDictionary
 
 from kabo.geometry_server.candidates import BATCH, Candidate
 from kabo.geometry_server.surroundings import Surroundings
 from kabo.scene import Scene
+
+_SHARED: "WeakValueDictionary[int, Context]" = WeakValueDictionary()
+_NUMBERS = count()
+
+
+def shared(number: int) -> "Context":
+    """The context of a number: in the process that made it, and in those that were forked from it since.
+
+    Raises:
+        KeyError: it was made elsewhere.
+    """
+    return _SHARED[number]
 
 
 @dataclass(frozen=True)
@@ -22,6 +35,14 @@ class Context:
     batches: int
     path_samples: int
     stop: Callable[[], bool]
+
+    def __post_init__(self) -> None:
+        """Scenes of tasks travel between processes; what is around them does not."""
+        object.__setattr__(self, "_number", next(_NUMBERS))
+        _SHARED[self._number] = self  # type: ignore[attr-defined]
+
+    def __reduce__(self) -> "tuple[Callable[[int], Context], tuple[int]]":
+        return shared, (self._number,)  # type: ignore[attr-defined]
 
     @property
     def scene(self) -> Scene:

@@ -1,9 +1,11 @@
 """Robots: a URDF (and the gripper's) through pinocchio, the kinematic tree as arrays, links with their meshes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -53,9 +55,22 @@ class Actuation:
     shift: tuple[float, ...]
 
 
+_SHARED: "WeakValueDictionary[int, Robot]" = WeakValueDictionary()
+_NUMBERS = count()
+
+
+def shared(number: int) -> "Robot":
+    """The robot of a number: in the process that loaded it, and in those that were forked from it since.
+
+    Raises:
+        KeyError: it was loaded elsewhere.
+    """
+    return _SHARED[number]
+
+
 @dataclass(frozen=True)
 class Robot:
-    """A robot in the world.
+    """A robot in the world; between a process and its forks it travels by number, as it is loaded in all of them.
 
     `model` is pinocchio's, with gripper and base placement. `joint_names` lists all actuated joints, the first
     `planned` of them are the arm's, the others the gripper's; a Configuration has their values in this order.
@@ -72,6 +87,14 @@ class Robot:
     gripper: Gripper | None
     configurations: Mapping[str, tuple[float, ...]]
     inverse_kinematics: str = "projection"
+
+    def __post_init__(self) -> None:
+        """Takes a number."""
+        object.__setattr__(self, "_number", next(_NUMBERS))
+        _SHARED[self._number] = self  # type: ignore[attr-defined]
+
+    def __reduce__(self) -> "tuple[Callable[[int], Robot], tuple[int]]":
+        return shared, (self._number,)  # type: ignore[attr-defined]
 
     @property
     def planned_joints(self) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,9 @@ class TaskScene:
     def of(cls, context: Context, state: GeometricState | Situation) -> "TaskScene":
         """The scene of a geometric state, or of a situation."""
         return cls(context, Situation.of(state) if isinstance(state, GeometricState) else state)
+
+    def __reduce__(self) -> tuple[type["TaskScene"], tuple[Any, ...]]:
+        return TaskScene, (self.context, self.situation, self.permitted, self.extras)
 
     # ----------------------------------------------------------------------------------------------- questions
     def robot(self, name: str) -> Robot:
