@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.spatial import ConvexHull, QhullError
 
-from kabo.geometry.nearness import EVEN, judged, looks_near
+from kabo.geometry.kernels.depths import between_is_far
+from kabo.geometry.nearness import GLANCE, INSIDE, SAMPLES, climbed, judged, looks_near
 from kabo.geometry.parts import Array
 from kabo.geometry.solids import Solid
 
 Members = tuple[int, ...]
-INSIDE = 1e-12  # m
 COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
 NEIGHBOURS = 8  # that are asked to take a cell
-CLIMBS = 12  # steps of a point away from the solid
 AGAIN = 6  # times a set may grow until its hull is not refuted
 SURE = 4_000  # tetrahedra after which it is not
 
@@ -38,16 +37,7 @@ class Voids:
 
     def add(self, point: Array, hull: ConvexHull) -> None:
         """Takes a point (3,) outside, moved to where it is farther from the solid, but still in the hull."""
-        depth = float(self.solid.outside_distances(point[None])[0])
-        step = depth
-        for _ in range(CLIMBS):
-            around = point + step * EVEN
-            around = around[(around @ hull.equations[:, :3].T + hull.equations[:, 3] <= -INSIDE).all(axis=1)]
-            depths = self.solid.outside_distances(around) if len(around) else np.zeros(1)
-            if depths.max() > depth:
-                point, depth = around[int(np.argmax(depths))], float(depths.max())
-            else:
-                step *= 0.5
+        point, depth = climbed(self.solid, hull, point)
         self._points, self._depths = np.vstack([self._points, point]), np.r_[self._depths, depth]
 
 
@@ -146,14 +136,19 @@ class Growth:
         return others
 
     def _joint(self, members: Members) -> bool:
-        """Whether the hull of some cells looks near, or did before the latest voids were found; two: at a glance."""
+        """Whether the hull of some cells looks near, or did before the latest voids were found; of two: some lines."""
         if members not in self._joints:
-            hull = ConvexHull(np.vstack([self.points[j] for j in members]))
-            self._joints[members] = self._looks_near(hull, glance=len(members) == 2)
+            if len(members) == 2:
+                known = (*self.solid.depths, *self.solid.tree, np.zeros(64, np.int64))
+                one, other = (self.points[j] for j in members)
+                self._joints[members] = not between_is_far(one, other, SAMPLES[:GLANCE], self.limit, *known)
+            else:
+                hull = ConvexHull(np.vstack([self.points[j] for j in members]))
+                self._joints[members] = self._looks_near(hull)
         return self._joints[members]
 
-    def _looks_near(self, hull: ConvexHull, glance: bool = False) -> bool:
-        return not self._voids.meet(hull, self.limit) and looks_near(self.solid, hull, self.limit, glance)
+    def _looks_near(self, hull: ConvexHull) -> bool:
+        return not self._voids.meet(hull, self.limit) and looks_near(self.solid, hull, self.limit)
 
     def _fits_all(
         self, members: list[int], j: int, compared: NDArray[np.int64], refused: NDArray[np.bool_]

@@ -19,7 +19,8 @@ from kabo.geometry.simplification import enclosing_part
 from kabo.geometry.solids import Solid
 from kabo.geometry.splitting import Atom, TooFine, atoms, in_two
 
-CELLS = 0.4  # of epsilon: how far the hull of a cell may stick out
+CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
+COARSE = 0.7  # of epsilon: then
 JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
 CROWDED = 110  # cells above which only the last of these is tried
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
@@ -51,7 +52,10 @@ def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    return atoms(solid, CELLS * epsilon, MOST)
+    try:
+        return atoms(solid, CELLS * epsilon, min(MANY, MOST))
+    except TooFine:
+        return atoms(solid, COARSE * epsilon, MOST)
 
 
 def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:

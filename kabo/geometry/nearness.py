@@ -3,20 +3,22 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.kernels.polytope_corners import first_far
+from kabo.geometry.kernels.depths import first_far, hull_is_far
 from kabo.geometry.kernels.protrusion import reaches_beyond
 from kabo.geometry.parts import Array
 from kabo.geometry.solids import FLAT, Solid
 
-LOOKS = (40, 120, 120)  # samples of the surface, in groups: the first that is too far ends the look
+GLANCE, LOOKS, DEEPER = 80, 280, 400  # lines between two sets, samples of a surface, and of what is within
 DEEP = 200  # rows of the stack on top of the first tetrahedra
+CLIMBED, STARTS, CLIMBS = 80, 4, 12  # samples of which the farthest so many climb, and their steps
+INSIDE = 1e-12  # m
 MOST = 200_000  # tetrahedra after which a proof is given up
 
 
 def _halton(count: int) -> Array:
-    """Points (count, 3) that fill the unit cube evenly [Halton 1960]."""
+    """Points (count, 4) that fill the unit cube evenly [Halton 1960]."""
     columns = []
-    for base in (2, 3, 5):
+    for base in (2, 3, 5, 7):
         index, value, share = np.arange(1, count + 1), np.zeros(count), 1.0
         while index.any():
             share /= base
@@ -26,7 +28,7 @@ def _halton(count: int) -> Array:
     return np.column_stack(columns)
 
 
-_SAMPLES = _halton(sum(LOOKS))
+SAMPLES = _halton(LOOKS + DEEPER)
 
 
 def _directions(many: int) -> Array:
@@ -41,30 +43,53 @@ def _directions(many: int) -> Array:
 EVEN = _directions(32)
 
 
+def looks_near(solid: Solid, hull: ConvexHull, limit: float) -> bool:
+    """Whether samples of a hull are all within `limit` [m] of the solid: no proof."""
+    return _far_sample(solid, hull, limit) is None
+
+
 def surface_samples(hull: ConvexHull) -> Array:
-    """Points (280, 3) on the faces of a hull, evenly by area."""
-    corners = hull.points[hull.simplices]
-    areas = np.cumsum(
-        np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    )
-    face = np.minimum(np.searchsorted(areas, _SAMPLES[:, 0] * areas[-1]), len(corners) - 1)
-    root, t = np.sqrt(_SAMPLES[:, 1])[:, None], _SAMPLES[:, 2][:, None]
-    return (1 - root) * corners[face, 0] + root * (1 - t) * corners[face, 1] + root * t * corners[face, 2]
+    """Points (80, 3) on the faces of a hull, evenly by area."""
+    a, b, c = hull.points[hull.simplices].transpose(1, 0, 2)
+    areas = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    chosen = np.minimum(np.searchsorted(areas, SAMPLES[:CLIMBED, 0] * areas[-1]), len(areas) - 1)
+    root, t = np.sqrt(SAMPLES[:CLIMBED, 1])[:, None], SAMPLES[:CLIMBED, 2][:, None]
+    return np.asarray((1 - root) * a[chosen] + root * (1 - t) * b[chosen] + root * t * c[chosen])
 
 
-def looks_near(solid: Solid, hull: ConvexHull, limit: float, glance: bool = False) -> bool:
-    """Whether samples of the surface of a hull, few at a glance, are all within `limit` [m] of the solid: no proof."""
-    return _far_sample(solid, hull, limit, LOOKS[:1] if glance else LOOKS) is None
+def _far_sample(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
+    """A point (3,) of a hull that is too far away: samples of its faces, evenly by area, then of what is within."""
+    at, sums = hull.points.mean(axis=0), np.empty(len(hull.simplices))
+    known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
+    far = hull_is_far(hull.points, hull.simplices, SAMPLES, LOOKS, sums, at, limit, *known)
+    return at if far else None
 
 
-def _far_sample(solid: Solid, hull: ConvexHull, limit: float, looks: tuple[int, ...] = LOOKS) -> Array | None:
-    samples = np.ascontiguousarray(surface_samples(hull))
-    stack, first = np.zeros(64, np.int64), 0
-    for many in looks:
-        far = int(first_far(samples[first : first + many], limit, *solid.tree, stack))
-        if far >= 0:
-            return np.asarray(samples[first + far])
-        first += many
+def climbed(solid: Solid, hull: ConvexHull, point: Array) -> tuple[Array, float]:
+    """A point (3,) of a hull moved to where it is farther from the solid, but still in the hull; and how far [m]."""
+    depth = float(solid.outside_distances(point[None])[0])
+    step = depth
+    for _ in range(CLIMBS):
+        around = point + step * EVEN
+        around = around[(around @ hull.equations[:, :3].T + hull.equations[:, 3] <= -INSIDE).all(axis=1)]
+        depths = solid.outside_distances(around) if len(around) else np.zeros(1)
+        if depths.max() > depth:
+            point, depth = around[int(np.argmax(depths))], float(depths.max())
+        else:
+            step *= 0.5
+    return point, depth
+
+
+def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
+    """A point (3,) of a hull that is too far away: the ends of climbs from the farthest samples of its surface."""
+    samples = surface_samples(hull)
+    depths = solid.outside_distances(samples)
+    middle = hull.points.mean(axis=0)
+    for start in np.argsort(-depths, kind="stable")[:STARTS]:
+        if depths[start] > 0.5 * limit:
+            point, depth = climbed(solid, hull, middle + (1.0 - 1e-6) * (samples[start] - middle))
+            if depth > limit:
+                return point
     return None
 
 
@@ -82,13 +107,15 @@ def judged(solid: Solid, part: Array, limit: float, most: int = MOST) -> tuple[b
         distances = solid.outside_distances(part)
         worst = int(np.argmax(distances))
         return (True, None) if distances[worst] <= limit - 10 * FLAT else (False, part[worst])
+    if (far := _far_summit(solid, hull, limit)) is not None:
+        return False, far
     stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
-    corner = int(first_far(np.ascontiguousarray(part), limit, *solid.tree, stack))
+    corner = int(first_far(np.ascontiguousarray(part), limit, *solid.depths, *solid.tree, stack))
     if corner >= 0:
         return False, part[corner]
     corners = part[hull.simplices]
     cells = np.zeros((len(corners) + DEEP, 14))
     cells[: len(corners), :9] = corners.reshape(-1, 9)
     cells[: len(corners), 9:12] = part[hull.vertices].mean(axis=0)
-    answer = int(reaches_beyond(cells, len(corners), limit, *solid.tree, stack, most))
+    answer = int(reaches_beyond(cells, len(corners), limit, *solid.depths, *solid.tree, stack, most))
     return {0: (True, None), 1: (False, cells[0, :3].copy())}.get(answer, (None, None))

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.kernels.polytope_corners import contractions, first_far
+from kabo.geometry.kernels.depths import star_is_far
+from kabo.geometry.kernels.polytope_corners import contractions
 from kabo.geometry.nearness import looks_near, proven_near
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import contains_proven, widened
@@ -37,6 +38,8 @@ def enclosing_part(solid: Solid, points: Array, limit: float, fewest: int = 4) -
         end = widened(way[-1])
         if contains_proven(end, points) and proven_near(solid, end, limit):
             return end
+        if share == SHARES[0] and proven_near(solid, way[0], limit) is False:  # then no other way can end well
+            return None
     return _last_proven(solid, points, way, limit)
 
 
@@ -132,6 +135,7 @@ def _contracted(
     cheap = set(good[: max(1, len(good) // 3)].tolist())
     touched, keep = np.zeros(len(points), bool), np.ones(len(points), bool)
     made: list[Array] = []
+    stack = np.zeros(64, np.int64)
     for e in good:
         if made and e not in cheap:  # dear ones only where no cheap one can be had
             break
@@ -139,9 +143,7 @@ def _contracted(
         name = points[a].tobytes(), points[b].tobytes()
         if touched[a] or touched[b] or name in refused:
             continue
-        star = hull.simplices[np.isin(hull.simplices, (a, b)).any(axis=1)]
-        ring = np.setdiff1d(star, (a, b))
-        if not _star_is_near(solid, points, star, ring, (a, b), places[e], limit):
+        if star_is_far(points, hull.simplices, a, b, places[e], limit, *solid.depths, *solid.tree, stack):
             refused.add(name)
             continue
         if not many:
@@ -151,26 +153,8 @@ def _contracted(
             refused.add(name)
             continue
         keep[[a, b]] = False
-        touched[[a, b]] = touched[ring] = True
+        touched[hull.simplices[np.isin(hull.simplices, (a, b)).any(axis=1)]] = True
         made.append(places[e])
         if len(made) >= allowed:
             break
     return np.vstack([points[keep], made]) if made else None
-
-
-def _star_is_near(
-    solid: Solid,
-    points: Array,
-    star: NDArray[np.int32],
-    ring: NDArray[np.int64],
-    edge: tuple[int, int],
-    place: Array,
-    limit: float,
-) -> bool:
-    """Whether the new edges and faces look near at some of their points."""
-    spokes = points[ring]
-    outer = np.array([[v for v in face if v not in edge] for face in star if sum(v in edge for v in face) == 1])
-    samples = [0.5 * (spokes + place), 0.25 * spokes + 0.75 * place]
-    if len(outer):
-        samples += [(points[outer[:, 0]] + points[outer[:, 1]] + place) / 3.0]
-    return int(first_far(np.vstack(samples), limit, *solid.tree, np.zeros(64, np.int64))) < 0

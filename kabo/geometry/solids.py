@@ -12,6 +12,7 @@ from kabo.geometry.triangle_trees import tree_of
 
 FLAT = 1e-9  # m: rounding of the planes of a convex mesh
 MANY = 20_000_000  # faces times vertices: above, convexity is not asked for
+NODES = 400_000  # of the octree of depths, at most
 CELLS = 80_000  # boxes after which a proof is given up: some tenths of a second
 
 
@@ -26,6 +27,13 @@ class Solid:
     def tree(self) -> tuple[Array, NDArray[np.int64], Array]:
         """Boxes (N, 6), children (N, 2), triangles (F, 3, 3) in the order of the leaves."""
         return tree_of(self.vertices, self.faces)[:3]
+
+    @cached_property
+    def depths(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """An octree of depths: its frame (5,), depths (N,), children (N,); it grows where kernels ask it."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        frame = np.r_[0.5 * (low + high), 0.55 * float((high - low).max()), 1.0]
+        return frame, np.full(NODES, np.nan), np.zeros(NODES, np.int64)
 
     def outside_distances(self, points: Array) -> Array:
         """How far each point (N, 3) is from the solid (N,) [m]; 0 inside."""

@@ -14,7 +14,7 @@ from kabo.geometry.parts import Array
 from kabo.geometry.stored_parts import write_whole
 
 FORMAT = "kabo-decomposition/1"
-METHOD = 3  # to be counted up when other parts come out of the same mesh and parameters
+METHOD = 4  # to be counted up when other parts come out of the same mesh and parameters
 
 
 def name_of(vertices: Array, faces: NDArray[np.int64], parameters: tuple[float | int | None, ...]) -> str:

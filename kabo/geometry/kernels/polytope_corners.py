@@ -3,8 +3,7 @@
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.kernels.protrusion import nearest_triangle
-from kabo.geometry.kernels.solids import inside
+from kabo.geometry.kernels.solids import inside, nearest_triangle
 
 
 @lean_kernel  # (R, 4) f8, i8 (rows of `held`), (3,) f8, (3,) f8 -> bool
@@ -190,14 +189,3 @@ def contractions(
             high = max(high, planes[k, 0] * px + planes[k, 1] * py + planes[k, 2] * pz - planes[k, 3])
         costs[e] = cost + 0.1 * high
         places[e, 0], places[e, 1], places[e, 2] = px, py, pz
-
-
-@lean_kernel  # (N, 3) f8, f8 [m], tree, (64,) i8 -> i8
-def first_far(points, limit, boxes, children, triangles, stack):
-    """The first point that is neither inside the solid nor within `limit` of it; -1 if there is none."""
-    for i in range(points.shape[0]):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        _, near = nearest_triangle(boxes, children, triangles, x, y, z, limit * limit, stack)
-        if near < 0 and not inside(boxes, children, triangles, x, y, z, stack):
-            return i
-    return -1

@@ -7,45 +7,22 @@ itself, and large tetrahedra over large triangles are settled at once.
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.kernels.solids import inside
-from kabo.geometry.kernels.triangle_tree import to_box_squared, to_triangle_squared
+from kabo.geometry.kernels.depths import FAR, NEAR, settled
+from kabo.geometry.kernels.solids import inside, nearest_triangle
+from kabo.geometry.kernels.triangle_tree import to_triangle_squared
 
 SMALL = 0.1  # of the limit: in smaller tetrahedra the corners are asked, too
 
 
-@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
-def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
-    """The squared distance to the mesh and the triangle that has it; (`best`, -1) if none is nearer than `best`."""
-    found, top = -1, 1
-    stack[0] = 0
-    while top > 0:
-        top -= 1
-        n = stack[top]
-        if to_box_squared(boxes, n, x, y, z) >= best:
-            continue
-        if children[n, 0] < 0:
-            first = -1 - children[n, 0]
-            for t in range(first, first + children[n, 1]):
-                distance = to_triangle_squared(x, y, z, triangles, t)
-                if distance < best:
-                    best, found = distance, t
-        else:
-            near, far = children[n, 0], children[n, 1]
-            if to_box_squared(boxes, far, x, y, z) < to_box_squared(boxes, near, x, y, z):
-                near, far = far, near
-            stack[top], stack[top + 1] = far, near
-            top += 2
-    return best, found
-
-
-@lean_kernel  # (C, 14) f8, i8, f8, tree, (64,) i8, i8 -> i8
-def reaches_beyond(cells, top, limit, boxes, children, triangles, stack, most):
+@lean_kernel  # (C, 14) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
+def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
     """Whether the tetrahedra cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
 
     A row is four corners, 1 if all of it is known to be outside, and a triangle that may be near. A tetrahedron is
-    settled when its corners are within the limit of one triangle, or when its middle is inside the solid and no
-    corner farther away than the surface and the limit together. Others are halved across their longest edge. A point
-    that is farther than the limit is left in the first three columns of row 0.
+    settled when the octree knows the ball around it to be near, when its corners are within the limit of one triangle,
+    or when its middle is inside the solid and no corner farther away than the surface and the limit together. Others
+    are halved across their longest edge. A point that is farther than the limit is left in the first three columns of
+    row 0.
     """
     enough, small = limit * limit, (SMALL * limit) ** 2
     for _ in range(most):
@@ -55,18 +32,28 @@ def reaches_beyond(cells, top, limit, boxes, children, triangles, stack, most):
         x = 0.25 * (cells[top, 0] + cells[top, 3] + cells[top, 6] + cells[top, 9])
         y = 0.25 * (cells[top, 1] + cells[top, 4] + cells[top, 7] + cells[top, 10])
         z = 0.25 * (cells[top, 2] + cells[top, 5] + cells[top, 8] + cells[top, 11])
+        radius = 0.0
+        for c in range(4):
+            px, py, pz = cells[top, 3 * c] - x, cells[top, 3 * c + 1] - y, cells[top, 3 * c + 2] - z
+            radius = max(radius, px * px + py * py + pz * pz)
+        word = settled(x, y, z, np.sqrt(radius), limit, frame, depths, firsts, boxes, children, triangles, stack)
+        if word == NEAR:
+            continue
+        if word == FAR:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+            return 1
         known = int(cells[top, 13])
         squared = to_triangle_squared(x, y, z, triangles, known)
         squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
         if t < 0:
             t = known
         cells[top, 13] = t
-        radius, far = 0.0, -1
+        far = -1
         for c in range(4):
             px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
-            radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
-            if far < 0 and to_triangle_squared(px, py, pz, triangles, t) > enough:
+            if to_triangle_squared(px, py, pz, triangles, t) > enough:
                 far = c
+                break
         if far < 0:
             continue
         if radius < small:  # its middle may stay near for ever, however near the corner that is not

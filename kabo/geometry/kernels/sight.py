@@ -3,8 +3,7 @@
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.kernels.protrusion import nearest_triangle
-from kabo.geometry.kernels.solids import inside
+from kabo.geometry.kernels.solids import inside, nearest_triangle
 
 
 @lean_kernel  # (6,) f8, (N, 6) f8, i8 -> bool

@@ -34,6 +34,31 @@ def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
     return np.sqrt(best)
 
 
+@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
+def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
+    """The squared distance to the mesh and the triangle that has it; (`best`, -1) if none is nearer than `best`."""
+    found, top = -1, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        if to_box_squared(boxes, n, x, y, z) >= best:
+            continue
+        if children[n, 0] < 0:
+            first = -1 - children[n, 0]
+            for t in range(first, first + children[n, 1]):
+                distance = to_triangle_squared(x, y, z, triangles, t)
+                if distance < best:
+                    best, found = distance, t
+        else:
+            near, far = children[n, 0], children[n, 1]
+            if to_box_squared(boxes, far, x, y, z) < to_box_squared(boxes, near, x, y, z):
+                near, far = far, near
+            stack[top], stack[top + 1] = far, near
+            top += 2
+    return best, found
+
+
 @lean_kernel  # (T, 3, 3) f8, f8 x 3 -> f8
 def winding_number(triangles, px, py, pz):
     """How often the mesh winds around a point: the sum of solid angles over 4 pi [van Oosterom 1983]."""
