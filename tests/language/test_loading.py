@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from kabo.errors import InputError
-from kabo.language import check_files, load_problem
+from kabo.language import check_files, load_problem, load_scene_description
 from kabo.language import formulas as f
 from kabo.language.problem import Function, Options
 from kabo.language.scene_description import Feature, FeatureName, Stroke
@@ -216,3 +216,16 @@ def test_a_problem_with_its_scene_loads_quickly(kitchen: Kitchen) -> None:
     start = time.process_time()
     load_problem(kitchen.problem)
     assert time.process_time() - start < 0.15
+
+
+def test_a_scene_is_loaded_by_itself_or_with_what_a_problem_adds(kitchen: Kitchen) -> None:
+    problem = kitchen.write()
+    alone, with_bottle = load_scene_description(kitchen.folder / "scene.yaml"), load_scene_description(problem)
+    assert set(with_bottle.bodies) - set(alone.bodies) == {"bottle_1"}
+    with pytest.raises(InputError, match="a scene is needed here, or a problem with one"):
+        load_scene_description(kitchen.folder / "domain.yaml")
+    kitchen.write(problem="problem: p\ngoal: K(closed)\n")
+    with pytest.raises(InputError, match="this problem has no scene"):
+        load_scene_description(problem)
+    with pytest.raises(InputError, match="there is no such file"):
+        load_scene_description(kitchen.folder / "none.yaml")

@@ -199,6 +199,17 @@ def test_u_and_p_are_those_of_the_textbook() -> None:
     assert found["u"] == 0.0 and found["p"] == pytest.approx(2 / math.comb(10, 5))
 
 
+def test_many_tests_are_corrected_as_holm_has_it() -> None:
+    from kabo.tasks.files.comparing import Compared, _adjust
+
+    tests: list[Compared] = [
+        {"samples": [1, 1], "means": [0.0, 0.0], "u": 0.0, "p": p, "adjusted": None}
+        for p in (0.01, 0.04, None, 0.03)
+    ]
+    _adjust(tests)
+    assert [each["adjusted"] for each in tests] == pytest.approx([0.03, 0.06, None, 0.06])
+
+
 def test_stages_that_only_one_report_has_are_named(tmp_path: Path) -> None:
     first = made(tmp_path, [3])
     second = report([Run(Task("line", Start("start")), 0, 0.0)])
