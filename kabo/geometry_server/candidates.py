@@ -106,19 +106,24 @@ class GraspStream:
             number += 1
 
 
+def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Array) -> Roles | None:
+    """The roles of a grasp family with a standing object, or None if the family is not for this robot."""
+    if family.robots is not None and robot.name not in family.robots:
+        return None
+    roles = {"tool": tool_frame(robot), "this": standing_frame(body, world_T_body), "world": WORLD}
+    return roles if fits(family.constraints, roles) else None
+
+
 def grasp_stream(
     robot: Robot, body: Body, family: GraspFamily, world_T_body: Array, hand: tuple[float, ...], seed: int
 ) -> GraspStream | None:
     """The stream of grasps, or None if the family is not for this robot."""
-    if family.robots is not None and robot.name not in family.robots:
-        return None
-    tool = tool_frame(robot)
-    roles = {"tool": tool, "this": standing_frame(body, world_T_body), "world": WORLD}
-    if not fits(family.constraints, roles):
+    roles = grasp_roles(robot, body, family, world_T_body)
+    if roles is None:
         return None
     numbers = [float(value) for value in np.round(world_T_body[:3], 9).ravel()]
     key = stream_key(seed, "grasp", robot.name, body.name, family.name, *numbers)
-    return GraspStream(Stream(robot, rows(family.constraints, roles), key, hand), family, tool, roles)
+    return GraspStream(Stream(robot, rows(family.constraints, roles), key, hand), family, roles["tool"], roles)
 
 
 @dataclass(frozen=True)

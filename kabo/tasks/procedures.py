@@ -40,7 +40,25 @@ class Bound:
     arguments: Mapping[str, Any]
     moves: tuple[str, ...]
     reads: tuple[str, ...]
-    stages: tuple[RobotStage, ...]  # of a task that is only looked at
+
+
+class _Looked:
+    """A task of a file that is only looked at: one call after the other is bound to it."""
+
+    def __init__(self, file: TaskFile) -> None:
+        self._task = file.task(partly=True)
+        self._stages = tuple(stage for stage in self._task.walk() if isinstance(stage, RobotStage))
+        self._arguments: Mapping[str, Any] = {}
+
+    def stages(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
+        """Its robot stages, in order of time, with the arguments bound."""
+        if arguments is not self._arguments:
+            for name in self._arguments.keys() - arguments.keys():
+                self._task.properties.unset(name)
+            for name, value in arguments.items():
+                self._task.properties.set(name, value)
+            self._arguments = arguments
+        return self._stages
 
 
 @dataclass
@@ -61,6 +79,7 @@ class GeometricProcedures:
 
     def __post_init__(self) -> None:
         self._bound: dict[GroundCall, Bound] = {}
+        self._looked: dict[str, _Looked] = {}
         self._asked: dict[tuple[object, ...], _Asked] = {}
         self._answers: dict[tuple[object, ...], Answer] = {}
 
@@ -99,11 +118,13 @@ class GeometricProcedures:
         if call not in self._bound:
             file = self._file(call.procedure)
             arguments = self._arguments(file, call)
-            stages = tuple(stage for stage in file.task(arguments).walk() if isinstance(stage, RobotStage))
+            if call.procedure not in self._looked:
+                self._looked[call.procedure] = _Looked(file)
+            stages = self._looked[call.procedure].stages(arguments)
             components = {*self.scene.robots, *self.scene.movable}
             moves = dict.fromkeys(name for stage in stages for name in stage.moves() if name in components)
             reads = dict.fromkeys(name for name in _read(stages) if name in components)
-            self._bound[call] = Bound(file, arguments, tuple(moves), tuple(reads), stages)
+            self._bound[call] = Bound(file, arguments, tuple(moves), tuple(reads))
         return self._bound[call]
 
     def _file(self, name: str) -> TaskFile:
@@ -119,6 +140,10 @@ class GeometricProcedures:
             if kept and each.default not in self.scene.motion_constraints:
                 arguments[each.name] = ""
         return arguments
+
+    def _stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
+        arguments = self.bind(call).arguments
+        return self._looked[call.procedure].stages(arguments)
 
     def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
         """The components that must have one value before a call: what it moves, carries and refers to, sorted."""
@@ -172,7 +197,7 @@ class GeometricProcedures:
     # ------------------------------------------------------------------------------------------------- proofs
     def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, StageFailure] | None:
         context = self.server.context()
-        for stage in self.bind(call).stages:
+        for stage in self._stages(call):
             failure = stage.refute(context, situation)
             if failure is not None:
                 return stage, failure
@@ -184,7 +209,7 @@ class GeometricProcedures:
         found = self._refuted(call, start)
         if found is None:
             context = self.server.context()
-            foreseen = ((stage, stage.foresee(context, start)) for stage in bound.stages)
+            foreseen = ((stage, stage.foresee(context, start)) for stage in self._stages(call))
             found = next(((stage, failure) for stage, failure in foreseen if failure is not None), None)
         if found is None:
             return None

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Context, Situation, grasp_missing, grasp_stream, recognised
+from kabo.geometry_server import Context, Situation, grasp_missing, grasp_roles, grasp_stream, recognised
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot
 from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
@@ -92,10 +92,13 @@ def _body(context: Context, name: str) -> Body:
 
 
 def _refuted(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> Failure | None:
-    streams = _streams(context, situation, robot, name, wanted)
-    if not streams:
+    body, pose = _body(context, name), context.surroundings.poses(situation, name)[0]
+    chosen = [family for family in body.grasps.values() if wanted in (ANY, family.name)]
+    fitting = [(family, grasp_roles(robot, body, family, pose)) for family in chosen]
+    bounds = [grasp_missing(robot, family.constraints, roles) for family, roles in fitting if roles is not None]
+    if not bounds:
         return refusal("empty_family", f"{name} has no grasp family that {robot.name} can use", proof=True)
-    missing = min(grasp_missing(robot, s.family.constraints, s.roles) for s in streams)
+    missing = min(bounds)
     if missing <= 0.0:
         return None
     text = f"{name} is {missing:.3f} m out of reach of {robot.name}"
