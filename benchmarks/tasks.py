@@ -3,7 +3,8 @@
     python benchmarks/tasks.py [SECTION …] [--seeds N] [--judged N] [--output FOLDER] …
 
 Sections: `core` (connector grid, alternation of three ways in thirteen places), `law` (random trees with and without
-pruning), `pick_and_place` [T 3.9.1], `padding` (retract, transit, approach with more air [T 3.9.3]), `stack` (the whole
+pruning), `pick_and_place` [T 3.9.1], `padding` (retract, transit, approach with more air [T 3.9.3]), `pouring` [T 3.9.2],
+`reparameterisation` [T 3.4.1; needs the extra `timing`], `stack` (the whole
 stack over several runs as a report that `kabo task compare` takes [T 3.10]); without any, all of them. Each prints
 tables and writes FOLDER/<section>.json.
 
@@ -49,6 +50,20 @@ def padding(options: argparse.Namespace) -> list[Table]:
     return padding_tables(options.robots, options.judged)
 
 
+def pouring(options: argparse.Namespace) -> list[Table]:
+    """A bottle poured from, with three ways to choose configurations in three variants."""
+    from tasks_pouring import pouring_tables
+
+    return pouring_tables(options.robots, options.pourings, options.limit)
+
+
+def reparameterisation(options: argparse.Namespace) -> list[Table]:
+    """Phases of one scene without stops between them."""
+    from tasks_reparameterisation import reparameterisation_tables
+
+    return reparameterisation_tables(options.robots, options.seeds)
+
+
 def stack(options: argparse.Namespace) -> list[Table]:
     """Every stage of pick and place over several runs."""
     from tasks_stack import stack_tables
@@ -61,6 +76,8 @@ RUN: dict[str, Section] = {
     "law": law,
     "pick_and_place": pick_and_place,
     "padding": padding,
+    "pouring": pouring,
+    "reparameterisation": reparameterisation,
     "stack": stack,
 }
 
@@ -74,6 +91,8 @@ def main() -> None:
     parser.add_argument("--trees", type=int, default=10_000, metavar="N", help="law: how many random trees")
     parser.add_argument("--seeds", type=int, default=15, metavar="N", help="pick_and_place: how many seeds")
     parser.add_argument("--solutions", type=int, default=10, metavar="N", help="pick_and_place: of each seed")
+    parser.add_argument("--pourings", type=int, default=10, metavar="N", help="pouring: seeds of each cell")
+    parser.add_argument("--limit", type=float, default=60.0, metavar="S", help="pouring: of each run")
     parser.add_argument("--judged", type=int, default=10, metavar="N", help="replayed solutions of each seed")
     parser.add_argument("--runs", type=int, default=25, metavar="N", help="stack: how many runs")
     parser.add_argument("--output", type=Path, default=Path("tasks"), metavar="FOLDER")

@@ -27,15 +27,16 @@ class Application:
         return load_task_file(self.task).task(arguments, seed=seed), first_scene(self.scene, seed, lambda: False)
 
 
-def applications(name: str, robots: list[str], public: str) -> list[Application]:
+def applications(name: str, robots: list[str], public: str, generated: str = "scene.yaml") -> list[Application]:
     """An example on the generated robot and on the public one, as far as these are asked for and there.
 
     Args:
         name: the example's folder.
-        robots: `generated`, `public`. public: the file of the scene with the public robot.
+        robots: `generated`, `public`.
+        public, generated: the files of the scenes with the public robot and with the generated one.
     """
     chosen = []
-    for kind, file in (("generated", "scene.yaml"), ("public", public)):
+    for kind, file in (("generated", generated), ("public", public)):
         if kind not in robots:
             continue
         if kind == "public" and installed_folder("example-robot-data") is None:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 GRID = 0.01  # rad of the path between places where the limits are looked at
+LEAST = 9  # such places on each piece, with both ends
 MARGIN = 0.99  # of the limits, for what lies between those places
 
 
@@ -75,7 +76,7 @@ def _grid(path: Path, through: Sequence[float]) -> Floats:
     borders = np.unique(np.concatenate([path.borders, through]))
     borders = borders[np.concatenate([[True], np.diff(borders) > 1e-9])]
     pieces = [
-        np.linspace(a, b, max(2, int(np.ceil((b - a) / GRID)) + 1))[:-1]
+        np.linspace(a, b, max(LEAST, int(np.ceil((b - a) / GRID)) + 1))[:-1]
         for a, b in zip(borders, borders[1:], strict=False)
     ]
     return np.concatenate([*pieces, borders[-1:]])

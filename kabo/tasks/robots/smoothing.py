@@ -4,7 +4,7 @@ Each stretch keeps the contacts, the constraint and the scene that it was made f
 rounded by a blend whose first half belongs to the one and whose second half belongs to the other.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,6 +25,7 @@ SHARP = 1.9  # norm of the difference of unit vectors: the motion turns back, wh
 SPLITS = 3  # halvings of a piece whose proof fails
 CHORD = 1e-3  # rad: how far straight pieces between way points may pass by a blend
 PERIOD = 0.1  # s between way points, about
+TICK = 0.01  # s between way points at least: their times are whole microseconds
 DECIMALS = 6  # of times
 
 
@@ -185,22 +186,24 @@ def _passed(path: Blended, stops: list[int], borders: list[float], limits: Limit
         between = Blended(path.corners[first : last + 1], path.trims[first : last + 1])
         inner = [s - low for s in borders if low < s < high]
         grid, passed = fastest(between, limits.velocity, limits.acceleration, through=inner)
-        chosen = list(_chosen(between, grid, passed, inner))
+        chosen = _chosen(between, grid, passed, inner)
         times.append(times[-1][-1] + passed[chosen])
         places.append(low + grid[chosen])
     return np.concatenate(times), np.concatenate(places)
 
 
-def _chosen(path: Blended, grid: Array, times: Array, needed: Sequence[float]) -> Iterator[int]:
+def _chosen(path: Blended, grid: Array, times: Array, needed: Sequence[float]) -> list[int]:
     """The numbers of the places on a grid that become way points, but for the first."""
     bends = np.linalg.norm(path.at(grid, 2), axis=1)
-    last, needed_ones = 0, {int(np.argmin(np.abs(grid - s))) for s in needed} | {len(grid) - 1}
-    for k in range(1, len(grid)):
-        ahead = k + 1 if k + 1 < len(grid) else k
-        too_far = grid[ahead] - grid[last] > _reach(float(bends[last : ahead + 1].max()))
-        if k in needed_ones or too_far or times[ahead] - times[last] > PERIOD:
-            yield k
-            last = k
-
-
-__all__ = ["Limits", "Part", "Smoothed", "smoothed"]
+    borders = [0, *sorted(int(np.argmin(np.abs(grid - s))) for s in needed), len(grid) - 1]
+    chosen: list[int] = []
+    for first, end in zip(borders, borders[1:], strict=False):
+        last = first
+        for k in range(first + 1, end):
+            too_far = grid[k + 1] - grid[last] > _reach(float(bends[last : k + 2].max()))
+            if too_far or times[k + 1] - times[last] > PERIOD:
+                last = k
+                if times[k] - times[first] > TICK and times[end] - times[k] > TICK:
+                    chosen.append(k)
+        chosen.append(end)
+    return chosen

@@ -1,0 +1,142 @@
+"""Reparameterisation [T 3.4.1]: how much shorter pick and place is when phases of one scene follow without stops.
+
+The same solution is timed three ways within the same limits of velocity and acceleration: resting at every way point,
+resting at the end of every phase (corners inside are rounded), and resting only where the scene changes. A solution
+of the thesis' figure 3.3 became 10 % shorter.
+"""
+
+from collections.abc import Sequence
+from statistics import fmean, median
+from time import process_time
+from typing import Any
+
+import numpy as np
+from table import Table
+from tasks_applications import Application, applications
+from tasks_judge import Judge
+from tasks_pick_and_place import permitted
+
+from kabo.scene import Scene
+from kabo.tasks import Solution
+from kabo.tasks.robots import Reparameterise, Stretch, segments, stretches
+
+DEVIATIONS = (0.02, 0.05, 0.1)
+TOLERANCE = 1e-3  # of the limits: times are whole microseconds
+
+
+def reparameterisation_tables(robots: list[str], seeds: int) -> list[Table]:
+    """A table for each robot: a row for each deviation."""
+    return [_table(each, seeds) for each in applications("pick_and_place", robots, "panda.yaml")]
+
+
+def _table(application: Application, seeds: int) -> Table:
+    table, judge = Table(f"Reparameterisation, {application.scene.name}"), Judge(application.scene)
+    solutions = []
+    for seed in range(seeds):
+        task, scene = application.start(seed)
+        solutions += task.plan(scene, 1)
+    for deviation in DEVIATIONS:
+        rows = [_row(solution, application.scene, judge, deviation) for solution in solutions]
+        table.add(f"{deviation} rad", solutions=len(solutions), **_all(rows))
+    return table
+
+
+def _row(solution: Solution, scene: Scene, judge: Judge, deviation: float) -> dict[str, Any]:
+    phases = _made(solution, deviation=deviation, across=False)
+    began = process_time()
+    made = _made(solution, deviation=deviation)
+    seconds = process_time() - began
+    resting = _made(solution, deviation=0.0, across=False)
+    speeds, accelerations = _shares(made, scene)
+    return {
+        "s resting at way points": _duration(resting, scene),
+        "s resting after phases": _duration(phases, scene),
+        "s": _duration(made, scene),
+        "processor s": seconds,
+        "deviation": max(map(_away, *_pairs(solution, made))),
+        "speed share": speeds,
+        "acceleration share": accelerations,
+        "collisions": len(judge.replay(made, permitted(judge)).collisions),
+        "stops": made.comment != "no stops inside",
+    }
+
+
+def _made(solution: Solution, **properties: Any) -> Solution:
+    """The solution as the wrapper changes it."""
+    stage = Reparameterise("reparameterised", **properties)
+    values = {name: stage.properties.value(name) for name in stage.PROPERTIES}
+    (result,) = stage.transform(solution, values, 0)
+    return Solution(
+        stage, solution.start, solution.end, result.cost, result.comment, motion=result.motion, parts=(solution,)
+    )
+
+
+def _duration(solution: Solution, scene: Scene) -> float:
+    return segments(solution, scene, "")[-1].times[-1]
+
+
+def _pairs(solution: Solution, made: Solution) -> tuple[list[Stretch], list[Stretch]]:
+    """The stretches before and after, those that were given times."""
+    before, after = ([each for _, each in stretches(one)] for one in (solution, made))
+    chosen = [k for k, each in enumerate(after) if each.times]
+    return [before[k] for k in chosen], [after[k] for k in chosen]
+
+
+def _away(before: Stretch, after: Stretch) -> float:
+    """How far way points of the one lie from the other [rad, L2], either way round; but for those by the ends."""
+    return max(
+        max(_distance(q, after.path) for q in before.path[1:-1]) if len(before.path) > 2 else 0.0,
+        max(_distance(q, before.path) for q in after.path[1:-1]) if len(after.path) > 2 else 0.0,
+    )
+
+
+def _distance(q: Any, path: Any) -> float:
+    """The distance [L2] of a configuration from a path of straight pieces."""
+    starts, ways = path[:-1], np.diff(path, axis=0)
+    squares = np.maximum((ways * ways).sum(axis=1), 1e-18)
+    shares = np.clip(((q - starts) * ways).sum(axis=1) / squares, 0.0, 1.0)
+    return float(np.linalg.norm(q - starts - shares[:, None] * ways, axis=1).min())
+
+
+def _shares(solution: Solution, scene: Scene) -> tuple[float, float]:
+    """The greatest velocity and acceleration of any joint, as a share of its limit; by differences of way points."""
+    stage, speeds, accelerations = Reparameterise("limits"), [0.0], [0.0]
+    haste, ramp = (stage.properties.value(name) for name in ("haste", "ramp"))
+    for group in _runs(solution):
+        robot = scene.robots[group[0].robot]
+        limits = haste * robot.tree.velocity[: robot.planned]
+        path = np.concatenate([each.path[1:, : robot.planned] for each in group])
+        path = np.concatenate([group[0].path[:1, : robot.planned], path])
+        steps = np.concatenate([np.diff(each.times) for each in group])
+        velocities = np.diff(path, axis=0) / steps[:, None]
+        speeds.append(float((np.abs(velocities) / limits).max()))
+        between = (steps[1:] + steps[:-1])[:, None] / 2
+        accelerations.append(float((np.abs(np.diff(velocities, axis=0) / between) / (limits / ramp)).max()))
+        ends = np.abs(velocities[[0, -1]]) / (steps[[0, -1]] / 2)[:, None]  # from rest, and to it
+        accelerations.append(float((ends / (limits / ramp)).max()))
+    return max(speeds), max(accelerations)
+
+
+def _runs(solution: Solution) -> list[list[Stretch]]:
+    """Stretches that follow each other without a change of the scene."""
+    runs: list[list[Stretch]] = [[]]
+    for _, each in stretches(solution):
+        if each.times:
+            runs[-1].append(each)
+        elif runs[-1]:
+            runs.append([])
+    return [run for run in runs if run]
+
+
+def _all(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    gains = [1.0 - row["s"] / row["s resting after phases"] for row in rows]
+    return {
+        "mean gain": fmean(gains),
+        "least gain": min(gains),
+        "gain over resting at way points": fmean(1.0 - row["s"] / row["s resting at way points"] for row in rows),
+        "s": fmean(row["s"] for row in rows),
+        "processor s": median(row["processor s"] for row in rows),
+        **{name: max(row[name] for row in rows) for name in ("deviation", "speed share", "acceleration share")},
+        "collisions": sum(row["collisions"] for row in rows),
+        "with stops": sum(row["stops"] for row in rows),
+    }
