@@ -48,6 +48,7 @@ class _Looked:
     def __init__(self, file: TaskFile) -> None:
         self._task = file.task(partly=True)
         self._stages = tuple(stage for stage in self._task.walk() if isinstance(stage, RobotStage))
+        self._refuting = tuple(stage for stage in self._stages if _may_refute(type(stage)))
         self._arguments: Mapping[str, Any] = {}
 
     def stages(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
@@ -59,6 +60,15 @@ class _Looked:
                 self._task.properties.set(name, value)
             self._arguments = arguments
         return self._stages
+
+    def refuting(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
+        """Those that may tell, without sampling, that a call must fail."""
+        self.stages(arguments)
+        return self._refuting
+
+
+def _may_refute(kind: type[RobotStage]) -> bool:
+    return kind.refute is not RobotStage.refute or kind.foresee is not RobotStage.foresee
 
 
 @dataclass
@@ -141,9 +151,9 @@ class GeometricProcedures:
                 arguments[each.name] = ""
         return arguments
 
-    def _stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
+    def _refuting(self, call: GroundCall) -> tuple[RobotStage, ...]:
         arguments = self.bind(call).arguments
-        return self._looked[call.procedure].stages(arguments)
+        return self._looked[call.procedure].refuting(arguments)
 
     def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
         """The components that must have one value before a call: what it moves, carries and refers to, sorted."""
@@ -197,7 +207,7 @@ class GeometricProcedures:
     # ------------------------------------------------------------------------------------------------- proofs
     def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, StageFailure] | None:
         context = self.server.context()
-        for stage in self._stages(call):
+        for stage in self._refuting(call):
             failure = stage.refute(context, situation)
             if failure is not None:
                 return stage, failure
@@ -209,7 +219,7 @@ class GeometricProcedures:
         found = self._refuted(call, start)
         if found is None:
             context = self.server.context()
-            foreseen = ((stage, stage.foresee(context, start)) for stage in self._stages(call))
+            foreseen = ((stage, stage.foresee(context, start)) for stage in self._refuting(call))
             found = next(((stage, failure) for stage, failure in foreseen if failure is not None), None)
         if found is None:
             return None

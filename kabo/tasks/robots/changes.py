@@ -28,7 +28,7 @@ class Attach(RobotStage, Propagator):
         held = attachment(f"{robot}.{link}", inverse(_link_pose(scene, robot, link)) @ scene.pose(name))
         after = scene.placing(name, held)
         motion = (_still(scene, robot, attach=((name, held.parent),)),)
-        return _checked(after, [robot], Result(after, motion=motion))
+        return _checked(_standing(after, name), [robot], Result(after, motion=motion))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the object standing where the hand has it."""
@@ -68,7 +68,7 @@ class Detach(RobotStage, Propagator):
         robot, link = _link(scene, given)
         held = attachment(f"{robot}.{link}", inverse(_link_pose(scene, robot, link)) @ scene.pose(name))
         before = scene.placing(name, held)
-        return _checked(before, [robot], Result(before, motion=(_still(scene, robot, detach=(name,)),)))
+        return _checked(_standing(before, name), [robot], Result(before, motion=(_still(scene, robot, detach=(name,)),)))
 
 
 class _Contacts(RobotStage, Propagator):
@@ -145,6 +145,11 @@ def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers
         if hit is not None:
             return [refusal("collision", hit=hit)]
     return [result]
+
+
+def _standing(scene: TaskScene, name: str) -> TaskScene:
+    """The scene in which an object in a hand may touch what it stands on: nothing has moved yet."""
+    return scene.permitting((name, other) for other in supports(scene.context.surroundings, scene.situation, name))
 
 
 def _movers(scene: TaskScene, pair: Pair) -> list[str]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kabo.geometry_server import Context, Situation, grasp_missing, grasp_roles, grasp_stream, recognised
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
@@ -18,6 +19,8 @@ from kabo.tasks.robots.targets import GraspTarget
 
 LIFT = Stroke(FeatureName("world", "up"), 1, 0.05, 0.10)  # how far something is lifted where no family says
 ANY = "any"
+
+Array = npt.NDArray[np.float64]
 
 
 def grasp_properties(robot: Robot, name: str, family: GraspFamily) -> dict[str, Any]:
@@ -92,7 +95,17 @@ def _body(context: Context, name: str) -> Body:
 
 
 def _refuted(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> Failure | None:
-    body, pose = _body(context, name), context.surroundings.poses(situation, name)[0]
+    pose = context.surroundings.poses(situation, name)[0]
+    key = "refuted", robot.name, name, wanted, pose.tobytes()
+    known: tuple[Failure | None] = context.surroundings.remembered(
+        key, lambda: (_beyond(_body(context, name), pose, robot, wanted),)
+    )
+    return known[0]
+
+
+def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Failure | None:
+    """The proof that a body at a pose (4, 4) cannot be grasped, if there is one."""
+    name = body.name
     chosen = [family for family in body.grasps.values() if wanted in (ANY, family.name)]
     fitting = [(family, grasp_roles(robot, body, family, pose)) for family in chosen]
     bounds = [grasp_missing(robot, family.constraints, roles) for family, roles in fitting if roles is not None]

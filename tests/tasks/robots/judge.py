@@ -52,8 +52,8 @@ class Judge:
         found += [f"{n} ends elsewhere" for n in objects if objects[n] != after.situation.attachment(n)]
         return found
 
-    def clearance(self, each: Stretch, before: TaskScene, name: str) -> float:
-        """The least sampled distance [m] of one thing that moves with a robot from everything that stands."""
+    def clearance(self, each: Stretch, before: TaskScene, name: str, others: list[str]) -> float:
+        """The least sampled distance [m] of one thing that moves with a robot from some others."""
         robots = {n: np.array(before.situation.configuration(n)) for n in self.scene.robots}
         objects = {n: before.situation.attachment(n) for n in self.scene.movable}
         least = np.inf
@@ -61,7 +61,7 @@ class Judge:
             robots[each.robot] = q
             placed = dict(self._placed(robots, objects))
             for other, body in placed.items():
-                if other != name and not other.startswith(each.robot + "."):
+                if other in others:
                     least = min(
                         least, fcl.distance(placed[name], body, fcl.DistanceRequest(), fcl.DistanceResult())
                     )
