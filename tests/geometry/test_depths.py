@@ -41,7 +41,7 @@ def test_what_nodes_know_of_a_ball_is_what_distances_say(nodes: int) -> None:
             assert word != NEAR or depth + ball <= limit
             assert word != FAR or depth > limit
     assert octree[0][4] <= nodes
-    assert nodes < 40_000 or (said[NEAR] > 100 and said[FAR] > 1500)
+    assert nodes < 40_000 or (said[NEAR] > 100 and said[FAR] > 1000)
 
 
 @pytest.mark.parametrize("nodes", [1, 40_000])
