@@ -17,6 +17,7 @@ from kabo.tasks.files import registry
 from kabo.tasks.files.costs import NamedCost, NoCost, cost_of
 from kabo.tasks.files.values import NoValue, described, parent_references, value_of
 
+_MOST_NAMES = 500  # among which a near one is looked for
 ONLY = {"forward": Flow.FORWARD, "backward": Flow.BACKWARD}
 
 
@@ -54,6 +55,7 @@ def check_task(task: TaskDescription, findings: Findings) -> Recipe | None:
 class _Checking:
     def __init__(self, task: TaskDescription, findings: Findings) -> None:
         self.task, self.findings = task, findings
+        self._children: dict[int, dict[str, StageDescription]] = {}
 
     def recipe(self, stage: StageDescription, above: tuple[_Holder, ...]) -> Recipe:
         root = not above
@@ -165,9 +167,9 @@ class _Checking:
                 path = "/".join([*(each.name for each in above[1:]), stage.name])
                 searched = ", ".join(f'"{each.name}"' for each in reversed(above)) or "it has none"
                 message = f'{reference} of "{path}" ({key}) refers to nothing: no ancestor has "{name}"'
-                near = self.findings.near(
-                    name, sorted({n for each in above for n in each.names}), all_if_few=False
-                )
+                few = self.findings.may_suggest and sum(len(each.names) for each in above) <= _MOST_NAMES
+                known = sorted({n for each in above for n in each.names}) if few else []
+                near = self.findings.near(name, known, all_if_few=False)
                 hint = f"searched {searched}" + (f"; {near}" if near else "")
                 self.findings.add(reference.place, message, hint)
 
@@ -203,16 +205,23 @@ class _Checking:
                     return
                 here = up[-1].description
                 continue
-            inner = next((child for child in here.children if child.name == step), None)
+            inner = self.children(here).get(step)
             if inner is None:
-                names = list(dict.fromkeys(child.name for child in here.children))
-                near = self.findings.near(step, names)
+                near = self.findings.near(step, list(self.children(here)))
                 self.findings.add(written.place, f'there is no stage "{step}" in "{here.name}"', near)
                 return
             here = inner
             up.append(_Holder(inner.name, frozenset(), inner))
         if here is stage:
             self.findings.add(written.place, f'"{stage.name}" cannot monitor itself')
+
+    def children(self, stage: StageDescription) -> dict[str, StageDescription]:
+        """The stages inside another by their names; of equal names the first."""
+        if id(stage) not in self._children:
+            known = self._children[id(stage)] = {}
+            for child in stage.children:
+                known.setdefault(child.name, child)
+        return self._children[id(stage)]
 
     def only(
         self, stage: StageDescription, kind: type[Stage] | None, declared: Mapping[str, Property]

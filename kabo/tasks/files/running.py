@@ -66,6 +66,8 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
     first = None if scene is None else first_scene(scene, seed, late)
     found: list[tuple[float, float]] = []
     try:
+        if scene is not None:
+            _check_names(task, scene)
         while settings.max_solutions is None or len(found) < settings.max_solutions:
             solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
             if len(solutions) == len(found):
@@ -112,3 +114,9 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
             findings.add(each.place, f'"{each.name}" is {value}, which is no {each.kind} of the scene', hint)
     if findings.errors:
         raise InputError(findings.diagnostics)
+
+
+def _check_names(task: Task, scene: "Scene") -> None:
+    from kabo.tasks.robots import check_names
+
+    check_names(task, scene)
