@@ -16,11 +16,11 @@ from kabo.language.formulas import GroundCall
 from kabo.language.procedures import FOLDER, LIBRARY
 from kabo.scene import GeometricState, Scene
 from kabo.tasks.core import Failure as StageFailure
-from kabo.tasks.core import Generator, Stage, Task
+from kabo.tasks.core import Generator, InitialisationError, Stage, Task
 from kabo.tasks.core.stages import Connector
 from kabo.tasks.files import TaskFile, load_task_file
 from kabo.tasks.refusals import Refusals
-from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
+from kabo.tasks.robots import RobotStage, TaskScene, changed, check_names, segments
 from kabo.tasks.robots.states import CurrentState
 
 REMEMBERED = 256  # calls whose tasks are kept to be asked again; a task that was dropped starts over
@@ -46,7 +46,7 @@ class _Looked:
     """A task of a file that is only looked at: one call after the other is bound to it."""
 
     def __init__(self, file: TaskFile) -> None:
-        self._task = file.task(partly=True)
+        self._file, self._task = file, file.task(partly=True)
         self._stages = tuple(stage for stage in self._task.walk() if isinstance(stage, RobotStage))
         self._refuting = tuple(stage for stage in self._stages if _may_refute(type(stage)))
         self._arguments: Mapping[str, Any] = {}
@@ -60,6 +60,18 @@ class _Looked:
                 self._task.properties.set(name, value)
             self._arguments = arguments
         return self._stages
+
+    def check(self, arguments: Mapping[str, Any], scene: Scene) -> None:
+        """Refuses names that the scene does not have.
+
+        Raises:
+            InputError: at their places in the file.
+        """
+        self.stages(arguments)
+        try:
+            check_names(self._task, scene)
+        except InitialisationError as error:
+            raise self._file.told(error) from None
 
     def refuting(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
         """Those that may tell, without sampling, that a call must fail."""
@@ -130,6 +142,7 @@ class GeometricProcedures:
             arguments = self._arguments(file, call)
             if call.procedure not in self._looked:
                 self._looked[call.procedure] = _Looked(file)
+                self._looked[call.procedure].check(arguments, self.scene)
             stages = self._looked[call.procedure].stages(arguments)
             components = {*self.scene.robots, *self.scene.movable}
             moves = dict.fromkeys(name for stage in stages for name in stage.moves() if name in components)

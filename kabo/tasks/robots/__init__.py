@@ -44,6 +44,7 @@ _HOME = _STAGES | {
     "Stretch": "scenes",
     "TaskScene": "scenes",
     "changed": "exporting",
+    "check_names": "declaring",
     "clearance": "costs",
     "distance_to_reference": "costs",
     "duration": "costs",

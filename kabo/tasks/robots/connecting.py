@@ -7,7 +7,7 @@ import numpy as np
 from kabo.tasks.core import Connector, Failure, Result
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values
-from kabo.tasks.robots.paths import way
+from kabo.tasks.robots.paths import length, way
 from kabo.tasks.robots.scenes import TaskScene
 
 SAME = 1e-6  # rad or m: joints nearer than this are where they were
@@ -42,7 +42,7 @@ class Connect(RobotStage, Connector):
         if np.array_equal(goal, start.configuration(name)):
             return [Result(motion=())]
         found = way(start, name, goal, self.name, properties["keep"])
-        return [found] if isinstance(found, Failure) else [Result(motion=(found,))]
+        return [found] if isinstance(found, Failure) else [Result(motion=(found,), cost=length((found,)))]
 
     def reads(self) -> tuple[str, ...]:
         """What is held, if a constraint on it is kept."""

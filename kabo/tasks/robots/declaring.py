@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from kabo.errors import did_you_mean
 from kabo.geometry_server import Context, Pair, Situation
-from kabo.tasks.core import PARENT, Failure, Property, Stage, TaskError
+from kabo.scene import Scene
+from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
 
 Values = Mapping[str, Any]
 ROBOT = Property(str, PARENT, "the robot that moves")
@@ -44,6 +46,18 @@ def refusal(
     return Failure(reason, comment, Details(pairs, reads, proof, missing))
 
 
+_THINGS = ("robot", "body", "region", "motion constraint")
+_NAMED = {
+    "robot": "robot",
+    "to": "robot",
+    "object": "body",
+    "support": "body",
+    "onto": "body",
+    "region": "region",
+    "keep": "motion constraint",
+}
+
+
 class RobotStage(Stage):
     """A stage on the geometry server; `MOVES` and `READS` are properties whose values name components."""
 
@@ -58,6 +72,12 @@ class RobotStage(Stage):
     def reads(self) -> tuple[str, ...]:
         """The components on which what it computes depends, beside those that stages before it have set."""
         return self.named(self.READS)
+
+    def names(self) -> tuple[tuple[str, str], ...]:
+        """What its properties name, as far as they are known before planning: (kind of thing, name)."""
+        values = ((kind, self.known(name)) for name, kind in _NAMED.items())
+        flat = ((kind, v.get("constraint") if isinstance(v, Mapping) else v) for kind, v in values)
+        return tuple((kind, v.partition(".")[0]) for kind, v in flat if isinstance(v, str) and v)
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
         """A proof, without sampling, that the stage fails wherever what the proof reads is as in the situation."""
@@ -81,3 +101,26 @@ class RobotStage(Stage):
         """The texts that properties have for values, each once."""
         values = (self.known(name) for name in names)
         return tuple(dict.fromkeys(value for value in values if isinstance(value, str)))
+
+
+def check_names(task: Container, scene: Scene) -> None:
+    """Refuses a task whose stages name what the scene does not have.
+
+    Raises:
+        InitialisationError: with all of them.
+    """
+    things = scene.robots, scene.bodies, scene.regions, scene.motion_constraints
+    known = dict(zip(_THINGS, things, strict=True))
+    errors = [
+        f"{stage.path!r}: the scene has no {kind} {name!r}{_hint(name, known[kind])}"
+        for stage in task.walk()
+        if isinstance(stage, RobotStage)
+        for kind, name in stage.names()
+        if name not in known[kind]
+    ]
+    if errors:
+        raise InitialisationError(errors, tree(task))
+
+
+def _hint(name: str, known: Mapping[str, Any]) -> str:
+    return f", {did_you_mean(name, known) or 'it has ' + (', '.join(known) or 'none')}"

@@ -55,6 +55,13 @@ class PredicateFilter(RobotStage, Wrapper):
                 return [failure]
         return [Result(cost=solution.cost, comment=solution.comment)]
 
+    def names(self) -> tuple[tuple[str, str], ...]:
+        """The things that it asks about."""
+        attached, inside = self.known("attached") or (), self.known("inside") or ()
+        asked = [*zip(("body", "robot"), attached, strict=False), *zip(("body", "region"), inside, strict=False)]
+        asked += [("robot", name) for name in (self.known("free_hand"), *(self.known("free") or ())) if name]
+        return tuple((kind, str(name)) for kind, name in asked)
+
     def reads(self) -> tuple[str, ...]:
         """What it asks about; where a held body lies depends on the robot as well."""
         attached, inside = self.known("attached") or (), self.known("inside") or ()

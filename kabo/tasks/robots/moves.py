@@ -12,7 +12,7 @@ from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answer
 from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
-from kabo.tasks.robots.paths import grip, way
+from kabo.tasks.robots.paths import grip, length, way
 from kabo.tasks.robots.poses import pose_of
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
@@ -49,7 +49,8 @@ class MoveTo(RobotStage, Propagator):
             moved = goal if isinstance(goal, Failure) else self._moved(scene, name, goal, properties)
             if not isinstance(moved, Failure):
                 still = np.array_equal(goal, scene.configuration(name))
-                return [*answers, Result(scene.at(name, goal), motion=() if still else (moved,))]
+                motion = () if still else (moved,)
+                return [*answers, Result(scene.at(name, goal), motion=motion, cost=length(motion))]
             answers.append(moved)
         return answers
 

@@ -16,6 +16,7 @@ from kabo.tasks.robots.configurations import with_joints
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import direction_of
 from kabo.tasks.robots.keeping import keep_of
+from kabo.tasks.robots.paths import length
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.targets import pose_rows
 
@@ -73,7 +74,7 @@ class MoveRelative(RobotStage, Propagator):
             return Result(scene, motion=())
         moved = stretch(scene, name, "arm", found, None if keep is None else keep.name)
         motion: tuple[Stretch, ...] = (moved if sense > 0 else moved.reversed(),)
-        return Result(scene.at(name, found[-1]), motion=motion)
+        return Result(scene.at(name, found[-1]), motion=motion, cost=length(motion))
 
     @staticmethod
     def _ways(scene: TaskScene, properties: Values, sense: int) -> Iterator[list[Array] | Failure]:
@@ -95,8 +96,8 @@ class MoveRelative(RobotStage, Propagator):
                 return
             direction = direction.bounded(*bounds)
             unit, lengths = direction.vector(scene, name, at), direction.lengths
-        for length in lengths:
-            yield _line(scene, name, at.q, sense * length * unit)
+        for distance in lengths:
+            yield _line(scene, name, at.q, sense * distance * unit)
 
 
 def _line(scene: TaskScene, name: str, q: Array, shift: Array) -> list[Array] | Failure:
@@ -146,8 +147,9 @@ def _twisted(
     size = float(np.linalg.norm(twist[:3])) or float(np.linalg.norm(twist[3:]))
     high = size if bounds[1] is None else bounds[1]
     low = high if bounds[0] is None else bounds[0]
-    for length in _lengths(low, high):
-        yield _screw(scene, name, turn @ twist[:3] * (length / size), turn @ twist[3:] * (length / size))
+    for distance in _lengths(low, high):
+        share = distance / size
+        yield _screw(scene, name, turn @ twist[:3] * share, turn @ twist[3:] * share)
 
 
 def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array] | Failure:

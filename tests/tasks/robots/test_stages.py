@@ -9,9 +9,9 @@ import pytest
 
 from kabo.geometry_server import candidate, tool_frame
 from kabo.scene import attachment
-from kabo.tasks.core import Failure, Propagator, Result, Stage
+from kabo.tasks.core import Failure, InitialisationError, Propagator, Result, Stage, Task
 from kabo.tasks.core.properties import Resolver
-from kabo.tasks.robots import STAGES, Details, TaskScene
+from kabo.tasks.robots import STAGES, Details, TaskScene, check_names
 from kabo.tasks.robots.directions import direction_of
 from tests.tasks.robots.judge import Judge
 
@@ -24,7 +24,7 @@ def values(stage: Stage, **interface: Any) -> Any:
     return Resolver(stage.properties).values(interface)
 
 
-def make(kind: str, **properties: Any) -> Stage:
+def make(kind: str, **properties: Any) -> Any:
     return STAGES[kind](kind, **properties)
 
 
@@ -305,3 +305,22 @@ def test_directions_are_read_as_grasp_families_write_them() -> None:
     assert read.lengths == pytest.approx((0.1, 0.075, 0.05))
     with pytest.raises(ValueError, match="along or against"):
         direction_of({"towards": "tool.approach"}, None)
+
+
+# ------------------------------------------------------------------------------------------------------------ names
+def test_what_a_scene_does_not_have_is_refused_before_planning_all_at_once(first_scene: First) -> None:
+    scene = first_scene(BARTENDER).context.scene
+    go = make("MoveTo", robot="rigth", goal="home")
+    put = make("SampleGrasp", robot="right", object="botle_1", monitors="../go")
+    with pytest.raises(InitialisationError) as caught:
+        check_names(Task("wrong", make("CurrentState"), go, put), scene)
+    assert len(caught.value.errors) == 2
+    assert 'did you mean "right"?' in caught.value.errors[0]
+    check_names(Task("right", make("CurrentState"), make("MoveTo", robot="right", goal="home")), scene)
+
+
+def test_motions_cost_their_length(first_scene: First) -> None:
+    scene = first_scene(BARTENDER)
+    joint = scene.robot("left").joint_names[0]
+    moved = only(forward(scene, "MoveRelative", robot="left", direction={"joints": {joint: 0.2}}))
+    assert moved.cost == pytest.approx(0.2)
