@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -215,3 +216,30 @@ def test_an_interrupt_ends_planning_with_what_there_is(kabo, walk):
     said = plan(kabo, "--repeat", 5)
     assert "ending with what there is" in said.err and "stopped" in said.out
     assert signal.getsignal(signal.SIGINT) is before
+
+
+SCENE = Path(__file__).parents[2] / "examples" / "pick_and_place" / "scene.yaml"
+MOVE = """\
+name: move
+properties:
+  robot: {type: robot, default: arm}
+stages:
+  - {name: start, stage: CurrentState}
+  - {name: go, stage: MoveTo, goal: home}
+"""
+
+
+def test_a_robot_is_moved_in_a_scene(kabo, walk):
+    (walk / "move.yaml").write_text(MOVE.replace("goal: home", "goal: open"))
+    said = kabo("task", "plan", "move.yaml", "--scene", SCENE, "--json")
+    assert said.code == 0 and len(said.json["runs"][0]["solutions"]) == 1
+    said = kabo("task", "plan", "move.yaml", "--scene", SCENE, "--set", "robot=arn")
+    assert said.code == 2 and '"robot" is arn, which is no robot of the scene' in said.err
+    assert 'did you mean "arm"?' in said.err
+
+
+def test_a_property_that_a_robot_stage_cannot_use_is_told_at_its_stage(kabo, walk):
+    (walk / "move.yaml").write_text(MOVE.replace("goal: home", "goal: {pose: {position: [1, 0, 0]}}, of: foo"))
+    said = kabo("task", "plan", "move.yaml", "--scene", SCENE)
+    assert said.code == 2 and "move.yaml:6:12: 'go': arm has no frame 'foo'" in said.err
+    assert "Traceback" not in said.err

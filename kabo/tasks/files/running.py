@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.errors import InputError, did_you_mean
 from kabo.language.findings import Findings
-from kabo.tasks.core import InitialisationError, Task
+from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
 
 if TYPE_CHECKING:
@@ -75,7 +75,23 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
             found += [(perf_counter() - began, each.cost) for each in solutions[len(found) :]]
     except InitialisationError as error:
         raise file.told(error) from None
+    except ValueError as error:
+        stage = _asked(error)
+        if stage is None:
+            raise
+        raise file.told(InitialisationError([f"{stage.path!r}: {error}"], task.tree())) from error
     return Run(task, seed, perf_counter() - began, tuple(found), late())
+
+
+def _asked(error: Exception) -> Stage | None:
+    """The robot stage that refused its properties with an error: the innermost whose function was running."""
+    found, here = None, error.__traceback__
+    while here is not None:
+        stage = here.tb_frame.f_locals.get("self")
+        if isinstance(stage, Stage) and type(stage).__module__.startswith("kabo.tasks.robots."):
+            found = stage
+        here = here.tb_next
+    return found
 
 
 def first_scene(scene: "Scene", seed: int, stop: Stop) -> Any:
