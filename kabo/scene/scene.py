@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from kabo.language.scene_description import (
     Constraint,
     Feature,
     GraspFamily,
+    Mate,
     PlacementFamily,
     PoseDescription,
     RegionDescription,
@@ -72,6 +73,7 @@ class Scene:
     fixed_poses: Mapping[str, Array]  # world_T_body of the bodies that never move
     start: GeometricState
     files: Mapping[Path, str]
+    mates: Mapping[str, Mate] = field(default_factory=dict)
 
     @cached_property
     def movable(self) -> tuple[str, ...]:
@@ -206,6 +208,7 @@ def load_scene(description: SceneDescription) -> Scene:
         {name: poses[name] for name, body in bodies.items() if not body.movable},
         start,
         _hashes(loader.files),
+        description.mates,
     )
 
 

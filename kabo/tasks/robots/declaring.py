@@ -46,7 +46,7 @@ def refusal(
     return Failure(reason, comment, Details(pairs, reads, proof, missing))
 
 
-_THINGS = ("robot", "body", "region", "motion constraint")
+_THINGS = ("robot", "body", "region", "motion constraint", "mate")
 _NAMED = {
     "robot": "robot",
     "to": "robot",
@@ -55,6 +55,7 @@ _NAMED = {
     "onto": "body",
     "region": "region",
     "keep": "motion constraint",
+    "mate": "mate",
 }
 
 
@@ -109,7 +110,7 @@ def check_names(task: Container, scene: Scene) -> None:
     Raises:
         InitialisationError: with all of them.
     """
-    things = scene.robots, scene.bodies, scene.regions, scene.motion_constraints
+    things = scene.robots, scene.bodies, scene.regions, scene.motion_constraints, scene.mates
     known = dict(zip(_THINGS, things, strict=True))
     errors = [
         f"{stage.path!r}: the scene has no {kind} {name!r}{_hint(name, known[kind])}"

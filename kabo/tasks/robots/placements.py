@@ -12,6 +12,7 @@ from kabo.geometry_server import (
     region_missing,
     tool_frame,
 )
+from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot
 from kabo.tasks.core import Failure, Monitor, Property, Result
 from kabo.tasks.core.results import Answers
@@ -113,7 +114,7 @@ class SampleMate(RobotStage, Monitor):
         "robot": ROBOT,
         "object": OBJECT,
         "onto": Property(str, doc="the body with the fixed part"),
-        "mate": Property(Any, doc="a mate: its constraints with roles `moving`, `fixed`, and its insertion"),
+        "mate": Property(str, doc="a mate of the scene: its roles `moving` is the object, `fixed` the other body"),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -124,7 +125,7 @@ class SampleMate(RobotStage, Monitor):
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"
             return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
-        mate = properties["mate"]
+        mate = _mate(scene, properties["mate"])
         target = mate_target(scene, robot, name, onto, mate)
         if target is None:
             return [refusal("empty_family", f"{mate.name} does not fit {name} and {onto}", proof=True)]
@@ -138,3 +139,10 @@ class SampleMate(RobotStage, Monitor):
         return [
             Result(scene.permitting([(name, onto)]), properties={**held_properties(scene, robot, name), **made})
         ]
+
+
+def _mate(scene: TaskScene, name: str) -> Mate:
+    mates = scene.context.scene.mates
+    if name not in mates:
+        raise ValueError(f"the scene has no mate {name!r}; it has {', '.join(mates) or 'none'}")
+    return mates[name]

@@ -2,18 +2,24 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from kabo.geometry_server import candidate, tool_frame
+from kabo.language.scene_description import Constraint, FeatureName, Mate, Stroke
 from kabo.scene import attachment
-from kabo.tasks.core import Failure, InitialisationError, Propagator, Result, Stage, Task
+from kabo.tasks.core import Failure, InitialisationError, Propagator, Result, Solution, Stage, State, Task
 from kabo.tasks.core.properties import Resolver
 from kabo.tasks.robots import STAGES, Details, TaskScene, check_names
 from kabo.tasks.robots.directions import direction_of
+from tests.tasks.robots.conftest import first
 from tests.tasks.robots.judge import Judge
+from tests.tasks.robots.test_library import end, solve
 
 BARTENDER, FORCE = "bartender/four_bottles.yaml", "force_sensing/n2.yaml"
 First = Callable[..., TaskScene]
@@ -208,8 +214,6 @@ def test_a_way_joins_both_ends_exactly_and_is_the_same_whenever_it_is_asked(firs
 
 def test_a_way_keeps_its_constraint(first_scene: First) -> None:
     scene = first_scene(FORCE)
-    from tests.tasks.robots.test_library import end, solve
-
     held = end(solve(scene, "pick", robot="arm", object="cup_1")[0])
     there = only(
         forward(held, "MoveTo", robot="arm", goal="weigh", keep={"object": "cup_1", "constraint": "upright"})
@@ -324,3 +328,50 @@ def test_motions_cost_their_length(first_scene: First) -> None:
     joint = scene.robot("left").joint_names[0]
     moved = only(forward(scene, "MoveRelative", robot="left", direction={"joints": {joint: 0.2}}))
     assert moved.cost == pytest.approx(0.2)
+
+
+# --------------------------------------------------------------------------------------------- inverse kinematics
+def test_a_mate_brings_the_part_in_the_hand_to_the_other_one(first_scene: First) -> None:
+    scene = first_scene(FORCE)
+    names = {role: {f: FeatureName(role, f) for f in ("base", "axis")} for role in ("moving", "fixed")}
+    constraints = (
+        Constraint("coincident", names["moving"]["axis"], names["fixed"]["axis"]),
+        Constraint("aligned", names["moving"]["axis"], names["fixed"]["axis"]),
+    )
+    mate = Mate("over", "cup", "cup", constraints, Stroke(FeatureName("fixed", "axis"), -1, 0.02, 0.05))
+    mated = replace(scene.context.scene, mates={"over": mate})
+    held = end(solve(scene, "pick", robot="arm", object="cup_1")[0])
+    surroundings = held.context.surroundings
+    surroundings.scene = mated
+    stage = make("SampleMate", robot="arm", object="cup_1", onto="cup_2", mate="over", monitors="x")
+    offered = only(stage.generate(held, values(stage), 0))
+    assert frozenset({"cup_1", "cup_2"}) in offered.scene.permitted
+    assert offered.properties["insertion"].stroke.along == FeatureName("this", "axis")
+    found = [at for batch in islice(offered.properties["target"].batches(), 4) for at in batch]
+    assert found
+    for at in found[:8]:
+        there = held.at("arm", at.q)
+        apart = there.pose("cup_1")[:2, 3] - there.pose("cup_2")[:2, 3]
+        assert apart == pytest.approx([0.0, 0.0], abs=1e-5)
+        assert there.pose("cup_1")[2, 2] == pytest.approx(1.0, abs=1e-6)
+
+
+@settings(max_examples=10, suppress_health_check=list(HealthCheck))
+@given(most=st.integers(1, 6), apart=st.sampled_from([0.0, 0.5, 2.0]))
+def test_solutions_of_inverse_kinematics_are_free_apart_and_no_more_than_asked_for(
+    most: int, apart: float
+) -> None:
+    scene = first(BARTENDER)
+    grasps = make("SampleGrasp", robot="right", object="bottle_4", monitors="x")
+    offered = only(grasps.generate(scene, values(grasps), 0))
+    wrapped = Solution(grasps, State(scene, {}, 1), State(scene, offered.properties, 2), 0.0)
+    stage = make("ComputeIK", robot="right", max_ik_solutions=most, min_distance=apart)
+    found = [a for a in stage.transform(wrapped, values(stage, **offered.properties), 0) if isinstance(a, Result)]
+    assert 1 <= len(found) <= most
+    tcp = scene.robot("right").tool.features["tcp"].origin
+    for i, one in enumerate(found):
+        assert one.scene.hit("right") is None
+        q = one.scene.configuration("right")
+        assert all(np.abs(q - other.scene.configuration("right")).sum() >= apart for other in found[:i])
+        at = one.properties["target_pose"] @ np.array([*tcp, 1.0])
+        assert at[:2] == pytest.approx(scene.pose("bottle_4")[:2, 3], abs=1e-5), "on the axis of the bottle"
