@@ -1,6 +1,7 @@
 """Reparameterise: what a solution moves, without needless stops between phases [T 3.4.1]."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ class Reparameterise(RobotStage, Wrapper):
         stops = 0
         for group in _groups(_parts(solution), properties["across"]):
             if not _smoothable(group[0].stretch):
-                motion += [part.stretch for part in group]
+                motion += [replace(part.stretch, stage=part.stage) for part in group]
                 continue
             try:
                 made = smoothed(group, properties["deviation"], _limits(group[0], properties))
