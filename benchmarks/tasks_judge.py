@@ -1,4 +1,4 @@
-"""Whether the solution of a task is right, by what shares nothing with the planner: pinocchio and python-fcl.
+"""Whether the solution of a task is right, by what shares nothing with the planner: pinocchio and coal.
 
 The motion of a solution is replayed from its first scene in steps of a few milliradians, on the original meshes:
 every robot link and everything in a hand against all else. Distances are measured, not bounded.
@@ -8,9 +8,10 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import fcl
+import coal
 import numpy as np
 import numpy.typing as npt
+import pinocchio as pin
 
 from kabo.scene import Scene, link_poses, world_T
 from kabo.tasks import Solution
@@ -18,6 +19,7 @@ from kabo.tasks.robots import Stretch, stretches
 
 Array = npt.NDArray[np.float64]
 Pair = frozenset[str]
+Held = Mapping[str, tuple[str, str, Array]]  # by object: robot, link, and the object's pose there
 STEP = 0.004  # rad or m: a joint moves no farther between two looks
 
 
@@ -28,7 +30,6 @@ class Replay:
     collisions: dict[tuple[str, ...], str] = field(default_factory=dict)  # pair: the stage where it happened first
     gap: float = 0.0
     looks: int = 0
-    clearance: dict[tuple[str, str], float] = field(default_factory=dict)  # (stage, thing): least distance [m]
     poses: dict[str, Array] = field(default_factory=dict)
 
 
@@ -37,30 +38,14 @@ class Judge:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.shapes: dict[str, tuple[Any, float, Array]] = {}  # the mesh, radius and centre of a ball around it
+        self.meshes = {name: _surface(body.mesh) for name, body in scene.bodies.items()}
         for robot in scene.robots.values():
             for link in robot.links.values():
                 if link.mesh is not None:
-                    self._add(f"{robot.name}.{link.name}", link.mesh)
-        for name, body in scene.bodies.items():
-            self._add(name, body.mesh)
-
-    def _add(self, name: str, mesh: Any) -> None:
-        model = fcl.BVHModel()
-        model.beginModel(len(mesh.faces), len(mesh.vertices))
-        model.addSubModel(mesh.vertices, mesh.faces)
-        model.endModel()
-        centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
-        radius = float(np.linalg.norm(mesh.vertices - centre, axis=1).max())
-        self.shapes[name] = model, radius, centre
+                    self.meshes[f"{robot.name}.{link.name}"] = _surface(link.mesh)
 
     def replay(
-        self,
-        solution: Solution,
-        permitted: Mapping[str, Collection[Pair]],
-        measured: tuple[str, Collection[str]] | None = None,
-        *,
-        step: float = STEP,
+        self, solution: Solution, permitted: Mapping[str, Collection[Pair]], *, step: float = STEP
     ) -> Replay:
         """Replays a solution.
 
@@ -68,100 +53,148 @@ class Judge:
             solution: of a task in the scene.
             permitted: the contacts that are in order beside those that the scene always allows, by the first words
                 of the paths of stages; "" for all.
-            measured: a thing, and the stages in which the distance of robots from it is measured.
             step: how far a joint moves between two looks [rad or m].
         """
         found = Replay()
         state = solution.start.scene.situation.first  # type: ignore[union-attr]
         now = {name: np.array(q) for name, q in state.robots.items()}
-        links = {name: link_poses(self.scene.robots[name], q) for name, q in now.items()}
         placed = {name: world_T(self.scene, state, name) for name in self.scene.bodies}
         held: dict[str, tuple[str, str, Array]] = {}
         for path, each in stretches(solution):
             found.gap = max(found.gap, float(np.abs(each.path[0] - now[each.robot]).max()))
             allowed = {pair for stages, pairs in permitted.items() if path.startswith(stages) for pair in pairs}
+            view = _View(self, each, now, placed, held, allowed)
             for q in looks(each, step):
-                links[each.robot] = link_poses(self.scene.robots[each.robot], q)
-                for name, (robot, link, pose) in held.items():
-                    placed[name] = links[robot][link] @ pose
                 found.looks += 1
-                poses = self._poses(links, placed)
-                self._collisions(found, path, each, poses, allowed, held)
-                if measured is not None and path in measured[1]:
-                    self._measure(found, path, each, poses, measured[0])
+                for pair in view.collisions(q):
+                    found.collisions.setdefault(pair, path)
             now[each.robot] = each.path[-1]
+            links = link_poses(self.scene.robots[each.robot], now[each.robot])
+            placed |= {name: links[own] @ pose for name, (robot, own, pose) in held.items() if robot == each.robot}
             for name, link in each.attach:
                 robot, _, own = link.partition(".")
-                held[name] = robot, own, np.linalg.inv(links[robot][own]) @ placed[name]
+                held[name] = robot, own, np.linalg.inv(links[own]) @ placed[name]
             for name in each.detach:
                 del held[name]
         found.poses = placed
         return found
 
-    def _poses(
-        self, links: Mapping[str, Mapping[str, Array]], placed: Mapping[str, Array]
-    ) -> dict[str, tuple[Array, Array]]:
-        poses = {f"{robot}.{link}": pose for robot, own in links.items() for link, pose in own.items()} | dict(
-            placed
-        )
-        return {
-            name: (pose, pose[:3, :3] @ self.shapes[name][2] + pose[:3, 3])
-            for name, pose in poses.items()
-            if name in self.shapes
-        }
+    def clearance(self, each: Stretch, thing: str, spacing: float) -> float:
+        """The least distance [m] of a robot from a standing thing along a stretch.
 
-    def _collisions(
+        As if it were measured wherever some point of the robot may have moved by `spacing` [m]: no point moves farther
+        than the turn of every joint times what hangs behind it is long, so looks that cannot be the least are left out.
+        """
+        robot, state, least = self.scene.robots[each.robot], self.scene.start, np.inf
+        placed = {thing: world_T(self.scene, state, thing)}
+        view = _View(self, each, {each.robot: np.array(each.start)}, placed, {}, frozenset())
+        lengths = _lengths(robot)
+        for a, b in zip(each.path, each.path[1:], strict=False):
+            pieces = max(1, int(np.ceil((lengths * np.abs(b - a)).sum() / spacing)))
+            k = 0
+            while k <= pieces:
+                here = view.distance(a + (b - a) * (k / pieces))
+                least = min(least, here)
+                k += max(1, int((here - least) / spacing))
+        return float(least)
+
+
+class _View:
+    """One stretch: what moves with its robot, against all else, as pinocchio has it."""
+
+    def __init__(
         self,
-        found: Replay,
-        path: str,
+        judge: Judge,
         each: Stretch,
-        poses: Mapping[str, tuple[Array, Array]],
+        now: Mapping[str, Array],
+        placed: Mapping[str, Array],
+        held: Held,
         allowed: Collection[Pair],
-        held: Mapping[str, tuple[str, str, Array]],
     ) -> None:
-        carried = [name for name in held if held[name][0] == each.robot and each.group == "arm"]
-        moving = [name for name in poses if name.startswith(each.robot + ".") or name in carried]
-        names = list(poses)
-        centres = np.array([poses[name][1] for name in names])
-        radii = np.array([self.shapes[name][1] for name in names])
-        for first in moving:
-            i = names.index(first)
-            near = np.linalg.norm(centres - centres[i], axis=1) <= radii + radii[i]
-            for k in np.flatnonzero(near):
-                second = names[k]
-                if second == first or (second in moving and k < i):
+        self.robot = judge.scene.robots[each.robot]
+        self.model, self.data, self.geometry = self.robot.model, self.robot.model.createData(), pin.GeometryModel()
+        frames = {frame.name: frame for frame in self.model.frames if frame.type == pin.FrameType.BODY}
+        carried = {name: own for name, own in held.items() if own[0] == each.robot and each.group == "arm"}
+        moving, names = set(), []
+        for robot, q in now.items():
+            for link, pose in link_poses(judge.scene.robots[robot], q).items():
+                name = f"{robot}.{link}"
+                if name not in judge.meshes:
                     continue
-                pair = frozenset((first, second))
-                if (
-                    pair in allowed
-                    or self.scene.never_collide(first, second)
-                    or tuple(sorted(pair)) in found.collisions
-                ):
-                    continue
-                if fcl.collide(
-                    self._body(first, poses),
-                    self._body(second, poses),
-                    fcl.CollisionRequest(),
-                    fcl.CollisionResult(),
-                ):
-                    found.collisions[tuple(sorted(pair))] = path
+                if robot == each.robot:
+                    moving.add(name)
+                    self._add(frames[link].parentJoint, frames[link].placement, judge.meshes[name])
+                else:
+                    self._add(0, pin.SE3(pose), judge.meshes[name])
+                names.append(name)
+        for name, pose in placed.items():
+            if name in carried:
+                frame = frames[carried[name][1]]
+                self._add(frame.parentJoint, frame.placement * pin.SE3(carried[name][2]), judge.meshes[name])
+                moving.add(name)
+            else:
+                self._add(0, pin.SE3(pose), judge.meshes[name])
+            names.append(name)
+        self.pairs: list[tuple[str, str]] = []
+        for i, first in enumerate(names):
+            for k, second in enumerate(names[i + 1 :], i + 1):
+                if {first, second} & moving and not _apart(judge.scene, first, second, allowed):
+                    self.geometry.addCollisionPair(pin.CollisionPair(i, k))
+                    self.pairs.append((first, second))
+        self.work = pin.GeometryData(self.geometry)
 
-    def _measure(
-        self, found: Replay, path: str, each: Stretch, poses: Mapping[str, tuple[Array, Array]], thing: str
-    ) -> None:
-        key = path, thing
-        least = found.clearance.get(key, np.inf)
-        for name, (_, centre) in poses.items():
-            far = np.linalg.norm(centre - poses[thing][1]) - self.shapes[name][1] - self.shapes[thing][1]
-            if name.startswith(each.robot + ".") and far < least and not self.scene.never_collide(name, thing):
-                answer = fcl.DistanceResult()
-                fcl.distance(self._body(name, poses), self._body(thing, poses), fcl.DistanceRequest(), answer)
-                least = min(least, answer.min_distance)
-        found.clearance[key] = least
+    def _add(self, joint: int, pose: Any, mesh: Any) -> None:
+        self.geometry.addGeometryObject(pin.GeometryObject(str(self.geometry.ngeoms), joint, pose, mesh))
 
-    def _body(self, name: str, poses: Mapping[str, tuple[Array, Array]]) -> Any:
-        pose = poses[name][0]
-        return fcl.CollisionObject(self.shapes[name][0], fcl.Transform(pose[:3, :3], pose[:3, 3]))
+    def collisions(self, q: Array) -> list[tuple[str, ...]]:
+        """The pairs that touch at a configuration."""
+        full = self.robot.expand(q)
+        if not pin.computeCollisions(self.model, self.data, self.geometry, self.work, full, False):
+            return []
+        results = zip(self.pairs, self.work.collisionResults, strict=True)
+        return [tuple(sorted(pair)) for pair, result in results if result.isCollision()]
+
+    def distance(self, q: Array) -> float:
+        """The least distance of the robot's links from what stands, not from each other [m]."""
+        pin.updateGeometryPlacements(self.model, self.data, self.geometry, self.work, self.robot.expand(q))
+        least = np.inf
+        for k, pair in enumerate(self.pairs):
+            if not all("." in name for name in pair):
+                least = min(least, pin.computeDistance(self.geometry, self.work, k).min_distance)
+        return float(least)
+
+
+def _apart(scene: Scene, first: str, second: str, allowed: Collection[Pair]) -> bool:
+    return frozenset((first, second)) in allowed or scene.never_collide(first, second)
+
+
+def _surface(mesh: Any) -> Any:
+    """A mesh as coal has it."""
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(len(mesh.faces), len(mesh.vertices))
+    model.addVertices(mesh.vertices)
+    model.addTriangles(mesh.faces.astype(np.uint64))
+    model.endModel()
+    return model
+
+
+def _lengths(robot: Any) -> Array:
+    """For each value of a configuration, how far from its axis what it moves may be [m]; 1 for what slides."""
+    tree, lengths = robot.tree, np.zeros(robot.tree.size)
+    steps = np.linalg.norm(tree.placement[:, 9:], axis=1)
+    reach = np.zeros(len(tree.parent))
+    for link in robot.links.values():
+        if link.mesh is not None:
+            points = link.mesh.vertices @ link.joint_T_link[:3, :3].T + link.joint_T_link[:3, 3]
+            reach[link.joint] = max(reach[link.joint], float(np.linalg.norm(points, axis=1).max()))
+    for j in range(len(tree.parent) - 1, 0, -1):
+        slides = tree.kind[j] != 0
+        own = 1.0 if slides else reach[j]
+        if tree.ratio[j] != 0.0:
+            lengths[tree.source[j]] = max(lengths[tree.source[j]], own * abs(tree.ratio[j]))
+        travel = float(np.abs([tree.lower[tree.source[j]], tree.upper[tree.source[j]]]).max()) if slides else 0.0
+        reach[tree.parent[j]] = max(reach[tree.parent[j]], reach[j] + steps[j] + travel)
+    return lengths
 
 
 def looks(each: Stretch, step: float) -> Iterator[Array]:

@@ -1,6 +1,7 @@
 """Changes of the scene that take no time: attaching, letting go, contacts. What has changed is checked."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from kabo.geometry_server import Pair, candidate, supports, tool_frame
@@ -9,7 +10,7 @@ from kabo.scene.transforms import inverse
 from kabo.tasks.core import PARENT, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
-from kabo.tasks.robots.scenes import Stretch, TaskScene
+from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
 SUPPORTS, TOUCH = "supports", "touch"
 
@@ -68,7 +69,9 @@ class Detach(RobotStage, Propagator):
         robot, link = _link(scene, given)
         held = attachment(f"{robot}.{link}", inverse(_link_pose(scene, robot, link)) @ scene.pose(name))
         before = scene.placing(name, held)
-        return _checked(_standing(before, name), [robot], Result(before, motion=(_still(scene, robot, detach=(name,)),)))
+        return _checked(
+            _standing(before, name), [robot], Result(before, motion=(_still(scene, robot, detach=(name,)),))
+        )
 
 
 class _Contacts(RobotStage, Propagator):
@@ -135,8 +138,8 @@ def _link_pose(scene: TaskScene, robot: str, link: str) -> Any:
 def _still(
     scene: TaskScene, robot: str, *, attach: tuple[tuple[str, str], ...] = (), detach: tuple[str, ...] = ()
 ) -> Stretch:
-    q = scene.situation.configuration(robot)
-    return Stretch(robot, "gripper", (q,), frozenset(), None, attach, detach)
+    there = stretch(scene, robot, "gripper", [scene.situation.configuration(robot)])
+    return replace(there, attach=attach, detach=detach)
 
 
 def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers:
