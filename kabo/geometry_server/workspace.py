@@ -58,16 +58,6 @@ class Workspace:
         carried = {name: situation.attachment(name) for name in situation.carried(robot)}
         return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
-    def grasping(self, name: str, attachment: Attachment) -> "Workspace":
-        """This workspace with one more object in the hand."""
-        situation = self.situation.replace({name: attachment})
-        carried = {**self.carried, name: attachment}
-        return replace(self, situation=situation, carried=carried, base=None)
-
-    def permitting(self, pairs: Iterable[Pair]) -> "Workspace":
-        """This workspace with more contacts permitted."""
-        return replace(self, permitted=self.permitted | contacts(pairs), base=None)
-
     def felt(self, permitted: Contacts) -> Contacts:
         """Those of the permitted contacts that make a difference here: of what moves, and not touched anyway."""
         if not permitted:

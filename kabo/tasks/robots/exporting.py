@@ -83,8 +83,9 @@ def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: floa
 def changed(solution: Solution) -> dict[str, Component]:
     """The components that have new values after a solution."""
     assert solution.start is not None and solution.end is not None
-    before, after = solution.start.scene, solution.end.scene
-    return changed_between(_situation(before), _situation(after))
+    before: TaskScene = solution.start.scene
+    after: TaskScene = solution.end.scene
+    return changed_between(before.situation, after.situation)
 
 
 def changed_between(before: Situation, after: Situation) -> dict[str, Component]:
@@ -92,7 +93,3 @@ def changed_between(before: Situation, after: Situation) -> dict[str, Component]
     robots = {name: v[0] for name, v in after.robots.items() if v != before.robots[name]}
     objects = {name: v[0] for name, v in after.objects.items() if v != before.objects[name]}
     return {**robots, **objects}
-
-
-def _situation(scene: TaskScene) -> Situation:
-    return scene.situation

@@ -140,9 +140,3 @@ def held_properties(scene: TaskScene, robot: Robot, name: str) -> Mapping[str, A
     if found is None:
         return {"grasp": None, "lower": Direction(LIFT, name, -1), "retreat": None}
     return grasp_properties(robot, name, found)
-
-
-def fingers_now(scene: TaskScene, robot: Robot) -> Mapping[str, float]:
-    """The values of the gripper's joints."""
-    q = scene.configuration(robot.name)
-    return dict(zip(robot.gripper_joints, np.asarray(q[robot.planned :]).tolist(), strict=True))

@@ -1,6 +1,6 @@
 """Where a task begins: the state in which it was asked, another one by hand, or configurations of a robot."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -81,8 +81,3 @@ class SampleConfiguration(RobotStage, Generator):
             yield (
                 np.round(np.concatenate([lower + share * (upper - lower), scene.configuration(name)[n:]]), 9) + 0.0
             )
-
-
-def is_values(value: Any) -> bool:
-    """Whether a goal is given by joints."""
-    return isinstance(value, (Mapping, list, tuple, np.ndarray))
