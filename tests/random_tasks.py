@@ -12,6 +12,7 @@ from kabo.tasks.core import (
     Fallbacks,
     Flow,
     Generator,
+    Limit,
     Merger,
     Monitor,
     Propagator,
@@ -32,7 +33,7 @@ def outcomes(name, scene, most, *, likely=0.92):
     found = []
     for i in range(dice.choice([0, *[1] * 5, *range(1, most + 1)])):
         if dice.random() < likely:
-            found.append(Result((name, scene, i), cost=dice.randint(0, 9)))
+            found.append(Result((name, scene, i), cost=float(dice.randint(0, 9))))
         else:
             found.append(Failure("bad luck"))
     return found
@@ -75,12 +76,22 @@ class Both(Merger):
         return outcomes(self.name, (scene, tuple(canonical(s) for s in solutions)), 2)
 
 
+def dear(solution):
+    """A cost term that refuses some solutions, and leaves the costs of others."""
+    return float("inf") if too_dear(canonical(solution)) else solution.cost
+
+
+def too_dear(solution):
+    return chance("dear", solution).random() < 0.2
+
+
 class Trees:
     """Makes trees whose stages fit together."""
 
-    def __init__(self, seed: int, *, monitors: bool) -> None:
+    def __init__(self, seed: int, *, monitors: bool, depth: int = 2) -> None:
         self.dice = random.Random(seed)
         self.monitors = monitors
+        self.depth = depth
         self.count = 0
 
     def name(self, kind):
@@ -88,7 +99,7 @@ class Trees:
         return f"{kind}{self.count}"
 
     def task(self):
-        task = Task("task", *self.section_list(Flow.GENERATE, 2))
+        task = Task("task", *self.section_list(Flow.GENERATE, self.depth))
         if self.monitors:
             self.watch(task)
         return task
@@ -120,21 +131,27 @@ class Trees:
         if depth > 0 and flow in (Flow.FORWARD, Flow.BACKWARD):
             kinds.append("both")
         kind = self.dice.choice(kinds)
+        how = {"cost": dear} if self.dice.random() < 0.15 else {}
         if kind == "serial":
-            return Serial(self.name("serial"), *self.section_list(flow, depth))
+            return Serial(self.name("serial"), *self.section_list(flow, depth), **how)
         if kind == "change":
-            return Change(self.name("change"), self.stage(flow, depth - 1))
+            return Change(self.name("change"), self.stage(flow, depth - 1), **how)
         if kind != "leaf":
             holder = {"any": Alternatives, "first": Fallbacks, "both": Both}[kind]
-            return holder(self.name(kind), *(self.stage(flow, depth - 1) for _ in range(self.dice.randint(1, 3))))
-        leaf = {Flow.GENERATE: Gen, Flow.CONNECT: Join}.get(flow, Move)
-        return leaf(self.name("leaf"))
+            inside = [self.stage(flow, depth - 1) for _ in range(self.dice.randint(1, 3))]
+            return holder(self.name(kind), *inside, **how)
+        leaf = {Flow.GENERATE: Gen, Flow.CONNECT: Join}.get(flow, Move)(self.name("leaf"))
+        if (
+            flow is Flow.GENERATE and self.dice.random() < 0.2
+        ):  # elsewhere it depends on the order what comes first
+            return Limit(self.name("limit"), leaf, max_solutions=self.dice.randint(0, 3), **how)
+        return leaf
 
     def watch(self, task):
         """Lets some generators monitor a stage that comes before them in time."""
         stages = [stage for stage in task.walk() if stage is not task]
         for stage in list(stages):
-            if isinstance(stage, Gen) and self.dice.random() < 0.5:
+            if isinstance(stage, Gen) and not isinstance(stage.parent, Limit) and self.dice.random() < 0.5:
                 earlier = [s for s in stages[: stages.index(stage)] if stage not in getattr(s, "children", ())]
                 earlier = [s for s in earlier if not inside(stage, s)]
                 if earlier:
@@ -163,6 +180,16 @@ def canonical(solution):
 # ---------------------------------------------------------------------------------------- what is true by definition
 def solutions(stage, flow, start=None, end=None):
     """All solutions of a stage as `canonical` gives them: from `start`, to `end`, between both, or from nothing."""
+    found = all_solutions(stage, flow, start, end)
+    if stage.cost is not None:
+        found = [s for s in found if not too_dear(s)]
+    if isinstance(stage, Limit):
+        found = found[: stage.properties.value("max_solutions")]
+    return found
+
+
+def all_solutions(stage, flow, start, end):
+    """The same, without its cost term and its limit."""
     name = stage.name
     if isinstance(stage, Serial):
         return serial(stage, flow, start, end)
@@ -182,6 +209,9 @@ def solutions(stage, flow, start=None, end=None):
                 ends = (start, r.scene) if flow is Flow.FORWARD else (r.scene, end)
                 found.append((name, *ends, r.cost, tuple(parts)))
         return found
+    if isinstance(stage, Limit):
+        found = solutions(stage.children[0], flow, start, end)
+        return [(name, s[1], s[2], s[3], (s,)) for s in found]
     if isinstance(stage, Wrapper):
         found = []
         for s in solutions(stage.children[0], flow, start, end):

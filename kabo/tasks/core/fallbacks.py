@@ -10,9 +10,12 @@ from heapq import heappop, heappush
 from typing import Any
 
 from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.graph import meet
 from kabo.tasks.core.groups import ParallelNode
 from kabo.tasks.core.nodes import Ended, Node
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
+
+Lane = tuple[int, int, object]  # the numbers of both states, and the lane that they came in
 
 
 class FallbacksNode(ParallelNode):
@@ -26,21 +29,30 @@ class FallbacksNode(ParallelNode):
         self._asked: dict[object, int] = {}  # which child has a state, or a lane; gone when all is done
         self._solved: set[object] = set()
         self._current: State | None = None
-        self._generating = 0
+        self._generating = -1  # the last child that was started
         self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
-        self._pairs: dict[object, tuple[State, State]] = {}
+        self._pairs: dict[Lane, tuple[State, State]] = {}
+        self._lanes: dict[State, dict[Lane, None]] = {}  # of each state, those of its pairs that are open
+        self._open = [0] * len(self.stage.children)  # how many pairs each child is asked for, and solved none yet
 
     # -------------------------------------------------------------------------------------------- generating
     def start(self) -> None:
         """Starts the first child alone, if they generate; else all, for what they hold inside."""
-        for child in self.children[:1] if self.flow is Flow.GENERATE else self.children:
-            child.start()
+        if self.flow is not Flow.GENERATE:
+            super().start()
+        elif self._generating < 0:
+            self._generating = 0
+            self.children[0].start()
 
     def advance(self) -> bool:
-        """Starts the next child, if the present one ended with nothing; whether it did."""
-        if self.flow is not Flow.GENERATE or self.closed or self.children[self._generating].busy():
+        """Goes on to the next child, if the present one ended with nothing, or to the next state; whether it did."""
+        if self._current is not None:
+            ended = self._state_finished(self._current, self._asked[self._current])
+            self.planning.ended(ended or [])
+            return ended is not None
+        if self._generating < 0 or self.closed or self.children[self._generating].busy():
             return False
-        if self.solutions or self._generating + 1 == len(self.children):
+        if self._solved or self._generating + 1 == len(self.children):
             return False
         self._generating += 1
         self.children[self._generating].start()
@@ -51,9 +63,18 @@ class FallbacksNode(ParallelNode):
         if self.closed:
             return False
         if self.flow is Flow.GENERATE:
-            left = not self.solutions and self._generating + 1 < len(self.children)
+            left = not self._solved and self._generating + 1 < len(self.children)
             return left or any(child.busy() for child in self.children[: self._generating + 1])
         return bool(self._waiting) or any(child.busy() for child in self.children)
+
+    def keep_shared(self) -> None:
+        """What a child generates inside serves all states; that it is of no use for one says nothing of others."""
+        waiting = [] if self.flow is Flow.GENERATE else list(self.children)
+        while waiting:
+            node = waiting.pop()
+            if node.flow is not Flow.GENERATE:
+                node.kept |= any(child.flow is Flow.GENERATE for child in node.children)
+                waiting.extend(node.children)
 
     # ------------------------------------------------------------------------------------- states and pairs
     def take(self, state: State, side: int, lane: object) -> None:
@@ -64,12 +85,13 @@ class FallbacksNode(ParallelNode):
             return
         self._sides[side].append((state, lane))
         for other, its_lane in list(self._sides[1 - side]):
-            if its_lane == lane:
+            if meet(lane, its_lane):
                 pair = (state, other) if side == LEFT else (other, state)
-                key = (pair[0].number, pair[1].number, lane)
+                key = (pair[0].number, pair[1].number, its_lane if lane is None else lane)
                 self._pairs[key] = pair
-                self._asked[key] = 0
-                self._feed(key)
+                for each in pair:
+                    self._lanes.setdefault(each, {})[key] = None
+                self._feed(key, 0)
 
     def _queue(self, state: State) -> None:
         order = self._waiting[state] = state.order[self._near]
@@ -93,8 +115,10 @@ class FallbacksNode(ParallelNode):
             self._asked[state] = 0
             self.children[0].take(state, self._near, state.lane)
 
-    def _feed(self, lane: object) -> None:
-        child = self.children[self._asked[lane]]
+    def _feed(self, lane: Lane, index: int) -> None:
+        self._asked[lane] = index
+        self._open[index] += 1
+        child = self.children[index]
         start, end = self._pairs[lane]
         child.take(start, LEFT, lane)
         child.take(end, RIGHT, lane)
@@ -102,8 +126,12 @@ class FallbacksNode(ParallelNode):
     def child_solved(self, child: Node, solution: Solution) -> None:
         """It is one of the container; and the next state may be asked for."""
         if self.flow is Flow.CONNECT:
-            self._solved.add(self._lane_of(child, solution))
-        elif self.flow is not Flow.GENERATE:
+            for lane in self._unsolved(child, solution):
+                self._open[self._asked[lane]] -= 1
+                self._solved.add(lane)
+        elif self.flow is Flow.GENERATE:
+            self._solved.add(None)
+        else:
             near = solution.start if self._near == LEFT else solution.end
             self._solved.add(near)
             if near is self._current:
@@ -111,34 +139,46 @@ class FallbacksNode(ParallelNode):
                 self._next()
         super().child_solved(child, solution)
 
-    def _lane_of(self, child: Node, solution: Solution) -> object:
+    def _unsolved(self, child: Node, solution: Solution) -> list[Lane]:
         index = self.children.index(child)
-        for lane, pair in self._pairs.items():
-            if pair == (solution.start, solution.end) and self._asked.get(lane) == index:
-                return lane
-        return None
+        lanes = () if solution.start is None else self._lanes.get(solution.start, ())
+        found = [x for x in lanes if self._pairs[x][1] is solution.end and self._asked[x] == index]
+        return [x for x in found if x not in self._solved]
 
     def child_finished(self, child: Node, state: State, side: int, lane: object) -> Ended:
         """The next child has a try, if there is one and it is needed."""
-        key: object = lane if self.flow is Flow.CONNECT else state
         index = self.children.index(child)
-        if self._asked.get(key) != index or (self.flow is not Flow.CONNECT and child.works_on(state, side)):
-            return []
-        if key not in self._solved and index + 1 < len(self.children):
-            self._asked[key] = index + 1
-            if self.flow is Flow.CONNECT:
-                self._feed(key)
-            else:
-                self.children[index + 1].take(state, self._near, state.lane)
-            return []
-        del self._asked[key]
         if self.flow is Flow.CONNECT:
-            start, end = self._pairs.pop(key)
-            return [*self.finished(start, RIGHT, start.lane), *self.finished(end, LEFT, end.lane)]
+            return self._pair_finished(lane, index)  # type: ignore[arg-type]
+        return self._state_finished(state, index) or []
+
+    def _state_finished(self, state: State, index: int) -> Ended | None:
+        """None if a child is not asked for a state, or not done with it."""
+        if self._asked.get(state) != index or self.children[index].may_add(state, self._far):
+            return None
+        if state not in self._solved and index + 1 < len(self.children):
+            self._asked[state] = index + 1
+            self.children[index + 1].take(state, self._near, state.lane)
+            return []
+        del self._asked[state]
         if state is self._current:
             self._current = None
             self._next()
-        return self.finished(state, side, state.lane)
+        return self.finished(state, self._far, state.lane)
+
+    def _pair_finished(self, lane: Lane, index: int) -> Ended:
+        if self._asked.get(lane) != index:
+            return []
+        if lane not in self._solved:
+            self._open[index] -= 1
+            if index + 1 < len(self.children):
+                self._feed(lane, index + 1)
+                return []
+        del self._asked[lane]
+        start, end = self._pairs.pop(lane)
+        for state in (start, end):
+            self._lanes[state].pop(lane, None)
+        return [*self.finished(start, RIGHT, lane[2]), *self.finished(end, LEFT, lane[2])]
 
     def works_on(self, state: State, side: int) -> bool:
         """Whether it waits, is being asked for, or may get partners."""
@@ -146,14 +186,19 @@ class FallbacksNode(ParallelNode):
             return False
         if self.flow is not Flow.CONNECT:
             return state in self._waiting or state in self._asked
-        beyond = RIGHT if side == RIGHT else LEFT
-        for start, end in self._pairs.values():
-            near, far = (start, end) if side == RIGHT else (end, start)
-            if near is state and far.alive[beyond]:
-                return True
+        if any(partner.alive[side] for partner in self.partners(state, side)):
+            return True
         lanes = [lane for s, lane in self._sides[1 - side] if s is state]
         parent = self.parent
         return parent is not None and any(parent.delivers_to(self, side, lane) for lane in lanes)
+
+    def may_add(self, state: State, side: int) -> bool:
+        """Whether it waits, a child may, or another is left to ask."""
+        if self.flow is Flow.CONNECT or state not in self._asked:
+            return self.works_on(state, side)
+        index = self._asked[state]
+        left = state not in self._solved and index + 1 < len(self.children)
+        return not self.closed and (left or self.children[index].may_add(state, side))
 
     def waiting(self) -> Ended:
         """The states that are alive through it only because partners may still come."""
@@ -161,8 +206,8 @@ class FallbacksNode(ParallelNode):
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Those with which it is a pair."""
-        pairs = self._pairs.values()
-        return [end if start is state else start for start, end in pairs if state in (start, end)]
+        pairs = [self._pairs[lane] for lane in self._lanes.get(state, ())]
+        return [end if start is state else start for start, end in pairs]
 
     def delivers_to(self, child: Node, side: int, lane: object) -> bool:
         """A lane has all it will get; else whatever waits here may still come."""
@@ -174,5 +219,4 @@ class FallbacksNode(ParallelNode):
         """Whether a child may run now: connecting, while no earlier one has open pairs."""
         if self.flow is not Flow.CONNECT:
             return True
-        index = self.children.index(child)
-        return not any(asked < index for asked in self._asked.values())
+        return not any(self._open[: self.children.index(child)])

@@ -27,6 +27,11 @@ def reads(node: "Node", side: int) -> bool:
     return node.flow.reads_start if side == LEFT else node.flow.reads_end
 
 
+def meet(first: object, second: object) -> bool:
+    """Whether states of two lanes may be joined: of one lane, or of none in particular."""
+    return first == second or first is None or second is None
+
+
 class Level:
     """The states between the children of one container (or beside the child of a wrapper), and their edges."""
 
@@ -98,6 +103,30 @@ class Level:
         if self.top or self.owner.kept or not state.outside or self.owner.works_at_border(state):
             return True
         return any(outer.alive[side] for outer in state.outside)
+
+    def _may_add(self, state: State, side: int) -> bool:
+        """Whether the neighbour on that side may still make edges that lead on from a state."""
+        neighbour = self.neighbour(state, side)
+        if neighbour is None:
+            return False
+        if reads(neighbour, 1 - side):
+            return neighbour.may_add(state, side)
+        written = (inner for inner in state.inside if inner.level.at_border(inner, 1 - side))
+        return any(inner.level.owner.may_lead(inner, side) for inner in written)
+
+    def may_extend(self, state: State, side: int) -> bool:
+        """Whether anything may still be added to the paths, of its lane, that lead on from a state."""
+        seen, waiting = {state}, [state]
+        while waiting:
+            here = waiting.pop()
+            if self._may_add(here, side):
+                return True
+            for edge in here.edges[side]:
+                far = edge.end if side == RIGHT else edge.start
+                if far is not None and far not in seen and meet(far.lane, state.lane):
+                    seen.add(far)
+                    waiting.append(far)
+        return False
 
     def delivers(self, position: int, side: int, lane: object) -> bool:
         """Whether new states may still come to a position from that side."""

@@ -5,6 +5,7 @@ from typing import Any
 
 from kabo.tasks.core.errors import UndefinedProperty
 from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.graph import meet
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.nodes import Ended, Leaf, Node
 from kabo.tasks.core.results import SAME, Answers, Result
@@ -80,8 +81,8 @@ class MonitorNode(GeneratorNode):
 
     def busy(self) -> bool:
         """Whether triggers wait, or may come."""
-        if self.jobs or self.monitored is None:
-            return bool(self.jobs)
+        if self.closed or self.jobs or self.monitored is None:
+            return super().busy()
         if self._asking:  # stages that monitor each other: to be careful, yes
             return True
         self._asking = True
@@ -163,8 +164,9 @@ class ConnectorNode(Leaf):
         self._lanes.setdefault(state, set()).add(lane)
         self._lonely[state] = 1 - side
         for other, its_lane in self._sides[1 - side]:
-            if its_lane == lane:
-                self._pair(*((state, other) if side == LEFT else (other, state)), lane)
+            if meet(lane, its_lane):
+                pair = (state, other) if side == LEFT else (other, state)
+                self._pair(*pair, its_lane if lane is None else lane)
 
     def _pair(self, start: State, end: State, lane: object) -> None:
         given = self.arguments((start.scene, end.scene), start.properties, end.properties)

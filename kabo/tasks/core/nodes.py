@@ -78,6 +78,14 @@ class Node:
         """Whether something may still lead from the state through this node to `side`."""
         raise NotImplementedError
 
+    def may_add(self, state: State, side: int) -> bool:
+        """Whether new solutions may still come of the state; what was found already does not count."""
+        return self.works_on(state, side)
+
+    def may_lead(self, inner: State, side: int) -> bool:
+        """The same of a state inside, at its border."""
+        return False
+
     def partners(self, state: State, side: int) -> Iterable[State]:
         """The states on the other side with which it might be joined."""
         return ()
@@ -218,7 +226,7 @@ class Leaf(Node):
 
     def busy(self) -> bool:
         """Whether a job waits or runs."""
-        return bool(self.jobs)
+        return not self.closed and bool(self.jobs)
 
     def queue(self, job: Job) -> None:
         """Puts a job in, at its present priority."""

@@ -8,7 +8,7 @@ those that newer edges made look shorter.
 from collections.abc import Iterator
 from heapq import heappop, heappush
 
-from kabo.tasks.core.graph import Level
+from kabo.tasks.core.graph import Level, meet
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
 
 Path = tuple[Solution, ...]
@@ -33,7 +33,7 @@ class Paths:
             return
         self._count += 1
         first, last = only[0].start, only[-1].end
-        if first is not None and last is not None and _same_lane(first, last):
+        if first is not None and last is not None and meet(first.lane, last.lane):
             heappush(self._heap, (_bound(first, last, sum([e.cost for e in only])), self._count, only, iter(())))
 
     def _push(self, source: Iterator[tuple[float, Path]]) -> None:
@@ -87,7 +87,7 @@ def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
             ahead = ((e, e.end, (*path, e)) for e in end.edges[RIGHT])
             grown = [(e, start, t, p) for e, t, p in ahead if t is not None and level.complete(t, RIGHT)]
         else:
-            if _same_lane(start, end):
+            if meet(start.lane, end.lane):
                 yield bound, path
             continue
         for step, first, last, longer in grown:
@@ -95,10 +95,6 @@ def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
                 count += 1
                 total = cost + step.cost
                 heappush(waiting, (_bound(first, last, total), count, total, longer))
-
-
-def _same_lane(start: State, end: State) -> bool:
-    return start.lane == end.lane or start.lane is None or end.lane is None
 
 
 def _bound(start: State, end: State, cost: float) -> float:

@@ -13,17 +13,19 @@ from itertools import count
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from kabo.tasks.core.containers import Alternatives, Fallbacks, Merger, Serial, Wrapper
+from kabo.tasks.core.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper
 from kabo.tasks.core.fallbacks import FallbacksNode
 from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.graph import Level, reconsider
-from kabo.tasks.core.groups import MergerNode, ParallelNode, SerialNode, WrapperNode
+from kabo.tasks.core.groups import ParallelNode, SerialNode
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.leaves import ConnectorNode, GeneratorNode, MonitorNode, PropagatorNode
+from kabo.tasks.core.mergers import MergerNode
 from kabo.tasks.core.nodes import Ended, Node
 from kabo.tasks.core.results import Answer, Failure
 from kabo.tasks.core.solutions import Solution, State
 from kabo.tasks.core.stages import Monitor, Stage
+from kabo.tasks.core.wrappers import LimitNode, WrapperNode
 
 if TYPE_CHECKING:
     from kabo.tasks.core.workers import Workers
@@ -33,6 +35,7 @@ _GROUPS: tuple[tuple[type[Stage], type[Node]], ...] = (
     (Alternatives, ParallelNode),
     (Fallbacks, FallbacksNode),
     (Merger, MergerNode),
+    (Limit, LimitNode),
     (Wrapper, WrapperNode),
     (Monitor, MonitorNode),
 )
@@ -74,6 +77,8 @@ class Planning:
                 node.monitored = self.nodes[node.stage.monitored]  # type: ignore[attr-defined]
                 node.monitored.monitors.append(node)
                 node.monitored.keep()
+        for fallbacks in self._fallbacks:
+            fallbacks.keep_shared()
         self.jobs = 0
         self.exhausted = False
         self.root.start()
@@ -209,6 +214,10 @@ class Planning:
             self.settle()
             if sum(state.alive[side] for state, side in waiting) < alive:
                 return True
+        given_up = [node.give_up() for node in self.order if isinstance(node, SerialNode)]  # all of them
+        if any(given_up):
+            self.settle()
+            return True
         advanced = [node.advance() for node in self._fallbacks]  # all of them
         return any(advanced)
 
