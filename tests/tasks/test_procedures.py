@@ -156,7 +156,9 @@ def test_sensing_goes_to_its_configuration_and_keeps_the_constraint(server: Serv
     )
     answer = asked.call(call("sense_weight", "arm", "cup_1"), run(asked, call("pick", "arm", "cup_1")))
     assert isinstance(answer, Success)
-    assert {segment.constraint for segment in answer.motion} == {"upright"}
+    carried, held = answer.motion
+    assert (carried.constraint, held.stage) == ("upright", "hold still")
+    assert held.times[-1] - held.times[0] == pytest.approx(1.0), "the domain's own task weighs for a second"
 
 
 def test_restack_puts_a_block_on_another_body(server: Servers) -> None:

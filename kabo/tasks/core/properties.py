@@ -23,6 +23,7 @@ class _Missing:
 
 
 MISSING = _Missing()
+_PLAIN = frozenset((str, int, float, bool, type(None), _Missing))  # types of values that hold no reference
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ class Properties:
         if value is MISSING:
             way = "".join(f", inherited by {by}" for by in reversed(trail))
             raise UndefinedProperty(f"{name!r} of stage {self._stage.path!r} is declared but undefined{way}")
-        if isinstance(value, (Reference, Mapping, list, tuple)):
+        if type(value) not in _PLAIN and isinstance(value, (Reference, Mapping, list, tuple)):
             return self._resolved(value, name, interface, (*trail, f"{name!r} of {self._stage.path!r}"))
         return value
 
@@ -187,6 +188,8 @@ class Properties:
     def reads_interface(self, name: str) -> bool:
         """Whether the value of a property depends on the interface state, itself or through its ancestors."""
         value = self._set.get(name, self._declared[name].default)
+        if type(value) in _PLAIN:
+            return False
         for reference in references(value, name):
             if reference.source == "interface":
                 return True
