@@ -6,12 +6,14 @@ every robot link and everything in a hand against all else. Distances are measur
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import coal
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
+from scipy.spatial import ConvexHull
 
 from kabo.scene import Scene, link_poses, world_T
 from kabo.tasks import Solution
@@ -38,11 +40,16 @@ class Judge:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self.meshes = {name: _surface(body.mesh) for name, body in scene.bodies.items()}
+        self.originals = {name: body.mesh for name, body in scene.bodies.items()}
         for robot in scene.robots.values():
-            for link in robot.links.values():
-                if link.mesh is not None:
-                    self.meshes[f"{robot.name}.{link.name}"] = _surface(link.mesh)
+            links = ((f"{robot.name}.{link.name}", link.mesh) for link in robot.links.values())
+            self.originals |= {name: mesh for name, mesh in links if mesh is not None}
+        self.meshes = {name: _surface(mesh) for name, mesh in self.originals.items()}
+
+    @cached_property
+    def hulls(self) -> dict[str, Any]:
+        """The convex hulls: their distances are lower bounds, and quickly found."""
+        return {name: _hull(mesh) for name, mesh in self.originals.items()}
 
     def replay(
         self, solution: Solution, permitted: Mapping[str, Collection[Pair]], *, step: float = STEP
@@ -63,7 +70,7 @@ class Judge:
         for path, each in stretches(solution):
             found.gap = max(found.gap, float(np.abs(each.path[0] - now[each.robot]).max()))
             allowed = {pair for stages, pairs in permitted.items() if path.startswith(stages) for pair in pairs}
-            view = _View(self, each, now, placed, held, allowed)
+            view = _View(self, self.meshes, each, now, placed, held, allowed)
             for q in looks(each, step):
                 found.looks += 1
                 for pair in view.collisions(q):
@@ -79,24 +86,30 @@ class Judge:
         found.poses = placed
         return found
 
-    def clearance(self, each: Stretch, thing: str, spacing: float) -> float:
-        """The least distance [m] of a robot from a standing thing along a stretch.
+    def clearance(self, each: Stretch, thing: str, spacing: float) -> tuple[float, float]:
+        """Bounds of the least distance [m] of a robot from a standing thing along a stretch.
 
-        As if it were measured wherever some point of the robot may have moved by `spacing` [m]: no point moves farther
-        than the turn of every joint times what hangs behind it is long, so looks that cannot be the least are left out.
+        The lower one is the least distance of the convex hulls, as if it were measured wherever some point of the robot
+        may have moved by `spacing` [m]: no point moves farther than the turn of every joint times what hangs behind it
+        is long, so looks that cannot be the least are left out. The upper one is that of the meshes at that look.
         """
-        robot, state, least = self.scene.robots[each.robot], self.scene.start, np.inf
-        placed = {thing: world_T(self.scene, state, thing)}
-        view = _View(self, each, {each.robot: np.array(each.start)}, placed, {}, frozenset())
+        robot, least, nearest = self.scene.robots[each.robot], np.inf, each.path[0]
+        placed = {thing: world_T(self.scene, self.scene.start, thing)}
+        now = {each.robot: np.array(each.start)}
+        exact, hulls = (
+            _View(self, shapes, each, now, placed, {}, frozenset()) for shapes in (self.meshes, self.hulls)
+        )
         lengths = _lengths(robot)
         for a, b in zip(each.path, each.path[1:], strict=False):
             pieces = max(1, int(np.ceil((lengths * np.abs(b - a)).sum() / spacing)))
             k = 0
             while k <= pieces:
-                here = view.distance(a + (b - a) * (k / pieces))
-                least = min(least, here)
+                q = a + (b - a) * (k / pieces)
+                here = hulls.distance(q)
+                if here < least:
+                    least, nearest = here, q
                 k += max(1, int((here - least) / spacing))
-        return float(least)
+        return float(least), exact.distance(nearest)
 
 
 class _View:
@@ -105,6 +118,7 @@ class _View:
     def __init__(
         self,
         judge: Judge,
+        shapes: Mapping[str, Any],
         each: Stretch,
         now: Mapping[str, Array],
         placed: Mapping[str, Array],
@@ -119,21 +133,21 @@ class _View:
         for robot, q in now.items():
             for link, pose in link_poses(judge.scene.robots[robot], q).items():
                 name = f"{robot}.{link}"
-                if name not in judge.meshes:
+                if name not in shapes:
                     continue
                 if robot == each.robot:
                     moving.add(name)
-                    self._add(frames[link].parentJoint, frames[link].placement, judge.meshes[name])
+                    self._add(frames[link].parentJoint, frames[link].placement, shapes[name])
                 else:
-                    self._add(0, pin.SE3(pose), judge.meshes[name])
+                    self._add(0, pin.SE3(pose), shapes[name])
                 names.append(name)
         for name, pose in placed.items():
             if name in carried:
                 frame = frames[carried[name][1]]
-                self._add(frame.parentJoint, frame.placement * pin.SE3(carried[name][2]), judge.meshes[name])
+                self._add(frame.parentJoint, frame.placement * pin.SE3(carried[name][2]), shapes[name])
                 moving.add(name)
             else:
-                self._add(0, pin.SE3(pose), judge.meshes[name])
+                self._add(0, pin.SE3(pose), shapes[name])
             names.append(name)
         self.pairs: list[tuple[str, str]] = []
         for i, first in enumerate(names):
@@ -141,6 +155,7 @@ class _View:
                 if {first, second} & moving and not _apart(judge.scene, first, second, allowed):
                     self.geometry.addCollisionPair(pin.CollisionPair(i, k))
                     self.pairs.append((first, second))
+        self.standing = [k for k, pair in enumerate(self.pairs) if not all("." in name for name in pair)]
         self.work = pin.GeometryData(self.geometry)
 
     def _add(self, joint: int, pose: Any, mesh: Any) -> None:
@@ -157,11 +172,7 @@ class _View:
     def distance(self, q: Array) -> float:
         """The least distance of the robot's links from what stands, not from each other [m]."""
         pin.updateGeometryPlacements(self.model, self.data, self.geometry, self.work, self.robot.expand(q))
-        least = np.inf
-        for k, pair in enumerate(self.pairs):
-            if not all("." in name for name in pair):
-                least = min(least, pin.computeDistance(self.geometry, self.work, k).min_distance)
-        return float(least)
+        return min(pin.computeDistance(self.geometry, self.work, k).min_distance for k in self.standing)
 
 
 def _apart(scene: Scene, first: str, second: str, allowed: Collection[Pair]) -> bool:
@@ -176,6 +187,18 @@ def _surface(mesh: Any) -> Any:
     model.addTriangles(mesh.faces.astype(np.uint64))
     model.endModel()
     return model
+
+
+def _hull(mesh: Any) -> Any:
+    """The convex hull of a mesh as coal has it."""
+    points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    made = ConvexHull(mesh.vertices)
+    numbers = {int(vertex): i for i, vertex in enumerate(made.vertices)}
+    for vertex in made.vertices:
+        points.append(mesh.vertices[vertex])
+    for corners in made.simplices:
+        triangles.append(coal.Triangle(*(numbers[int(corner)] for corner in corners)))
+    return coal.Convex(points, triangles)
 
 
 def _lengths(robot: Any) -> Array:

@@ -54,16 +54,18 @@ def _planned(
         "collisions": sum(len(each.collisions) for each in replays),
     }
     clearances = [_clearance(judge, solution) for solution in found]
-    row |= {"least m": min(clearances), "median m": percentile(clearances, 0.5)}
-    row["at least 5 cm"] = f"{100 * sum(c >= AIR for c in clearances) / len(clearances):.4g} %"
-    row["below 1.5 cm"] = f"{100 * sum(c < CLOSE for c in clearances) / len(clearances):.4g} %"
+    lower, upper = zip(*clearances, strict=True)
+    row |= {"least m": min(lower), "median m": percentile(lower, 0.5)}
+    row["at least 5 cm"] = f"{100 * sum(c >= AIR for c in lower) / len(found):.4g} %"
+    row["below 1.5 cm"] = f"{100 * sum(c < CLOSE for c in upper) / len(found):.4g} %"
     return row
 
 
-def _clearance(judge: Judge, solution: Solution) -> float:
-    """The least distance of the robot from the thing on the way around it [m]."""
+def _clearance(judge: Judge, solution: Solution) -> tuple[float, float]:
+    """Bounds of the least distance of the robot from the thing on the way around it [m]."""
     ways = [each for path, each in stretches(solution) if path == TRANSIT]
-    return min(judge.clearance(each, "object", SPACING) for each in ways)
+    lower, upper = zip(*(judge.clearance(each, "object", SPACING) for each in ways), strict=True)
+    return min(lower), min(upper)
 
 
 def _extras_beside(solution: Solution) -> int:
