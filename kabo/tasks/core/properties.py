@@ -87,6 +87,13 @@ def references(value: Any, name: str) -> Iterator[Reference]:
             yield from references(inner, name)
 
 
+Trail = tuple[tuple[str, "Stage"], ...]  # through which properties of which stages a value is asked for
+
+
+def _told(trail: Trail) -> list[str]:
+    return [f"{name!r} of {stage.path!r}" for name, stage in trail]
+
+
 class Properties:
     """The properties of one stage: what its class declares, what was set by hand, and how to resolve them."""
 
@@ -143,20 +150,20 @@ class Properties:
         """
         return self._value(name, interface, ())
 
-    def _value(self, name: str, interface: Mapping[str, Any] | None, trail: tuple[str, ...]) -> Any:
+    def _value(self, name: str, interface: Mapping[str, Any] | None, trail: Trail) -> Any:
         if name not in self._declared:
             raise UndeclaredProperty(
                 f"stage {self._stage.path!r} declares no {name!r}{meant(name, self._declared)}"
             )
         value = self._set.get(name, self._declared[name].default)
         if value is MISSING:
-            way = "".join(f", inherited by {by}" for by in reversed(trail))
+            way = "".join(f", inherited by {by}" for by in reversed(_told(trail)))
             raise UndefinedProperty(f"{name!r} of stage {self._stage.path!r} is declared but undefined{way}")
         if type(value) not in _PLAIN and isinstance(value, (Reference, Mapping, list, tuple)):
-            return self._resolved(value, name, interface, (*trail, f"{name!r} of {self._stage.path!r}"))
+            return self._resolved(value, name, interface, (*trail, (name, self._stage)))
         return value
 
-    def _resolved(self, value: Any, name: str, interface: Mapping[str, Any] | None, trail: tuple[str, ...]) -> Any:
+    def _resolved(self, value: Any, name: str, interface: Mapping[str, Any] | None, trail: Trail) -> Any:
         if isinstance(value, Reference):
             found = self._looked_up(value.source, value.name or name, interface, trail)
             return found if value.through is None else value.through(found)
@@ -166,12 +173,12 @@ class Properties:
             return type(value)(self._resolved(inner, name, interface, trail) for inner in value)
         return value
 
-    def _looked_up(
-        self, source: str, name: str, interface: Mapping[str, Any] | None, trail: tuple[str, ...]
-    ) -> Any:
+    def _looked_up(self, source: str, name: str, interface: Mapping[str, Any] | None, trail: Trail) -> Any:
         if source == "interface":
             if interface is None or name not in interface:
-                raise UndefinedProperty(f"the interface state has no {name!r}, wanted by {' for '.join(trail)}")
+                raise UndefinedProperty(
+                    f"the interface state has no {name!r}, wanted by {' for '.join(_told(trail))}"
+                )
             return interface[name]
         ancestor = self._stage.parent
         searched = []
@@ -182,7 +189,7 @@ class Properties:
             ancestor = ancestor.parent
         where = " > ".join(reversed(searched)) or "no ancestor at all"
         raise UndeclaredProperty(
-            f"no ancestor declares {name!r}, wanted by {' for '.join(trail)} (searched: {where})"
+            f"no ancestor declares {name!r}, wanted by {' for '.join(_told(trail))} (searched: {where})"
         )
 
     def reads_interface(self, name: str) -> bool:
