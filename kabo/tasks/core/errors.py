@@ -29,6 +29,12 @@ class InitialisationError(TaskError):
         return type(self), (self.errors, self.tree)
 
 
+def note(error: BaseException, text: str) -> None:
+    """Adds a line to what is shown of an error, from Python 3.11 on."""
+    if hasattr(error, "add_note"):
+        error.add_note(text)
+
+
 def meant(name: str, names: Iterable[str]) -> str:
     """`, did you mean 'x'?`, or nothing."""
     found = get_close_matches(name, list(names), 1)

@@ -96,7 +96,7 @@ class SerialNode(Node):
         cost = sum([part.cost for part in path])
         solution = Solution(self.stage, start, end, cost, parts=path, number=self.planning.count())
         for inner, outer in ((first, start), (last, end)):
-            if not inner.outside and solution.cost != float("inf"):
+            if not inner.outside and not solution.failed:
                 inner.outside.append(outer)
                 outer.inside.append(inner)
         if not self.report(solution):

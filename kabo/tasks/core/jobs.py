@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
+from types import MappingProxyType
 from typing import Any
 
 from kabo.tasks.core.errors import UndefinedProperty
@@ -26,6 +27,12 @@ def job_seed(stage: int, number: int) -> int:
     return (mixed ^ (mixed >> 31)) >> 1
 
 
+def call(function: Callable[..., Answers], arguments: tuple[Any, ...]) -> Answers:
+    """Calls a stage function; it may read its properties, which other jobs share, and not change them."""
+    *scenes, properties, seed = arguments
+    return function(*scenes, MappingProxyType(properties), seed)
+
+
 @dataclass
 class Job:
     """A call of a stage function for some states; `asked` says how often it gave something already.
@@ -46,7 +53,7 @@ class Job:
         if isinstance(self.arguments, UndefinedProperty):
             return [Failure("property", str(self.arguments))], True
         if self.source is None:
-            source, self.piecemeal = answers(function(*self.arguments))
+            source, self.piecemeal = answers(call(function, self.arguments))
             self.source = islice(source, self.taken, None) if self.taken else source
         if not self.piecemeal:
             return list(self.source), True
@@ -60,6 +67,6 @@ def pull(source: Iterator[Answer]) -> tuple[list[Answer], bool]:
     found = []
     for answer in source:
         found.append(answer)
-        if isinstance(answer, Result) and answer.cost != float("inf"):
+        if isinstance(answer, Result) and answer.cost < float("inf"):
             return found, False
     return found, True

@@ -171,7 +171,7 @@ class ConnectorNode(Leaf):
     def _pair(self, start: State, end: State, lane: object) -> None:
         given = self.arguments((start.scene, end.scene), start.properties, end.properties)
         if not isinstance(given, UndefinedProperty):
-            reason = self.stage.mismatch(start.scene, end.scene, given[2])  # type: ignore[attr-defined]
+            reason = self.stage.mismatch(*given[:3])  # type: ignore[attr-defined]
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
                 self.planning.misfits.append((self, start, end, lane))

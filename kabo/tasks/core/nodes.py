@@ -98,6 +98,10 @@ class Node:
         """Its best job, taken out of the queue; None if there is none that may run."""
         return None
 
+    def put_back(self, job: Job) -> None:
+        """Queues a job again that was taken out and not run to an end."""
+        raise NotImplementedError
+
     def absorb(self, job: Job, found: list[Answer], finished: bool) -> Ended:
         """Takes in what a job found."""
         raise NotImplementedError
@@ -149,7 +153,10 @@ class Node:
             solution.cost = float(cost)
             solution.comment = ", ".join(text for text in (solution.comment, comment) if text)
         if solution.failed:
-            self.fail(solution.start, solution.end, Failure("cost", solution.comment or "infinite cost"))
+            comment = solution.comment or (
+                "infinite cost" if solution.cost == INFINITE else "the cost is no number"
+            )
+            self.fail(solution.start, solution.end, Failure("cost", comment))
             return False
         self.statistics.successes += 1
         self.statistics.costs.append(solution.cost)
@@ -259,6 +266,11 @@ class Leaf(Node):
                 continue
             return job
         return None
+
+    def put_back(self, job: Job) -> None:
+        """Queues it again; what it had given is passed over when its function is called anew."""
+        job.source = None
+        self._push(job)
 
     def dropped(self, job: Job) -> Ended:
         """What may have died with a job that will not be run, or is done."""

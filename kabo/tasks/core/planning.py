@@ -8,12 +8,14 @@ Lazily, one job at a time: what was offered last is followed to its end before a
 procedure tries candidate after candidate; the first solution costs least, many solutions vary less.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from itertools import count
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kabo.tasks.core.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper
+from kabo.tasks.core.errors import TaskError, note
 from kabo.tasks.core.fallbacks import FallbacksNode
 from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.graph import Level, reconsider
@@ -40,6 +42,13 @@ _GROUPS: tuple[tuple[type[Stage], type[Node]], ...] = (
     (Monitor, MonitorNode),
 )
 _LEAVES = {Flow.GENERATE: GeneratorNode, Flow.CONNECT: ConnectorNode}
+
+
+class _Turn(NamedTuple):
+    """Whose turn it is, with which job; without one, it is time to look for whole solutions."""
+
+    node: Node
+    job: Job | None
 
 
 class Planning:
@@ -82,7 +91,8 @@ class Planning:
         self.jobs = 0
         self.exhausted = False
         self.root.start()
-        self._rounds = self._lazily() if lazy else self._walk()
+        self._turns = self._lazily() if lazy else self._walk()
+        self._torn = False  # an error left a step half done
 
     def _built(self, stage: Stage, parent: Node | None, level: Level, index: int) -> Node:
         kind = next((made for base, made in _GROUPS if isinstance(stage, base)), None)
@@ -122,18 +132,48 @@ class Planning:
     def lift(self) -> Solution | None:
         """The cheapest whole solution that waits; None if its cost term refused it."""
         before = len(self.root.solutions)
-        self.root.lift()  # type: ignore[attr-defined]
+        with self._step():
+            self.root.lift()  # type: ignore[attr-defined]
         return self.root.solutions[-1] if len(self.root.solutions) > before else None
 
     def step(self) -> bool:
         """Executes one job, or lifts one solution of a container; False if nothing is left to do."""
         if self.exhausted:
             return False
-        self.exhausted = not next(self._rounds)
+        with self._step():
+            turn = next(self._turns, None)
+            if turn is not None and turn.job is not None:
+                self._execute(turn.node, turn.job)
+        self.exhausted = turn is None
         return not self.exhausted
 
-    def _walk(self) -> Iterator[bool]:
-        """Round after round; yields True after each job, False in the end."""
+    @contextmanager
+    def _step(self) -> Iterator[None]:
+        """An error in here, of a cost term say, leaves the run between two states of affairs."""
+        if self._torn:
+            raise TaskError("an error broke planning off in the middle of a step; reset() the task to plan again")
+        self._torn = True
+        yield
+        self._torn = False
+
+    def _execute(self, node: Node, job: Job) -> None:
+        began = perf_counter()
+        try:
+            found, finished = job.run(node.function())
+        except BaseException as error:
+            self._put_back(((node, job),))
+            note(error, f"in stage {node.stage.path!r}")
+            raise
+        self.take_in(node, job, found, finished, perf_counter() - began)
+
+    def _put_back(self, taken: Iterable[tuple[Node, Job]]) -> None:
+        """Jobs that were broken off, by an error or a person, are asked again when planning goes on."""
+        for node, job in taken:
+            node.put_back(job)
+        self._torn = False
+
+    def _walk(self) -> Iterator["_Turn"]:
+        """Round after round; yields jobs to be executed, and ends when there are none."""
         while True:
             worked = False
             for node in self.order:
@@ -144,14 +184,15 @@ class Planning:
                         worked = True
                         self.settle()
                     continue
-                if self._worked(node):
+                job = self._job(node)
+                if job is not None:
                     worked = True
-                    yield True
+                    yield _Turn(node, job)
             if not self.between_rounds() and not worked:
-                yield False
+                return
 
-    def _lazily(self) -> Iterator[bool]:
-        """One job after the other; yields True after each, False in the end."""
+    def _lazily(self) -> Iterator["_Turn"]:
+        """One job after the other; yields them, and whatever may have completed solutions, and ends without any."""
         serials = [node for node in self.order if isinstance(node, SerialNode) and node is not self.root]
         jobs = [node for node in self.order if not isinstance(node, SerialNode)]
         sources = [n for n in jobs if n.flow is Flow.GENERATE]
@@ -161,23 +202,15 @@ class Planning:
             lifted = [node.lift() for node in serials]
             if any(lifted):
                 self.settle()
-                yield True
+                yield _Turn(self.root, None)
                 continue
             fresh = [node for node in sources if not node.statistics.calls]
-            if any(self._worked(node) for node in (*carrying, *joining, *fresh, *reversed(sources))):
-                yield True
+            asked = ((node, self._job(node)) for node in (*carrying, *joining, *fresh, *reversed(sources)))
+            turn = next((_Turn(node, job) for node, job in asked if job is not None), None)
+            if turn is not None:
+                yield turn
             elif not self.between_rounds():
-                yield False
-
-    def _worked(self, node: Node) -> bool:
-        """Whether a node had a job, which was executed."""
-        job = self._job(node)
-        if job is None:
-            return False
-        began = perf_counter()
-        found, finished = job.run(node.function())
-        self.take_in(node, job, found, finished, perf_counter() - began)
-        return True
+                return
 
     def _job(self, node: Node) -> Job | None:
         gates = self._gates[node]
@@ -226,6 +259,11 @@ class Planning:
         """One round whose jobs run side by side; False if nothing is left to do."""
         if self.exhausted:
             return False
+        with self._step():
+            self.exhausted = not self._side_by_side(workers, connector_jobs)
+        return not self.exhausted
+
+    def _side_by_side(self, workers: "Workers", connector_jobs: int) -> bool:
         taken: list[tuple[Node, Job]] = []
         worked = False
         for node in self.order:
@@ -240,8 +278,11 @@ class Planning:
                 if job is None:
                     break
                 taken.append((node, job))
-        for (node, job), (found, finished, seconds) in zip(taken, workers.run(taken), strict=True):
+        try:
+            outcomes = workers.run(taken)
+        except BaseException:
+            self._put_back(taken)
+            raise
+        for (node, job), (found, finished, seconds) in zip(taken, outcomes, strict=True):
             self.take_in(node, job, found, finished, seconds)
-        more = self.between_rounds()
-        self.exhausted = not (taken or worked or more)
-        return not self.exhausted
+        return self.between_rounds() or bool(taken) or worked

@@ -120,8 +120,8 @@ class Solution:
 
     @property
     def failed(self) -> bool:
-        """Whether this is a failure."""
-        return self.cost == float("inf")
+        """Whether this is a failure: its cost is infinite, or no number."""
+        return not self.cost < float("inf")
 
     @property
     def properties(self) -> Mapping[str, Any]:
