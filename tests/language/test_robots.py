@@ -37,6 +37,12 @@ WRONG_ROBOTS = [
         'did you mean "joints"?',
     ),
     (
+        "    urdf: arm.urdf\n",
+        "    urdf: arm.urdf\n    limits: {a: «[10 deg, -10 deg]»}\n",
+        'the limits of "a" are crossed',
+        None,
+    ),
+    (
         "      home: [0, -90 deg, 0.5]",
         "      home: [0, -90 deg, 0.5]\n      weigh: «[0, 1]»",
         'the configuration "weigh" must have 3 numbers, not 2',

@@ -59,6 +59,18 @@ def test_planned_joints_come_first_and_mimic_joints_follow(robot: Robot) -> None
     assert expanded[-2:] == pytest.approx([0.03, 0.061])
 
 
+def test_limits_of_the_scene_narrow_those_of_the_urdf(tmp_path: Path) -> None:
+    limits = {"shoulder": (-3.0, 1.0), "turn": (-1.5, 1.5)}
+    tree = load_robot(description(tmp_path, limits=limits), np.eye(4), {})[0].tree
+    assert tree.lower.tolist() == [-2.0, -2.5, -1.5, 0.0]
+    assert tree.upper.tolist() == [1.0, 2.5, 1.5, 0.04]
+
+
+def test_limits_of_an_unknown_joint_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match='unknown joint "sholder" in the limits'):
+        load_robot(description(tmp_path, limits={"sholder": (0.0, 1.0)}), np.eye(4), {})
+
+
 def test_a_joint_that_is_not_planned_stands_still(tmp_path: Path) -> None:
     robot = load_robot(description(tmp_path, joints=("shoulder",)), np.eye(4), {})[0]
     assert robot.joint_names == ("shoulder", "finger")
