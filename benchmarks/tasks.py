@@ -9,7 +9,7 @@ stack over several runs as a report that `kabo task compare` takes [T 3.10]); wi
 tables and writes FOLDER/<section>.json.
 
 Robots are generated ones, and the Panda of example-robot-data where the extra `robots` is installed. Solutions are
-judged by `tasks_judge.py`, with pinocchio and python-fcl on the original meshes.
+judged by `tasks_judge.py`, with pinocchio and coal on the original meshes.
 """
 
 import argparse

@@ -3,7 +3,9 @@
 
 import pytest
 
-from tests.language.conftest import Kitchen
+from kabo.errors import InputError
+from kabo.language import load_scene_description
+from tests.language.conftest import SCENE, Kitchen
 
 WRONG_SCENES = [
     ("epsilon: 0.02", "epsilon: «2cm»", 'epsilon must be a number, this is "2cm"', None),
@@ -88,6 +90,12 @@ WRONG_SCENES = [
         None,
     ),
     (
+        "motion_constraints:",
+        "packages: {no-such-thing: «installed»}\nmotion_constraints:",
+        'package "no-such-thing" is not installed',
+        "the robots of example-robot-data come with pip install 'kabo[robots]'",
+    ),
+    (
         "- angle(this.axis, world.up) <= 10 deg",
         "- angle(«support.top», world.up) <= 10 deg",
         'unknown role "support" in "support.top"',
@@ -101,3 +109,17 @@ def test_a_wrong_scene_is_reported_at_its_place(
     kitchen: Kitchen, old: str, new: str, message: str, hint: str | None
 ) -> None:
     kitchen.expect("scene", old, new, message, hint)
+
+
+def test_packages_that_are_installed_are_found_by_their_names(
+    kitchen: Kitchen, monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """`share/NAME` below the prefix of the interpreter; but not for those who may read one folder only."""
+    away = tmp_path_factory.mktemp("away")
+    (away / "share" / "robots").mkdir(parents=True)
+    monkeypatch.setattr("sys.prefix", str(away))
+    kitchen.write(scene=SCENE + "packages: {robots: installed}\n")
+    scene = load_scene_description(kitchen.folder / "scene.yaml")
+    assert scene.packages == {"robots": away / "share" / "robots"}
+    with pytest.raises(InputError, match="outside of the folder"):
+        load_scene_description(kitchen.folder / "scene.yaml", within=kitchen.folder)
