@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from kabo.tasks.core.containers import Container
+from kabo.tasks.core.containers import Alternatives, Container, Fallbacks
 from kabo.tasks.core.nodes import StageStatistics
 from kabo.tasks.core.solutions import Solution
-from kabo.tasks.core.stages import Stage
+from kabo.tasks.core.stages import Monitor, Stage
 
 
 @dataclass(frozen=True)
@@ -27,26 +27,52 @@ def explain(
     task: Container, statistics: Mapping[Stage, StageStatistics], kept: Mapping[Stage, list[Solution]]
 ) -> Explanation:
     """The explanation of a run without solutions."""
-    leaves = [s for s in task.walk() if s is not task and (not s.children or statistics[s].failures)]
-    barren = [s for s in leaves if not statistics[s].successes]
-    asked = [s for s in barren if statistics[s].calls or statistics[s].mismatches or statistics[s].failures]
-    if statistics[task].failures:
-        asked.append(task)
-    if not asked:
-        text = "no stage failed; the budget was spent" if not barren else f"{barren[0].path!r} was never asked"
-        return Explanation(None, text)
-    stage = asked[0]
+    found = _blamed(task, statistics)
+    if not found:
+        return Explanation(None, _unasked(task, statistics))
+    mine = statistics[found[0]]
+    text = "; ".join(_text(stage, _counts(statistics[stage].failures), statistics[stage]) for stage in found)
+    return Explanation(
+        found[0], text, _counts(mine.failures), _counts(mine.mismatches), tuple(kept[found[0]][:10])
+    )
+
+
+def _blamed(stage: Stage, statistics: Mapping[Stage, StageStatistics]) -> list[Stage]:
+    """The first stage in it that was asked and gave nothing; of alternatives and fallbacks, that of each."""
     mine = statistics[stage]
-    failures = dict(sorted(mine.failures.items(), key=lambda item: (-item[1], item[0])))
-    mismatches = dict(sorted(mine.mismatches.items(), key=lambda item: (-item[1], item[0])))
-    return Explanation(stage, _text(stage, failures, mismatches), failures, mismatches, tuple(kept[stage][:10]))
+    if mine.successes:
+        return []
+    inside = [found for child in stage.children if (found := _blamed(child, statistics))]
+    if inside:
+        every = isinstance(stage, (Alternatives, Fallbacks))
+        return [one for found in inside for one in found] if every else inside[0]
+    asked = bool(mine.calls or mine.mismatches or mine.failures)
+    in_vain = bool(stage.children) and all(statistics[child].successes for child in stage.children)
+    return [stage] if asked or in_vain else []
 
 
-def _text(stage: Stage, failures: Mapping[str, int], mismatches: Mapping[str, int]) -> str:
+def _counts(counted: Mapping[str, int]) -> dict[str, int]:
+    return dict(sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+
+
+def _unasked(task: Container, statistics: Mapping[Stage, StageStatistics]) -> str:
+    waiting = [s for s in task.walk() if not s.children and not statistics[s].successes]
+    if statistics[task].successes or not waiting:
+        return "no stage failed"
+    stage = waiting[0]
+    why = f": {stage.monitored.path!r}, which it monitors, found nothing" if isinstance(stage, Monitor) else ""
+    return f"{stage.path!r} was never asked{why}"
+
+
+def _text(stage: Stage, failures: Mapping[str, int], figures: StageStatistics) -> str:
     parts = []
     if failures:
         parts.append("failed: " + ", ".join(f"{reason} {count}" for reason, count in failures.items()))
-    if mismatches:
-        counts = ", ".join(f"{reason} {count}" for reason, count in mismatches.items())
+    if figures.mismatches:
+        counts = ", ".join(f"{reason} {count}" for reason, count in _counts(figures.mismatches).items())
         parts.append(f"pairs that never fit: {counts}")
-    return f"{stage.path!r} found nothing; " + ("; ".join(parts) or "it gave no answers at all")
+    if not parts:
+        parts.append(
+            "what its stages found never came together" if stage.children else "it gave no answers at all"
+        )
+    return f"{stage.path!r} found nothing; " + "; ".join(parts)

@@ -153,13 +153,22 @@ def resolve(task: Serial) -> Mapping[Stage, Flow]:
         errors.extend(stage.properties.problems())
         if isinstance(stage, Monitor):
             try:
-                if stage.monitored not in task.walk():
-                    errors.append(f"stage {stage.path!r} monitors {stage.monitored.path!r}, which is not here")
+                errors.extend(_unheard(task, stage))
             except TaskError as error:
                 errors.append(str(error))
     if errors:
         raise InitialisationError(errors, tree(task, flows))
     return flows
+
+
+def _unheard(task: Serial, stage: Monitor) -> list[str]:
+    """Why a monitor could never be triggered, if so."""
+    heard = stage.monitored
+    if heard not in task.walk():
+        return [f"stage {stage.path!r} monitors {heard.path!r}, which is not here"]
+    if isinstance(heard, Container) and stage in heard.walk():
+        return [f"stage {stage.path!r} monitors {heard.path!r}, which waits for it; monitor a stage beside it"]
+    return []
 
 
 def tree(task: Container, flows: Mapping[Stage, Flow] | None = None) -> str:

@@ -39,8 +39,10 @@ class Property:
         if self.type is Any or value is None:
             return True
         kinds = self.type if isinstance(self.type, tuple) else (self.type,)
+        if Any in kinds:
+            return True
         if isinstance(value, bool) and bool not in kinds:
-            return Any in kinds
+            return False
         return isinstance(value, kinds) or (float in kinds and isinstance(value, int))
 
     @property
@@ -100,7 +102,8 @@ class Properties:
     def __init__(self, stage: "Stage", declared: Mapping[str, Property], *, open_ended: bool) -> None:
         self._stage = stage
         self._declared = dict(declared)
-        self._open_ended = open_ended
+        self._optional = open_ended  # what only it declares, for its children, may stay undefined
+        self._required = frozenset(declared)
         self._set: dict[str, Any] = {}
 
     @property
@@ -125,7 +128,7 @@ class Properties:
             TypeError: the value is not of the declared type.
         """
         if name not in self._declared:
-            if not self._open_ended:
+            if not self._optional:
                 known = meant(name, self._declared) or f"; it has {', '.join(sorted(self._declared)) or 'none'}"
                 raise UndeclaredProperty(f"stage {self._stage.name!r} has no property {name!r}{known}")
             self._declared[name] = Property()
@@ -170,7 +173,8 @@ class Properties:
         if isinstance(value, Mapping):
             return {key: self._resolved(inner, str(key), interface, trail) for key, inner in value.items()}
         if isinstance(value, (list, tuple)):
-            return type(value)(self._resolved(inner, name, interface, trail) for inner in value)
+            found = [self._resolved(inner, name, interface, trail) for inner in value]
+            return type(value)(*found) if hasattr(value, "_fields") else type(value)(found)
         return value
 
     def _looked_up(self, source: str, name: str, interface: Mapping[str, Any] | None, trail: Trail) -> Any:
@@ -211,7 +215,7 @@ class Properties:
         """Every property that has no value or inherits from nowhere, as far as that can be told before planning."""
         found = []
         for name in self._declared:
-            if self._open_ended and name not in self._set:
+            if self._optional and name not in self._set and name not in self._required:
                 continue
             if self.reads_interface(name):
                 continue

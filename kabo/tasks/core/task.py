@@ -5,6 +5,7 @@ from time import monotonic
 from typing import Any
 
 from kabo.tasks.core.containers import Serial
+from kabo.tasks.core.errors import TaskError
 from kabo.tasks.core.explanation import Explanation, explain
 from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.groups import ParallelNode, SerialNode
@@ -86,6 +87,7 @@ class Task(Serial):
 
         Raises:
             InitialisationError: the stages do not fit together.
+            TaskError: stages were added or removed since planning began, or an error broke it off; `reset` it.
         """
         run = self._run(scene)
         began, limit = monotonic(), None if jobs is None else run.jobs + jobs
@@ -112,6 +114,10 @@ class Task(Serial):
             self.initialise()
             how = {"pruning": self.pruning, "lazy": self.lazy, "observe": self.observe}
             self._planning = Planning(self, self.directions, scene, self.seed, **how)  # type: ignore[arg-type]
+        elif set(self.walk()) != set(self._planning.nodes):
+            raise TaskError(
+                f"stages of {self.name!r} were added or removed since planning began; reset() it first"
+            )
         return self._planning
 
     # -------------------------------------------------------------------------------------------- results
@@ -137,14 +143,13 @@ class Task(Serial):
 
     def figures(self, stage: Stage) -> StageStatistics:
         """What one stage did; also where another has the same path."""
-        return StageStatistics() if self._planning is None else self._planning.nodes[stage].statistics
+        node = None if self._planning is None else self._planning.nodes.get(stage)
+        return StageStatistics() if node is None else node.statistics
 
     def found(self, stage: Stage) -> tuple[list[Solution], list[Solution]]:
         """The solutions of one stage so far, and the failures that it kept."""
-        if self._planning is None:
-            return [], []
-        node = self._planning.nodes[stage]
-        return list(node.solutions), list(node.failures)
+        node = None if self._planning is None else self._planning.nodes.get(stage)
+        return ([], []) if node is None else (list(node.solutions), list(node.failures))
 
     def explain(self) -> Explanation:
         """Why there is no solution (yet)."""

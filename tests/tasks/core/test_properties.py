@@ -1,8 +1,11 @@
+from typing import Any, NamedTuple
+
 import pytest
 
 from kabo.tasks.core import (
     INTERFACE,
     PARENT,
+    InitialisationError,
     Interface,
     Parent,
     Propagator,
@@ -12,8 +15,12 @@ from kabo.tasks.core import (
     Task,
     UndeclaredProperty,
     UndefinedProperty,
+    Wrapper,
+    backward,
+    connector,
     forward,
     generator,
+    wrapper,
 )
 
 
@@ -125,3 +132,60 @@ def test_functions_become_stages_with_the_properties_that_they_declare():
         nudge("n", step="far")
     (solution,) = Task("t", begin("b"), nudge("n", step=2.5, name_of="x")).plan()
     assert solution.end.scene == 2.5
+
+
+class Place(NamedTuple):
+    x: float
+    y: float
+
+
+def test_named_tuples_stay_what_they_are_with_and_without_references_inside():
+    task = Task("t", inner := Serial("s", at=Place(1.0, 2.0), there=Place(Parent("left"), 3.0)), left=7.0)
+    assert task.find("s").properties.value("at") == Place(1.0, 2.0)
+    assert inner.properties.value("there") == Place(7.0, 3.0)
+    assert isinstance(inner.properties.value("there"), Place)
+
+
+def test_one_of_several_types_may_be_anything():
+    assert Property((str, Any)).accepts(3) and Property((str, Any)).accepts(True)
+
+
+def test_what_a_wrapper_declares_must_be_given_though_it_takes_any_property():
+    @wrapper(limit=float)
+    def below(solution, properties, seed):
+        return Result(cost=properties["limit"])
+
+    with pytest.raises(InitialisationError, match="'limit' of stage 'w' is declared but undefined"):
+        Task("t", below("w", begin("b"), note="anything")).plan()
+    assert Task("t", below("w", begin("b"), limit=2.0)).plan()[0].cost == 2.0
+
+
+def test_states_before_a_wrapper_have_the_properties_of_the_child_and_not_those_of_its_end():
+    @backward()
+    def earlier(scene, properties, seed):
+        return Result(scene - 1, properties={"went": 3.0})
+
+    @backward(went=Interface())
+    def earlier_still(scene, properties, seed):
+        return Result(scene - properties["went"])
+
+    task = Task("t", earlier_still("e"), Wrapper("w", Serial("s", earlier("b"), begin("g", at=10.0))))
+    assert [s.start.scene for s in task.plan()] == [6.0]
+
+
+def test_wrappers_of_connectors_read_the_properties_of_both_states():
+    @generator(tag="", value="")
+    def tagged(scene, properties, seed):
+        return Result(0, properties={properties["tag"]: properties["value"]})
+
+    @connector()
+    def join(start, end, properties, seed):
+        return Result()
+
+    @wrapper(left=Interface(), right=Interface())
+    def both(solution, properties, seed):
+        return Result(comment=properties["left"] + properties["right"])
+
+    ends = tagged("a", tag="left", value="l"), tagged("b", tag="right", value="r")
+    (solution,) = Task("t", ends[0], both("w", join("j")), ends[1]).plan()
+    assert solution["w"].comment == "lr"
