@@ -213,7 +213,11 @@ class FallbacksNode(ParallelNode):
         """A lane has all it will get; else whatever waits here may still come."""
         if self.flow is Flow.CONNECT:
             return False
-        return bool(self._waiting) or bool(self._asked) or super().delivers_to(child, side, lane)
+        index = self.children.index(child)
+        coming = any(
+            at < index for at in self._asked.values()
+        )  # not what the child has already: monitors would wait
+        return bool(self._waiting) or coming or super().delivers_to(child, side, lane)
 
     def permits(self, child: Node) -> bool:
         """Whether a child may run now: connecting, while no earlier one has open pairs."""

@@ -72,11 +72,11 @@ def _only(level: Level, edge: Solution) -> Path | None:
 
 
 def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
-    """The paths through an edge, by rising cost, over edges that are not newer."""
+    """The paths through an edge, by rising cost, over edges that are not newer; of equal ones, one to its end first."""
     count = 0
-    waiting: list[tuple[float, int, float, Path]] = [(0.0, 0, edge.cost, (edge,))]
+    waiting: list[tuple[float, int, int, float, Path]] = [(0.0, 0, 0, edge.cost, (edge,))]
     while waiting:
-        bound, _, cost, path = heappop(waiting)
+        bound, _, _, cost, path = heappop(waiting)
         start, end = path[0].start, path[-1].end
         if start is None or end is None:
             continue
@@ -94,7 +94,9 @@ def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
             if step.number <= edge.number:
                 count += 1
                 total = cost + step.cost
-                heappush(waiting, (_bound(first, last, total), count, total, longer))
+                # Sums of the same costs in another order differ in their last digits.
+                bound = round(_bound(first, last, total), ndigits=9)
+                heappush(waiting, (bound, -len(longer), count, total, longer))
 
 
 def _bound(start: State, end: State, cost: float) -> float:
