@@ -206,8 +206,9 @@ class FallbacksNode(ParallelNode):
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Those with which it is a pair."""
-        pairs = [self._pairs[lane] for lane in self._lanes.get(state, ())]
-        return [end if start is state else start for start, end in pairs]
+        for lane in self._lanes.get(state, ()):
+            start, end = self._pairs[lane]
+            yield end if start is state else start
 
     def delivers_to(self, child: Node, side: int, lane: object) -> bool:
         """A lane has all it will get; else whatever waits here may still come."""

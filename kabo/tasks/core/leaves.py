@@ -5,7 +5,6 @@ from typing import Any
 
 from kabo.tasks.core.errors import UndefinedProperty
 from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.graph import meet
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.nodes import Ended, Leaf, Node
 from kabo.tasks.core.results import SAME, Answers, Result
@@ -152,19 +151,20 @@ class ConnectorNode(Leaf):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
+        self._sides: tuple[dict[object, list[State]], dict[object, list[State]]] = ({}, {})  # by lane
         self.open: dict[State, dict[tuple[State, object], Job]] = {}
         self._lanes: dict[State, set[object]] = {}
         self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
 
     def take(self, state: State, side: int, lane: object) -> None:
         """Queues a job for each state on the other side with which it may fit; counts those that do not."""
-        self._sides[side].append((state, lane))
+        self._sides[side].setdefault(lane, []).append(state)
         self.open.setdefault(state, {})
         self._lanes.setdefault(state, set()).add(lane)
         self._lonely[state] = 1 - side
-        for other, its_lane in self._sides[1 - side]:
-            if meet(lane, its_lane):
+        across = self._sides[1 - side]
+        for its_lane in list(across) if lane is None else (None, lane):
+            for other in across.get(its_lane, ()):
                 pair = (state, other) if side == LEFT else (other, state)
                 self._pair(*pair, its_lane if lane is None else lane)
 
