@@ -25,8 +25,7 @@ BUCKETS = 1024
 UNREACHED_BELOW = 1 << 28  # costs by h_add are cut off here: they only compare supporters
 
 
-@dataclass(frozen=True)
-class RelaxedOperator:
+class RelaxedOperator(NamedTuple):
     """What becomes true if its preconditions are; several operators may be one owner's, which then pays once."""
 
     preconditions: tuple[int, ...]
@@ -206,13 +205,12 @@ class _Core:
 def _plain_tables(facts: int, operators: Sequence[RelaxedOperator], owners: dict[int, int]) -> PlainTables:
     preconditions = [sorted(set(o.preconditions)) for o in operators]
     adds = [sorted(set(o.adds).difference(o.preconditions)) for o in operators]
-    for o, needed, made in zip(operators, preconditions, adds, strict=True):
-        if any(row and not 0 <= row[0] <= row[-1] < facts for row in (needed, made)):
-            raise ValueError(f"an operator names a fact beyond the {facts} there are: {o}")
-        if not 0 <= o.cost < 1 << 31:
-            raise ValueError(f"the cost of an operator must be from 0 to 2^31 - 1: {o}")
     uses: list[list[int]] = [[] for _ in range(facts)]
-    for i, needed in enumerate(preconditions):
+    for i, (needed, made) in enumerate(zip(preconditions, adds, strict=True)):
+        if needed and not 0 <= needed[0] <= needed[-1] < facts or made and not 0 <= made[0] <= made[-1] < facts:
+            raise ValueError(f"an operator names a fact beyond the {facts} there are: {operators[i]}")
+        if not 0 <= operators[i].cost < 1 << 31:
+            raise ValueError(f"the cost of an operator must be from 0 to 2^31 - 1: {operators[i]}")
         for f in needed:
             uses[f].append(i)
     prices = _prices(operators)
@@ -234,7 +232,7 @@ def _plain_tables(facts: int, operators: Sequence[RelaxedOperator], owners: dict
 
 def _prices(operators: Sequence[RelaxedOperator]) -> list[int]:
     """Costs in their common unit, for comparing supporters; what is free but owned costs a quarter of a unit."""
-    unit = gcd(*(o.cost for o in operators)) or 1
+    unit = gcd(*{o.cost for o in operators}) or 1
     scale = 4 if any(not o.cost and o.owner >= 0 for o in operators) else 1
     prices = [scale * (o.cost // unit) or int(o.owner >= 0) for o in operators]
     shift = max(0, max(prices, default=0).bit_length() - 26)

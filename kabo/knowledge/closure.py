@@ -80,6 +80,10 @@ class Closure:
         # From a permanent entry nothing follows while two members may hold (and of Kx none is known to).
         self._fails = [p.fails if isinstance(p, Entry) and not p.active else 0 for p in self.propagators]
         self._decisive = [p.holds if isinstance(p, Entry) and p.exactly else 0 for p in self.propagators]
+        # Nor from a permanent Kor of which a member is known to hold.
+        self._settled = [
+            p.holds if isinstance(p, Entry) and not p.exactly and not p.active else 0 for p in self.propagators
+        ]
         self._known: dict[tuple[int, int], tuple[int | None, Trace]] = {}  # state and what changed in it
         self._rule_watch = union(rule.watches for rule in self.rules)
         self._telling = self._watched | self._rule_watch
@@ -161,6 +165,8 @@ class Closure:
             queued.discard(number)
             active = self._active[number]
             if active and not state & active:
+                continue
+            if state & self._settled[number]:
                 continue
             left = self._fails[number] & ~state
             if left & (left - 1) and not state & self._decisive[number]:

@@ -6,6 +6,7 @@ that says that the state has it, and one for each member that has been dropped f
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from kabo.knowledge.facts import Claim, TermBits
 
@@ -47,6 +48,10 @@ class Entry:
         learned = _union(member.makes | (member.denied.makes if self.exactly else 0) for member in self.members)
         return learned | _union(self.outs)
 
+    @cached_property
+    def _member_by_failure(self) -> dict[int, Claim]:
+        return {member.fails: member for member in self.members}
+
     def dropped_by(self, state: int, touched: int) -> bool:
         """Whether changing the groups with bits `touched` drops the entry: one of them is still a member."""
         return bool(state & self.active) and any(
@@ -69,8 +74,7 @@ class Entry:
             return state
         if not left:
             return contradiction(self.fails, trace)
-        last = next(member for member in self.members if member.fails == left)
-        return learn(state, last, self.fails & ~left, trace)
+        return learn(state, self._member_by_failure[left], self.fails & ~left, trace)
 
     def _others_fail(self, state: int, held: int, trace: Trace | None) -> int | None:
         if held & (held - 1):

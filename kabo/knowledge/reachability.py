@@ -7,7 +7,7 @@ from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.progression import Update
-from kabo.knowledge.queries import bits_of, union
+from kabo.knowledge.queries import All, AllOf, Query, bits_of, union
 from kabo.knowledge.task import Task
 
 
@@ -63,7 +63,7 @@ class _Doing:
 
     def __init__(self, actions: Sequence[GroundAction]) -> None:
         self.reached: set[int] = set()  # indices of the actions that can apply
-        self._waiting = list(actions)
+        self._waiting = [(0, action) for action in actions]  # each with a bit that it lacks, 0 if none is known
         self._updates: dict[int, Update] = {}  # of actions that can apply; they share many
         self._done: set[int] = set()  # those of them that have been possible
 
@@ -74,11 +74,14 @@ class _Doing:
             if update.condition.possible(ones, zeros):
                 new_ones, new_zeros = self._with(update, new_ones, new_zeros)
         waiting, self._waiting = self._waiting, []
-        for action in waiting:
+        for lacking, action in waiting:
             if at_once:
                 ones, zeros = new_ones, new_zeros
+            if lacking & ~ones:
+                self._waiting.append((lacking, action))
+                continue
             if not action.precondition.possible(ones, zeros):
-                self._waiting.append(action)
+                self._waiting.append((_lacking(action.precondition, ones), action))
                 continue
             self.reached.add(action.index)
             new_zeros |= union(entry.mask for entry in action.effects.entries)
@@ -95,6 +98,13 @@ class _Doing:
         self._done.add(id(update))
         self._updates.pop(id(update), None)
         return ones | update.make | (update.assignment.bits.mask if update.assignment else 0), zeros | update.clear
+
+
+def _lacking(query: Query, ones: int) -> int:
+    """A bit outside `ones` that the query asks for; 0 if its first part tells of none."""
+    part = query.parts[0] if isinstance(query, All) else query
+    lacking = part.value & ~ones if isinstance(part, AllOf) else 0
+    return lacking & -lacking
 
 
 class _Learning:

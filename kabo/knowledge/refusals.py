@@ -1,6 +1,7 @@
 """What this planner does not support, refused by name and place: nothing is dropped silently."""
 
 from collections.abc import Iterable, Iterator
+from functools import cache
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language.formulas import (
@@ -108,14 +109,23 @@ def _externals(tree: object) -> Iterator[External]:
 
 def _parts(tree: object) -> Iterator[object]:
     """The tree and all that is in it."""
-    if isinstance(tree, tuple):
-        for part in tree:
-            yield from _parts(part)
-    elif hasattr(tree, "__dataclass_fields__"):
-        yield tree
-        for name in tree.__dataclass_fields__:
-            if name != "place":
-                yield from _parts(getattr(tree, name))
+    waiting = [tree]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, tuple):
+            waiting += part[::-1]
+            continue
+        names = _parts_of(type(part))  # type: ignore[arg-type]  # mypy takes types for unhashable
+        if names is not None:
+            yield part
+            waiting += [getattr(part, name) for name in names]
+
+
+@cache
+def _parts_of(kind: type) -> tuple[str, ...] | None:
+    """The fields of a kind of formula, the last first; None if it is none."""
+    fields = getattr(kind, "__dataclass_fields__", None)
+    return None if fields is None else tuple(name for name in fields if name != "place")[::-1]
 
 
 def _in_effects(effects: Iterable[Effect], run_time: frozenset[str] = frozenset()) -> Iterator[_Refusal]:

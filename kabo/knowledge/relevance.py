@@ -13,38 +13,47 @@ from functools import cached_property
 from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
 from kabo.knowledge.facts import open_entries
-from kabo.knowledge.queries import AllOf, Query, bits_of, split, union
+from kabo.knowledge.progression import Effects
+from kabo.knowledge.queries import Query, bits_of, split, union
+
+_Cube = tuple[int, int]  # mask and value: the bits of the mask are exactly the value
 
 
 @dataclass(frozen=True)
 class _Death:
     """When an action is dead: a literal of `cube` fails, or one of `waiting` fails and all its makers are dead."""
 
-    cube: AllOf  # what nothing can make hold again
-    waiting: tuple[
-        tuple[AllOf, tuple[AllOf, ...]], ...
-    ]  # a literal, and for each of its makers what it cannot regain
+    cube: _Cube  # what nothing can make hold again
+    waiting: tuple[tuple[_Cube, tuple[_Cube, ...]], ...]  # a literal, and what each of its makers cannot regain
 
     def happened(self, state: int) -> bool:
         """Whether the action is dead in the state."""
-        if state & self.cube.mask != self.cube.value:
+        mask, value = self.cube
+        if state & mask != value:
             return True
-        return any(
-            state & literal.mask != literal.value and all(state & maker.mask != maker.value for maker in makers)
-            for literal, makers in self.waiting
-        )
+        for (mask, value), makers in self.waiting:  # noqa: SIM110  asked too often for a generator
+            if state & mask != value and _all_fail(makers, state):
+                return True
+        return False
 
     @property
     def is_possible(self) -> bool:
         """Whether it can ever happen."""
-        return bool(self.cube.mask or self.waiting)
+        return bool(self.cube[0] or self.waiting)
 
     @property
     def reads(self) -> int:
         """The bits that decide it."""
-        return self.cube.mask | union(
-            literal.mask | union(maker.mask for maker in makers) for literal, makers in self.waiting
+        return self.cube[0] | union(
+            literal | union(maker for maker, _ in makers) for (literal, _), makers in self.waiting
         )
+
+
+def _all_fail(cubes: Iterable[_Cube], state: int) -> bool:
+    for mask, value in cubes:  # noqa: SIM110  asked too often for a generator
+        if state & mask == value:
+            return False
+    return True
 
 
 @dataclass(frozen=True)
@@ -57,7 +66,10 @@ class _Droppable:
 
     def is_obsolete(self, state: int) -> bool:
         """Whether all its readers are dead."""
-        return all(death.happened(state) for death in self.readers)
+        for death in self.readers:  # noqa: SIM110  asked too often for a generator
+            if not death.happened(state):
+                return False
+        return True
 
 
 class Relevance:
@@ -79,8 +91,12 @@ class Relevance:
 
     @cached_property
     def _droppable(self) -> list[_Droppable]:
-        makers = _Makers(self._actions, self._branchings, self._closure)
         found: list[_Droppable] = []
+        kept = self._goal.reads | self._closure.reads
+        groups = [group for group in self._groups if not group & kept]
+        if not groups:
+            return found
+        makers = _Makers(self._actions, self._branchings, self._closure)
         deaths: dict[int, _Death] = {}
 
         def death(action: GroundAction) -> _Death:
@@ -88,9 +104,8 @@ class Relevance:
                 deaths[action.index] = makers.death(action)
             return deaths[action.index]
 
-        for group, reading in _readers(self._actions, self._groups):
-            read = (self._goal.reads | self._closure.reads) & group
-            if read or not all(death(action).is_possible for action in reading):
+        for group, reading in _readers(self._actions, groups):
+            if not all(death(action).is_possible for action in reading):
                 continue
             readers = tuple(death(action) for action in reading)
             found.append(_Droppable(group, readers, union(reader.reads for reader in readers)))
@@ -134,10 +149,10 @@ def _readers(actions: Iterable[GroundAction], groups: Iterable[int]) -> Iterator
     groups = list(groups)
     home = {bit: number for number, group in enumerate(groups) for bit in bits_of(group)}
     reading: list[dict[int, GroundAction]] = [{} for _ in groups]
+    every = union(groups)
     for action in actions:
-        for bit in bits_of(action.reads):
-            if bit in home:
-                reading[home[bit]][action.index] = action
+        for bit in bits_of(action.reads & every):
+            reading[home[bit]][action.index] = action
     return zip(groups, (list(found.values()) for found in reading), strict=True)
 
 
@@ -150,57 +165,57 @@ class _Makers:
         self._by_sensing = (
             union(branching.mask for branching in branchings.values()) | closure.makes | closure.clears
         )
-        self._finals: dict[int, AllOf] = {}
-        self._written = [(action, *_written(action)) for action in actions]
-        self._made = union(made for _, made, _ in self._written)
-        self._cleared = union(cleared for *_, cleared in self._written)
-        immortal = [(made, cleared) for action, made, cleared in self._written if not self._final(action).mask]
-        self._always_made = union(made for made, _ in immortal) | self._by_sensing
-        self._always_cleared = union(cleared for _, cleared in immortal) | self._by_sensing
+        written: dict[int, tuple[int, int]] = {}  # actions share effects
+        for action in actions:
+            if id(action.effects) not in written:
+                written[id(action.effects)] = _written(action.effects)
+        self._made = union(made for made, _ in written.values())
+        self._cleared = union(cleared for _, cleared in written.values())
+        self._tests = {action.index: split(action.precondition)[:2] for action in actions}
+        self._finals = {index: self._final(*test) for index, test in self._tests.items()}
+        self._written = [(self._finals[action.index], *written[id(action.effects)]) for action in actions]
+        self._always_made = union(made for final, made, _ in self._written if not final[0]) | self._by_sensing
+        self._always_cleared = (
+            union(cleared for final, _, cleared in self._written if not final[0]) | self._by_sensing
+        )
 
     @cached_property
-    def _writers(self) -> tuple[dict[int, list[AllOf]], dict[int, list[AllOf]]]:
+    def _writers(self) -> tuple[dict[int, list[_Cube]], dict[int, list[_Cube]]]:
         """For each bit what the actions that may set it cannot regain, and those that may clear it.
 
         Only for bits that some precondition asks for, and that no action can always write.
         """
-        tests = [split(action.precondition) for action, *_ in self._written]
-        ones = union(value for _, value, _ in tests) & ~self._always_made
-        zeros = union(mask & ~value for mask, value, _ in tests) & ~self._always_cleared
-        setting: dict[int, list[AllOf]] = {}
-        clearing: dict[int, list[AllOf]] = {}
-        for action, made, cleared in self._written:
+        ones = union(value for _, value in self._tests.values()) & ~self._always_made
+        zeros = union(mask & ~value for mask, value in self._tests.values()) & ~self._always_cleared
+        setting: dict[int, list[_Cube]] = {}
+        clearing: dict[int, list[_Cube]] = {}
+        for final, made, cleared in self._written:
             for bit in bits_of(made & ones):
-                setting.setdefault(bit, []).append(self._final(action))
+                setting.setdefault(bit, []).append(final)
             for bit in bits_of(cleared & zeros):
-                clearing.setdefault(bit, []).append(self._final(action))
+                clearing.setdefault(bit, []).append(final)
         return setting, clearing
 
     def death(self, action: GroundAction) -> _Death:
         """When the action is dead."""
-        final = self._final(action)
-        mask, value, _ = split(action.precondition)
+        final = self._finals[action.index]
+        mask, value = self._tests[action.index]
         ones, zeros = value & ~self._always_made, mask & ~value & ~self._always_cleared
         setting, clearing = self._writers
         waiting = tuple(
-            (AllOf(bit, value & bit), tuple((setting if value & bit else clearing).get(bit, ())))
-            for bit in bits_of((ones | zeros) & ~final.mask)
+            ((bit, value & bit), tuple((setting if value & bit else clearing).get(bit, ())))
+            for bit in bits_of((ones | zeros) & ~final[0])
         )
         return _Death(final, waiting)
 
-    def _final(self, action: GroundAction) -> AllOf:
-        """The literals of the precondition that nothing can make hold again once they fail."""
-        known = self._finals.get(action.index)
-        if known is not None:
-            return known
-        mask, value, _ = split(action.precondition)
+    def _final(self, mask: int, value: int) -> _Cube:
+        """The literals of a precondition that nothing can make hold again once they fail."""
         lost = (value & ~self._made | mask & ~value & ~self._cleared) & ~self._by_sensing
-        self._finals[action.index] = AllOf(lost, value & lost)
-        return self._finals[action.index]
+        return lost, value & lost
 
 
-def _written(action: GroundAction) -> tuple[int, int]:
-    """The bits that an action may set, and those that it may clear."""
-    made = union(update.make for update in action.effects.updates)
-    made |= union(update.assignment.bits.mask for update in action.effects.assigned if update.assignment)
-    return made, action.effects.writes
+def _written(effects: Effects) -> tuple[int, int]:
+    """The bits that an action with these effects may set, and those that it may clear."""
+    made = union(update.make for update in effects.updates)
+    made |= union(update.assignment.bits.mask for update in effects.assigned if update.assignment)
+    return made, effects.writes

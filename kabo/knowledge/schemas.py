@@ -5,8 +5,7 @@ add(Kf, highest(o)))` is compiled once for each `this`, not once for each pair o
 """
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from kabo.knowledge.actions import RunTimeArgument
 from kabo.knowledge.compiler import Binding, Compiler, ground_call
@@ -23,8 +22,7 @@ from kabo.language.problem import Action, Problem
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Draft:
+class Draft(NamedTuple):
     """A ground action before its effects are sorted."""
 
     name: str
@@ -94,7 +92,7 @@ class Schema:
         self, part: Effect | Formula | Sensed | Term, binding: Binding, compile_: Callable[[], Result]
     ) -> Result:
         """What was compiled before for the same values of the part's own variables, or what is compiled now."""
-        key = id(part), tuple(binding[name] for name in self._free[id(part)] if name in binding)
+        key = id(part), tuple([binding[name] for name in self._free[id(part)] if name in binding])
         if key not in self._memo:
             self._memo[key] = compile_()
         return self._memo[key]  # type: ignore[no-any-return]
@@ -104,15 +102,7 @@ class Schema:
 
     def _draft(self, binding: Binding, precondition: Query) -> Draft:
         action, compiler = self.action, self.compiler
-        parts: list[Update | WorldUpdate] = []
-        for effect in action.effects:
-            parts += self._once(effect, binding, lambda e=effect: tuple(compile_effects(compiler, [e], binding)))  # type: ignore[misc]
-        for sensed in action.sense:
-            parts.append(self._once(sensed, binding, lambda s=sensed: compile_sensing(compiler, s, binding)))  # type: ignore[misc]
-        updates = [part for part in parts if isinstance(part, Update)]
-        worlds = [part for part in parts if isinstance(part, WorldUpdate)]
-        updates += list(compile_world_effects(compiler, worlds, updates)) if worlds else []
-        sense = tuple(dict.fromkeys(update.entry.text for update in updates if update.entry is not None))
+        updates, sense = self._effects(binding)
         call = None if action.geometry is None else ground_call(action.geometry, binding)
         arguments = {
             p.name: binding[p.name] if p.value_of is None else RunTimeArgument(term_text(p.value_of, binding))
@@ -121,9 +111,24 @@ class Schema:
         cost = self._once(
             action.cost, binding, lambda: compiler.number(action.cost, binding).value(compiler.static)
         )
-        return Draft(
-            action.name, arguments, call, sense, precondition, tuple(updates), 1.0 if cost is None else cost
-        )
+        return Draft(action.name, arguments, call, sense, precondition, updates, 1.0 if cost is None else cost)
+
+    def _effects(self, binding: Binding) -> tuple[tuple[Update, ...], tuple[str, ...]]:
+        """All updates, and what is sensed as text; actions whose parts are the same share them."""
+        compiler = self.compiler
+        parts: list[Update | WorldUpdate] = []
+        for effect in self.action.effects:
+            parts += self._once(effect, binding, lambda e=effect: tuple(compile_effects(compiler, [e], binding)))  # type: ignore[misc]
+        for sensed in self.action.sense:
+            parts.append(self._once(sensed, binding, lambda s=sensed: compile_sensing(compiler, s, binding)))  # type: ignore[misc]
+        key = tuple(map(id, parts))
+        if key not in self._memo:
+            updates = [part for part in parts if isinstance(part, Update)]
+            worlds = [part for part in parts if isinstance(part, WorldUpdate)]
+            updates += list(compile_world_effects(compiler, worlds, updates)) if worlds else []
+            sense = dict.fromkeys(update.entry.text for update in updates if update.entry is not None)
+            self._memo[key] = tuple(updates), tuple(sense)
+        return self._memo[key]  # type: ignore[no-any-return]
 
 
 def drafts(compiler: Compiler, problem: Problem) -> Iterator[Draft]:

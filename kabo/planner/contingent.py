@@ -204,11 +204,8 @@ class _Contingent:
 
     def lost(self, hoped: Node, node: Node) -> list[int]:
         """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""
-        return [
-            number
-            for number in range(len(self.space.task.goal))
-            if self.space.holds((number,), hoped) and not self.space.holds((number,), node)
-        ]
+        held = set(self.space.held(node))
+        return [number for number in self.space.held(hoped) if number not in held]
 
     def serves(self, node: Node, after: Node, solved: Solved) -> bool:
         """Whether what continues from `after` continues from `node` as well: the step between is needless."""

@@ -8,14 +8,13 @@ is what it changed on this way, inferences included; the new order is then follo
 outcomes are solved for themselves.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from kabo.knowledge.queries import All, Some, union
 from kabo.planner.space import Act, Decide, Node, Space, Step
 
 
-@dataclass(frozen=True)
-class _Piece:
+class _Piece(NamedTuple):
     """A step, and what it reads and writes."""
 
     step: Step

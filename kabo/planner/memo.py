@@ -1,15 +1,14 @@
 """Solved continuations, found again by what they need: a partial state and the continuation that starts there."""
 
 from bisect import insort
-from collections.abc import Hashable
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping, Sequence
+from typing import NamedTuple
 
 from kabo.knowledge.queries import bits_of
 from kabo.planner.skeleton import SkeletonNode
 
 
-@dataclass(frozen=True)
-class Solved:
+class Solved(NamedTuple):
     """A continuation, and the bits of the (extended) state that it needs, with the values where it was found."""
 
     needed: int
@@ -17,16 +16,13 @@ class Solved:
     length: int  # actions to the goal if sensing turns out best
 
 
-@dataclass(frozen=True)
-class _Record:
-    number: int
+class _Record(NamedTuple):
+    """A continuation and what it needs; `rank` puts the shortest first, of equals the oldest."""
+
+    rank: tuple[int, int]
     ones: int
     zeros: int
     solved: Solved
-
-
-def _rank(record: _Record) -> tuple[int, int]:
-    return record.solved.length, record.number
 
 
 class Memo:
@@ -52,12 +48,13 @@ class Memo:
         ones, zeros = extended & solved.needed, ~extended & solved.needed
         if (geometry, ones, zeros) in self._known:
             return
-        record = _Record(len(self._known), ones, zeros, solved)
+        record = _Record((solved.length, len(self._known)), ones, zeros, solved)
         self._known.add((geometry, ones, zeros))
         files = self._files.setdefault(geometry, {})
-        bit = min(bits_of(ones & self._functional or ones), key=lambda one: len(files.get(one, ())), default=0)
-        insort(files.setdefault(bit, []), record, key=_rank)
-        self._filed[geometry] = self._filed.get(geometry, 0) | bit
+        filed = self._filed.get(geometry, 0)
+        bit = _emptiest(ones & self._functional or ones, filed, files)
+        insort(files.setdefault(bit, []), record)
+        self._filed[geometry] = filed | bit
 
     def find(self, extended: int, geometry: Hashable) -> Solved | None:
         """The shortest continuation whose needs the state has in an equal geometry; of equals the oldest."""
@@ -66,11 +63,21 @@ class Memo:
             return None
         best: _Record | None = None
         absent = ~extended
-        for bit in (0, *bits_of(extended & self._filed[geometry])):
+        waiting, bit = extended & self._filed[geometry], 0  # 0: what needs no bit at all
+        while True:
             for record in files.get(bit, ()):
-                if best is not None and _rank(record) > _rank(best):
+                if best is not None and record.rank > best.rank:
                     break
                 if not (record.ones & absent or record.zeros & extended):
                     best = record
                     break
-        return None if best is None else best.solved
+            if not waiting:
+                return None if best is None else best.solved
+            bit = waiting & -waiting
+            waiting ^= bit
+
+
+def _emptiest(bits: int, filed: int, files: Mapping[int, Sequence[_Record]]) -> int:
+    """The bit under which fewest are filed, of equals the lowest; 0 if there is none to file under."""
+    free = bits & ~filed
+    return free & -free or min(bits_of(bits), key=lambda bit: len(files[bit]), default=0)

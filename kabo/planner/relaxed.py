@@ -36,10 +36,13 @@ class Relaxation:
     def _needed(self, operators: Iterable[RelaxedOperator]) -> Iterator[RelaxedOperator]:
         """The operators over the facts that are asked for."""
         place = self._place
-        for one in operators:
-            adds = tuple([place[fact] for fact in one.adds if fact in place])
+        kept: dict[tuple[int, ...], tuple[int, ...]] = {}  # operators share what they add
+        for preconditions, made, cost, owner in operators:
+            adds = kept.get(made)
+            if adds is None:
+                adds = kept[made] = tuple([place[fact] for fact in made if fact in place])
             if adds:
-                yield RelaxedOperator(tuple([place[f] for f in one.preconditions]), adds, one.cost, one.owner)
+                yield RelaxedOperator(tuple([place[f] for f in preconditions]), adds, cost, owner)
 
     def estimate(self, state: int, parts: Sequence[int]) -> Estimate:
         """The relaxed plan from a state to some conjuncts of the goal."""
@@ -102,9 +105,9 @@ class _Builder:
         """Facts that must all be true for the query to be possible; numbers and geometry are left out."""
         match query:
             case AllOf(mask, value):
-                self.zeros |= mask & ~value
-                ones = [_number(bit) for bit in bits_of(value)]
-                return (*ones, *(self._width + _number(bit) for bit in bits_of(mask & ~value)))
+                zeros = mask & ~value
+                self.zeros |= zeros
+                return tuple(_numbers(value) + _numbers(zeros << self._width))
             case All():
                 return tuple(dict.fromkeys(fact for part in query.parts for fact in self.facts_of(part)))
             case AnyOf(mask):
@@ -163,8 +166,7 @@ class _Builder:
         return known
 
     def _found_changed(self, make: int, clear: int) -> tuple[int, ...]:
-        made = [_number(bit) for bit in bits_of(make)]
-        made += [self._width + _number(bit) for bit in bits_of(clear & ~make & self.zeros)]
+        made = _numbers(make) + _numbers((clear & ~make & self.zeros) << self._width)
         for entry in bits_of(clear & ~make & self.sensed):
             if not make & self._known_of.get(entry, 0):
                 made.append(2 * self._width + _number(entry))
@@ -208,3 +210,8 @@ class _Builder:
 
 def _number(bit: int) -> int:
     return bit.bit_length() - 1
+
+
+def _numbers(mask: int) -> list[int]:
+    """The numbers of the bits of a mask, from the lowest on."""
+    return [bit.bit_length() - 1 for bit in bits_of(mask)]

@@ -6,9 +6,8 @@ when there is none. All are deterministic: successors are taken in the order in 
 
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from heapq import heappop, heappush
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
 PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
@@ -53,8 +52,7 @@ class Graph(Protocol[Node, Made]):
         ...
 
 
-@dataclass(frozen=True)
-class Search(Generic[Node, Move]):
+class Search(NamedTuple, Generic[Node, Move]):
     """`path` to an end, without the start, or None; `visited` are the keys seen when there is none."""
 
     path: list[tuple[Move, Node]] | None
@@ -188,12 +186,14 @@ def _greedy(
     """
     root = graph.key(start)
     parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
-    queues: tuple[_Queue[Node], _Queue[Node]] = (_Queue(), _Queue())
-    queues[0].push(0, (root, start, None))
+    every: _Queue[Node] = _Queue()
+    promising: _Queue[Node] = _Queue()
+    every.push(0, (root, start, None))
     expanded = 0
     best: int | None = None
-    while queues[0] or queues[1]:
-        queue = min((queue for queue in queues if queue), key=lambda one: one.turns)
+    while every.waiting or promising.waiting:
+        first = promising.waiting and (promising.turns < every.turns or not every.waiting)
+        queue = promising if first else every
         value, key, node, preferred = queue.pop()
         if preferred is None:
             if limit is not None and expanded >= limit:
@@ -205,13 +205,13 @@ def _greedy(
             value = estimate
             if best is None or value < best:
                 best = value
-                queues[1].turns -= PREFERRED_TURNS
+                promising.turns -= PREFERRED_TURNS
             successors = graph.successors(node, among=preferred)
-            queues[0].push(value, (key, node, preferred))
-            target = queues[1]
+            every.push(value, (key, node, preferred))
+            target = promising
         else:
             successors = graph.successors(node, without=preferred)
-            target = queues[0]
+            target = every
         for child_key, move, child in successors:
             if child_key in parents:
                 continue
@@ -234,22 +234,19 @@ class _Queue(Generic[Node]):
     """
 
     def __init__(self) -> None:
-        self._heap: list[tuple[int, int, _Waiting[Node]]] = []
+        self.waiting: list[tuple[int, int, _Waiting[Node]]] = []
         self._count = 0
         self.turns = 0
-
-    def __bool__(self) -> bool:
-        return bool(self._heap)
 
     def push(self, value: int, waiting: "_Waiting[Node]") -> None:
         """Puts a node in."""
         self._count += 1
-        heappush(self._heap, (value, self._count, waiting))
+        heappush(self.waiting, (value, self._count, waiting))
 
     def pop(self) -> "tuple[int, Hashable, Node, frozenset[int] | None]":
         """Takes the nearest node out, with its estimate."""
         self.turns += 1
-        value, _, (key, node, preferred) = heappop(self._heap)
+        value, _, (key, node, preferred) = heappop(self.waiting)
         return value, key, node, preferred
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
 from kabo.knowledge.facts import open_entries
@@ -18,8 +18,7 @@ Node = tuple[int, Trace]
 Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedure, and the node after it
 
 
-@dataclass(frozen=True)
-class Act:
+class Act(NamedTuple):
     """A step of a weak plan: an action, and the trace that its procedure leaves behind."""
 
     action: GroundAction
@@ -27,8 +26,7 @@ class Act:
     trace: Trace
 
 
-@dataclass(frozen=True)
-class Decide:
+class Decide(NamedTuple):
     """A step of a weak plan: the outcome hoped for of a branching."""
 
     branching: Branching
@@ -100,8 +98,16 @@ class Space:
         """Whether these conjuncts of the goal hold."""
         query = self._together.get(parts)
         if query is None:
-            query = self._together[parts] = conjunction(self.task.goal[part].query for part in parts)
+            known = self._together.get(parts[1:])  # one conjunct of the goal is added after the other
+            rest = [self.task.goal[part].query for part in parts[1:]] if known is None else [known]
+            first = [self.task.goal[part].query for part in parts[:1]]
+            query = self._together[parts] = conjunction(first + rest)
         return query.holds(node[0], self.oracle(node[1]))
+
+    def held(self, node: Node) -> list[int]:
+        """The numbers of all conjuncts of the goal that hold."""
+        test = self.oracle(node[1])
+        return [number for number, part in enumerate(self.task.goal) if part.query.holds(node[0], test)]
 
     def moves(
         self, node: Node, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
