@@ -151,17 +151,7 @@ def after(scene, properties, seed):
     yield Result(scene)
 
 
-@wrapper()
-def refusing(solution, properties, seed):
-    return Failure("no")
-
-
-@connector()
-def joining(start, end, properties, seed):
-    return Result()
-
-
 def test_a_monitor_inside_a_child_does_not_wait_for_the_state_that_the_child_has() -> None:
-    inner = Serial("inner", step("first"), joining("join"), refusing("never", after("after", "../first")))
+    inner = Serial("inner", step("first"), join("join"), refuse("never", after("after", "../first")))
     task = Task("t", offer("offer"), Fallbacks("f", inner, step("instead", step=7)))
     assert [solution.end.scene for solution in task.plan()] == [8]
