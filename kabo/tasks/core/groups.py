@@ -40,6 +40,7 @@ class SerialNode(Node):
         self.inner = Level(self)
         self.paths = Paths(self.inner)
         self._inside = Inside()
+        self._leaning: Ended = []  # states that were alive only for paths that wait
         self._doubtful: dict[State, int] = {}  # states let in, towards which side they may be led on in vain
 
     def start(self) -> None:
@@ -55,7 +56,11 @@ class SerialNode(Node):
 
     def works_on(self, state: State, side: int) -> bool:
         """Whether its counterpart is alive, or paths wait to be lifted."""
-        return not self.closed and (bool(self.paths) or self._inside.alive(state, side))
+        if self.closed or self._inside.alive(state, side):
+            return not self.closed
+        if self.paths:
+            self._leaning.append((state, side))
+        return bool(self.paths)
 
     def may_add(self, state: State, side: int) -> bool:
         """Whether paths wait, or more may come from its counterpart."""
@@ -107,7 +112,8 @@ class SerialNode(Node):
                 elif reads(self, 1 - side):
                     self._doubtful[inner] = side
         if not self.paths:
-            self.planning.ended(self._settled())
+            self.planning.ended(self._leaning)
+            self._leaning = []
         return True
 
     def give_up(self) -> bool:
@@ -128,15 +134,6 @@ class SerialNode(Node):
             return inner.outside[0]
         lane = other.outside[0].lane if follows and other.outside else None
         return self.new_state(inner.scene, inner.properties, lane)
-
-    def _settled(self) -> Ended:
-        """The states that were alive through paths that waited."""
-        found: Ended = []
-        if self.flow.reads_start:
-            found += [(s, RIGHT) for s in self._inside.inside if s.alive[RIGHT]]
-        if self.flow.reads_end:
-            found += [(s, LEFT) for s in self._inside.inside if s.alive[LEFT]]
-        return found
 
 
 class ParallelNode(Node):
