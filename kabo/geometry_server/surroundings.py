@@ -23,7 +23,8 @@ class Surroundings:
 
     def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
-        self._enclosures: dict[str, Enclosure] = {}
+        # Parts are made once for a scene: servers come and go with seeds.
+        self._enclosures: dict[str, Enclosure] = scene.memory.setdefault(("enclosures", budget.geometry), {})
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()

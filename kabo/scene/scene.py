@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -61,7 +62,10 @@ class Region:
 
 @dataclass(frozen=True)
 class Scene:
-    """Robots, bodies and regions by name, in the order of the file; `files` maps every file read to its hash."""
+    """Robots, bodies and regions by name, in the order of the file; `files` maps every file read to its hash.
+
+    `memory` keeps what others have made of its things, by a key of theirs.
+    """
 
     name: str
     epsilon: float
@@ -74,6 +78,7 @@ class Scene:
     start: GeometricState
     files: Mapping[Path, str]
     mates: Mapping[str, Mate] = field(default_factory=dict)
+    memory: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
     def movable(self) -> tuple[str, ...]:
