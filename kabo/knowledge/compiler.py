@@ -3,21 +3,20 @@
 `Compiler` is the dictionary between the two: it hands out bits on first mention and knows what is static.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 
+from kabo.knowledge.binding import Binding, ground_call, object_of, plain
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.external import Externals
 from kabo.knowledge.facts import AtomBits, Claim, NumberBits, TermBits, Vocabulary
-from kabo.knowledge.numbers import computed, stored
+from kabo.knowledge.numbers import Compare, NumberTerm, computed, stored
 from kabo.knowledge.queries import (
     FALSE,
     TRUE,
     AllOf,
     AnyOf,
-    Compare,
     GeometricTest,
-    NumberTerm,
     Query,
     conjunction,
     disjunction,
@@ -37,7 +36,6 @@ from kabo.language.formulas import (
     External,
     Forall,
     Formula,
-    GroundCall,
     Know,
     KnowValue,
     KnowWhether,
@@ -55,7 +53,6 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 
-Binding = Mapping[str, str]  # variable -> object
 Case = tuple[Query, str]  # under this condition the term is known to be this object
 
 
@@ -234,7 +231,7 @@ class Compiler:
         if plain(claim.left) == plain(claim.right) and claim.operator in ("=", "!="):
             return truth(claim.operator == "=")
         if isinstance(claim.left, Variable | Constant) and isinstance(claim.right, Variable | Constant):
-            same = _object(claim.left, binding) == _object(claim.right, binding)
+            same = object_of(claim.left, binding) == object_of(claim.right, binding)
             return truth(same == (claim.operator == "="))
         if self.is_number(claim.left) or self.is_number(claim.right):
             left, right = self.number(claim.left, binding), self.number(claim.right, binding)
@@ -248,7 +245,7 @@ class Compiler:
         """K(left = right): both are known to be the same object."""
         for one, other in ((left, right), (right, left)):
             if isinstance(one, Application) and isinstance(other, Variable | Constant):
-                return self._has_value(one, _object(other, binding), binding)
+                return self._has_value(one, object_of(other, binding), binding)
         return disjunction(
             conjunction([one, other])
             for one, name in self.cases(left, binding)
@@ -345,27 +342,3 @@ class Compiler:
             case External() as external:
                 return self._externals(binding).number(external)
         raise TypeError(f"not a number: {term!r}")
-
-
-def _object(term: Variable | Constant, binding: Binding) -> str:
-    return binding[term.name] if isinstance(term, Variable) else term.name
-
-
-def plain(term: Term) -> Term:
-    """The term itself, also if its value is taken at run time."""
-    return term.term if isinstance(term, RunTimeValue) else term
-
-
-def ground_call(call: ProcedureCall, binding: Binding) -> GroundCall:
-    """The procedure call with its variables bound; options sorted by name."""
-
-    def value(argument: Variable | Constant | Number) -> str | float:
-        if isinstance(argument, Variable):
-            return binding[argument.name]
-        return argument.name if isinstance(argument, Constant) else argument.value
-
-    positional = tuple(value(argument.value) for argument in call.arguments if argument.name is None)
-    named = sorted(
-        (argument.name, value(argument.value)) for argument in call.arguments if argument.name is not None
-    )
-    return GroundCall(call.procedure, positional, tuple(named))

@@ -3,10 +3,12 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from kabo.knowledge.compiler import Binding, Compiler, plain
+from kabo.knowledge.binding import Binding, plain
+from kabo.knowledge.compiler import Compiler
 from kabo.knowledge.facts import AtomBits, Claim, Group, NumberBits, TermBits
+from kabo.knowledge.numbers import Compare
 from kabo.knowledge.progression import Assignment, Update
-from kabo.knowledge.queries import TRUE, AllOf, Compare, Query, conjunction, disjunction, negation
+from kabo.knowledge.queries import TRUE, AllOf, Query, conjunction, disjunction, negation
 from kabo.knowledge.runtime import RunTimeValue
 from kabo.knowledge.text import claim_text
 from kabo.language.formulas import (

@@ -7,9 +7,9 @@ after all that stands before it, and once for equal arguments.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
+from kabo.knowledge.numbers import NumberTerm
 from kabo.knowledge.queries import (
     GeometricOracle,
-    NumberTerm,
     Query,
     Signed,
     conjunction,

@@ -6,8 +6,9 @@ from math import prod
 
 from kabo.errors import Diagnostic, InputError
 from kabo.knowledge.actions import Branching, GroundAction, branching_of
+from kabo.knowledge.binding import Binding
 from kabo.knowledge.closure import Closure, Monitor, Propagator, Rule
-from kabo.knowledge.compiler import Binding, Compiler
+from kabo.knowledge.compiler import Compiler
 from kabo.knowledge.effects import compile_effects
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import ConjunctionBits, TermBits, open_entries

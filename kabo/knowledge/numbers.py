@@ -1,9 +1,65 @@
-"""Number terms: how a value is read from a state, and computed from others."""
+"""Number terms: how a value is read from a state, computed from others, and compared."""
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
 
 from kabo.knowledge.facts import NumberBits, finite
-from kabo.knowledge.queries import NumberTerm, Query, union
+from kabo.knowledge.queries import GeometricOracle, Query, Signed, optimistic, union
+
+COMPARISONS: Final[dict[str, Callable[[float, float], bool]]] = {
+    "=": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+@dataclass(frozen=True)
+class NumberTerm:
+    """A number that may be known: `value` reads the bits `reads` of a state, None means unknown.
+
+    `asks` says whether an external procedure is asked for it.
+    """
+
+    reads: int
+    value: Callable[[int], float | None]
+    asks: bool = False
+
+
+@dataclass(frozen=True)
+class Compare(Signed):
+    """A comparison of two known numbers; `positive` is False for "not known to compare so"."""
+
+    operator: str
+    left: NumberTerm
+    right: NumberTerm
+    positive: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "has_tests", self.left.asks or self.right.asks)
+
+    @property
+    def reads(self) -> int:
+        """The bits of all numbers compared."""
+        return self.left.reads | self.right.reads
+
+    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
+        """Unknown numbers compare to nothing, so the negated query holds for them."""
+        left, right = self.left.value(state), self.right.value(state)
+        known = left is not None and right is not None and COMPARISONS[self.operator](left, right)
+        return known == self.positive
+
+    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
+        """All bits of the numbers."""
+        return self.reads
+
+    def possible(self, ones: int, zeros: int) -> bool:
+        """Numbers are not relaxed: they can become anything."""
+        return True
 
 
 def stored(choices: Sequence[tuple[Query, NumberBits]], static: int | None) -> NumberTerm:

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, ConjunctionBits, Group, NumberBits, TermBits
+from kabo.knowledge.numbers import NumberTerm
 from kabo.knowledge.queries import (
     FALSE,
     TRUE,
     AllOf,
     GeometricOracle,
-    NumberTerm,
     Query,
     bits_of,
     optimistic,

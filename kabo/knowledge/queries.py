@@ -5,7 +5,6 @@ questions: does it hold, *which bits make it so* (the explanation that generalis
 hold in the delete relaxation. "Not" exists only while compiling: `negation` pushes it into the leaves.
 """
 
-import operator
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -15,15 +14,6 @@ from kabo.language.formulas import GroundCall
 
 # Answers a geometric test inside a formula; where nobody knows, it should say True.
 GeometricOracle = Callable[[GroundCall], bool]
-
-COMPARISONS: Final[dict[str, Callable[[float, float], bool]]] = {
-    "=": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
 
 
 def optimistic(_call: GroundCall) -> bool:
@@ -109,54 +99,10 @@ TRUE: Final = AllOf(0, 0)
 FALSE: Final = AnyOf(0)
 
 
-@dataclass(frozen=True)
-class NumberTerm:
-    """A number that may be known: `value` reads the bits `reads` of a state, None means unknown.
-
-    `asks` says whether an external procedure is asked for it.
-    """
-
-    reads: int
-    value: Callable[[int], float | None]
-    asks: bool = False
-
-
 class Signed(Query):
     """A leaf that is denied as a whole: `positive` is False for "not known so"."""
 
     positive: bool
-
-
-@dataclass(frozen=True)
-class Compare(Signed):
-    """A comparison of two known numbers; `positive` is False for "not known to compare so"."""
-
-    operator: str
-    left: NumberTerm
-    right: NumberTerm
-    positive: bool = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "has_tests", self.left.asks or self.right.asks)
-
-    @property
-    def reads(self) -> int:
-        """The bits of all numbers compared."""
-        return self.left.reads | self.right.reads
-
-    def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Unknown numbers compare to nothing, so the negated query holds for them."""
-        left, right = self.left.value(state), self.right.value(state)
-        known = left is not None and right is not None and COMPARISONS[self.operator](left, right)
-        return known == self.positive
-
-    def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """All bits of the numbers."""
-        return self.reads
-
-    def possible(self, ones: int, zeros: int) -> bool:
-        """Numbers are not relaxed: they can become anything."""
-        return True
 
 
 @dataclass(frozen=True)

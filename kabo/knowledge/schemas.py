@@ -8,7 +8,8 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from typing import Any, NamedTuple, TypeVar
 
 from kabo.knowledge.actions import RunTimeArgument
-from kabo.knowledge.compiler import Binding, Compiler, ground_call
+from kabo.knowledge.binding import Binding, ground_call
+from kabo.knowledge.compiler import Compiler
 from kabo.knowledge.effects import Sensed, WorldUpdate, compile_effects, compile_sensing
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import FALSE, TRUE, Query, conjunction

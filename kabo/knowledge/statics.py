@@ -5,7 +5,8 @@ Binding parameters by these joins keeps grounding from trying pairs of cells tha
 
 from collections.abc import Iterator, Mapping
 
-from kabo.knowledge.compiler import Binding, Compiler
+from kabo.knowledge.binding import Binding
+from kabo.knowledge.compiler import Compiler
 from kabo.knowledge.facts import AtomBits
 from kabo.language.formulas import Constant, Formula, Know, Literal, Variable
 

@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
+from kabo.knowledge.binding import Binding
 from kabo.knowledge.closure import Monitor
-from kabo.knowledge.compiler import Binding, Compiler
+from kabo.knowledge.compiler import Compiler
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim, Group, NumberBits, TermBits
 from kabo.knowledge.queries import AllOf, Query

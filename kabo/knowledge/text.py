@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from kabo.knowledge.compiler import Binding, ground_call
+from kabo.knowledge.binding import Binding, ground_call
 from kabo.language.formulas import (
     And,
     Application,

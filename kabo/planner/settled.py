@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Iterator
 
-from kabo.knowledge.compiler import Binding, Compiler
+from kabo.knowledge.binding import Binding
+from kabo.knowledge.compiler import Compiler
 from kabo.knowledge.queries import FALSE
 from kabo.knowledge.text import claim_text, formula_text, term_text
 from kabo.language.formulas import (
