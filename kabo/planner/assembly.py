@@ -1,6 +1,8 @@
 """From an evaluated skeleton to the plan: nodes with motions, equal ones shared from the leaves [LANGUAGE 6]."""
 
+import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kabo.geometry_server.answers import Success
@@ -37,8 +39,22 @@ def assemble(
     return builder.build(root, problem=problem.name, files=files, options=options, start=start)
 
 
+def files_read(problem: Problem, server: "GeometricProcedures") -> Mapping[str, str]:
+    """Every file read and its hash, by its path from the problem's folder."""
+    folder = problem.path.resolve().parent
+    read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
+    return {**problem.files, **read}
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return Path(os.path.relpath(path.resolve(), folder)).as_posix()
+
+
 def _add(
-    builder: PlanBuilder, variant: Variant, following: Mapping[str | None, str], server: "GeometricProcedures | None"
+    builder: PlanBuilder,
+    variant: Variant,
+    following: Mapping[str | None, str],
+    server: "GeometricProcedures | None",
 ) -> str:
     node, action = variant.node, variant.node.action
     branches = {outcome: handle for outcome, handle in following.items() if outcome is not None}

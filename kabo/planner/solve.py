@@ -6,10 +6,8 @@ until a plan is found, proven impossible, or the budget is spent:
     if all have a motion: the plan;  else: note the refusals and what they rest on
 """
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
@@ -226,7 +224,7 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
 
 
 def _integrated(run: Run, task: Task) -> Result:
-    from kabo.planner.assembly import assemble
+    from kabo.planner.assembly import assemble, files_read
     from kabo.planner.ledger import Interleaved, Ledger
 
     run.tell("loading the scene")
@@ -251,7 +249,7 @@ def _integrated(run: Run, task: Task) -> Result:
             over = "time" if run.stop() else "samples"
             return Result("exhausted", None, _statistics(run, server), exhausted(over, _failures(geometry)))
         if variants is not None:
-            files = _files(run.problem, server)
+            files = files_read(run.problem, server)
             plan = assemble(run.problem, variants, server, files, run.options.written())
             return Result("solved", plan, _statistics(run, server))
 
@@ -281,7 +279,9 @@ def _note_proofs(task: Task, ledger: "Ledger") -> None:
             ledger.refuse(call, 0, failure, [ledger.start])
 
 
-def _evaluated(run: Run, skeleton: Skeleton, server: "GeometricProcedures", geometry: "Ledger | Interleaved") -> Any:
+def _evaluated(
+    run: Run, skeleton: Skeleton, server: "GeometricProcedures", geometry: "Ledger | Interleaved"
+) -> Any:
     """The variants of the skeleton if every procedure has a motion; None, with the refusals noted, if not."""
     from kabo.planner.evaluation import Evaluator
     from kabo.planner.ledger import Ledger
@@ -319,17 +319,6 @@ def _without_plan(
     if proved:
         return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
     return Result("exhausted", None, statistics, exhausted("samples", failures))
-
-
-def _files(problem: Problem, server: "GeometricProcedures") -> Mapping[str, str]:
-    """Every file read and its hash, by its path from the problem's folder."""
-    folder = problem.path.resolve().parent
-    read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
-    return {**problem.files, **read}
-
-
-def _relative(path: Path, folder: Path) -> str:
-    return Path(os.path.relpath(path.resolve(), folder)).as_posix()
 
 
 def _statistics(run: Run, server: "GeometricProcedures | None") -> dict[str, Any]:
