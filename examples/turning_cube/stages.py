@@ -1,6 +1,6 @@
 """The stages of one's own with which a cube is turned: what is up, how to grip it, how to put it down [T Appendix B].
 
-    kabo task plan task.yaml --scene scene.yaml --stages stages.py --set face=blue
+kabo task plan task.yaml --scene scene.yaml --stages stages.py --set face=blue
 """
 
 from itertools import permutations, product

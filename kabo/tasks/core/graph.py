@@ -22,11 +22,6 @@ def better(first: Best, second: Best) -> bool:
     return longer > 0 or (longer == 0 and first[2] < second[2])
 
 
-def reads(node: "Node", side: int) -> bool:
-    """Whether a node takes its states from that side of it."""
-    return node.flow.reads_start if side == LEFT else node.flow.reads_end
-
-
 def meet(first: object, second: object) -> bool:
     """Whether states of two lanes may be joined: of one lane, or of none in particular."""
     return first == second or first is None or second is None
@@ -68,7 +63,7 @@ class Level:
             if not state.announced:
                 state.announced = True
                 neighbour = self.neighbour(state, side)
-                if neighbour is not None and reads(neighbour, 1 - side):
+                if neighbour is not None and neighbour.reads[1 - side]:
                     neighbour.take(state, 1 - side, state.lane)
 
     def neighbour(self, state: State, side: int) -> "Node | None":
@@ -96,7 +91,7 @@ class Level:
             return True
         neighbour = self.neighbour(state, side)
         if neighbour is not None:
-            if reads(neighbour, 1 - side):
+            if neighbour.reads[1 - side]:
                 return neighbour.works_on(state, side)
             # Written by a container, it may have more ways through that container.
             return any(inner.alive[side] for inner in state.inside if inner.level.at_border(inner, 1 - side))
@@ -109,7 +104,7 @@ class Level:
         neighbour = self.neighbour(state, side)
         if neighbour is None:
             return False
-        if reads(neighbour, 1 - side):
+        if neighbour.reads[1 - side]:
             return neighbour.may_add(state, side)
         written = (inner for inner in state.inside if inner.level.at_border(inner, 1 - side))
         return any(inner.level.owner.may_lead(inner, side) for inner in written)
@@ -134,11 +129,11 @@ class Level:
         if not 0 <= k < len(self.children):
             return self.owner.border_delivers(side, lane)
         child = self.children[k]
-        if reads(child, 1 - side):
+        if child.reads[1 - side]:
             return False
         if child.busy():
             return True
-        if not reads(child, side):
+        if not child.reads[side]:
             return False
         return self.delivers(position + 1 if side == RIGHT else position - 1, side, lane)
 
@@ -165,7 +160,7 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
                 waiting.append((here, far, edge.cost, side))
         if here.level is not None and here.announced:
             neighbour = here.level.neighbour(here, 1 - side)
-            if neighbour is not None and reads(neighbour, side):
+            if neighbour is not None and neighbour.reads[side]:
                 neighbour.rekey(here, side)
         for inner in here.inside:
             offered = (0, value[0] + value[1], value[2])
@@ -192,9 +187,9 @@ def reconsider(states: Iterable[tuple[State, int]]) -> None:
             if inner.level.at_border(inner, side) and not inner.level.owner.kept
         )
         neighbour = level.neighbour(state, 1 - side)
-        if neighbour is not None and reads(neighbour, side):
+        if neighbour is not None and neighbour.reads[side]:
             waiting.extend((partner, side) for partner in neighbour.partners(state, 1 - side))
         if level.at_border(state, 1 - side):
             for outer in state.outside:
-                read = reads(level.owner, 1 - side)
+                read = level.owner.reads[1 - side]
                 waiting.extend(level.owner.finished(outer, side, state.lane) if read else [(outer, side)])

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.graph import Level, reads
+from kabo.tasks.core.graph import Level
 from kabo.tasks.core.nodes import Ended, Node
 from kabo.tasks.core.paths import Paths
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
@@ -96,8 +96,8 @@ class SerialNode(Node):
         first, last = path[0].start, path[-1].end
         if first is None or last is None:
             raise ValueError("a path has states at both ends")
-        start = self._outer(first, self.flow.reads_end and not self.flow.reads_start, last)
-        end = self._outer(last, self.flow.reads_start and not self.flow.reads_end, first)
+        start = self._outer(first, self.reads[RIGHT] and not self.reads[LEFT], last)
+        end = self._outer(last, self.reads[LEFT] and not self.reads[RIGHT], first)
         cost = sum([part.cost for part in path])
         solution = Solution(self.stage, start, end, cost, parts=path, number=self.planning.count())
         for inner, outer in ((first, start), (last, end)):
@@ -109,7 +109,7 @@ class SerialNode(Node):
                 if outer.level is None and outer in inner.outside:
                     inner.outside.remove(outer)
                     outer.inside.remove(inner)
-                elif reads(self, 1 - side):
+                elif self.reads[1 - side]:
                     self._doubtful[inner] = side
         if not self.paths:
             self.planning.ended(self._leaning)

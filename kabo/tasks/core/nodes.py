@@ -52,6 +52,7 @@ class Node:
         self.level = level  # where its solutions are edges
         self.index = index
         self.flow: Flow = planning.flows[stage]
+        self.reads = (self.flow.reads_start, self.flow.reads_end)  # whether states come to it, by side
         self.children: list[Node] = []
         self.statistics = StageStatistics()
         self.failures: list[Solution] = []
@@ -115,8 +116,8 @@ class Node:
         """Whether it may still have successes: it is busy, or states may still come to it."""
         if self.busy():
             return True
-        from_left = self.flow.reads_start and self.level.delivers(self.index, LEFT, None)
-        return from_left or (self.flow.reads_end and self.level.delivers(self.index + 1, RIGHT, None))
+        from_left = self.reads[LEFT] and self.level.delivers(self.index, LEFT, None)
+        return from_left or (self.reads[RIGHT] and self.level.delivers(self.index + 1, RIGHT, None))
 
     def finished(self, state: State, side: int, lane: object) -> Ended:
         """Its work on a state towards `side` is done; says what may have died of it."""
@@ -136,7 +137,7 @@ class Node:
 
     def border_delivers(self, side: int, lane: object) -> bool:
         """Whether new states may still come in at its border."""
-        if self.parent is None or not (self.flow.reads_start if side == LEFT else self.flow.reads_end):
+        if self.parent is None or not self.reads[side]:
             return False
         return self.parent.delivers_to(self, side, lane)
 
@@ -193,9 +194,9 @@ class Node:
         beside = [child for child in self.children if child.level is self.level]
         if self.parent is not None and self.parent.level is self.level:
             beside.append(self.parent)
-        if self.flow.reads_start:
+        if self.reads[LEFT]:
             beside.append(self.level.children[self.index - 1] if self.index else self.level.owner)
-        if self.flow.reads_end:
+        if self.reads[RIGHT]:
             last = self.index + 1 == len(self.level.children)
             beside.append(self.level.owner if last else self.level.children[self.index + 1])
         for node in beside:

@@ -9,7 +9,6 @@ procedure tries candidate after candidate; the first solution costs least, many 
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from itertools import count
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -132,29 +131,28 @@ class Planning:
     def lift(self) -> Solution | None:
         """The cheapest whole solution that waits; None if its cost term refused it."""
         before = len(self.root.solutions)
-        with self._step():
-            self.root.lift()  # type: ignore[attr-defined]
+        self._begin()
+        self.root.lift()  # type: ignore[attr-defined]
+        self._torn = False
         return self.root.solutions[-1] if len(self.root.solutions) > before else None
 
     def step(self) -> bool:
         """Executes one job, or lifts one solution of a container; False if nothing is left to do."""
         if self.exhausted:
             return False
-        with self._step():
-            turn = next(self._turns, None)
-            if turn is not None and turn.job is not None:
-                self._execute(turn.node, turn.job)
+        self._begin()
+        turn = next(self._turns, None)
+        if turn is not None and turn.job is not None:
+            self._execute(turn.node, turn.job)
+        self._torn = False
         self.exhausted = turn is None
         return not self.exhausted
 
-    @contextmanager
-    def _step(self) -> Iterator[None]:
-        """An error in here, of a cost term say, leaves the run between two states of affairs."""
+    def _begin(self) -> None:
+        """From here to the end of a step an error, of a cost term say, leaves the run between two states of affairs."""
         if self._torn:
             raise TaskError("an error broke planning off in the middle of a step; reset() the task to plan again")
         self._torn = True
-        yield
-        self._torn = False
 
     def _execute(self, node: Node, job: Job) -> None:
         began = perf_counter()
@@ -259,8 +257,9 @@ class Planning:
         """One round whose jobs run side by side; False if nothing is left to do."""
         if self.exhausted:
             return False
-        with self._step():
-            self.exhausted = not self._side_by_side(workers, connector_jobs)
+        self._begin()
+        self.exhausted = not self._side_by_side(workers, connector_jobs)
+        self._torn = False
         return not self.exhausted
 
     def _side_by_side(self, workers: "Workers", connector_jobs: int) -> bool:

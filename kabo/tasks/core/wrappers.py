@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.graph import Level, reads
+from kabo.tasks.core.graph import Level
 from kabo.tasks.core.groups import Inside
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.nodes import Ended, Leaf, Node
@@ -75,9 +75,9 @@ class WrapperNode(Leaf):
         """Those asked less often, then by the paths to the states that came in, then the cheaper ones."""
         solution: Solution = job.subject
         depth, cost = 0, solution.cost
-        if self.flow.reads_start and solution.start is not None:
+        if self.reads[LEFT] and solution.start is not None:
             depth, cost = depth + solution.start.order[LEFT][0], cost + solution.start.order[LEFT][1]
-        if self.flow.reads_end and solution.end is not None:
+        if self.reads[RIGHT] and solution.end is not None:
             depth, cost = depth + solution.end.order[RIGHT][0], cost + solution.end.order[RIGHT][1]
         return job.asked, depth, cost
 
@@ -85,8 +85,8 @@ class WrapperNode(Leaf):
         """Whether the states that came in are alive outside."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
-        left = not self.flow.reads_start or start is None or start.alive[LEFT]
-        return left and (not self.flow.reads_end or end is None or end.alive[RIGHT])
+        left = not self.reads[LEFT] or start is None or start.alive[LEFT]
+        return left and (not self.reads[RIGHT] or end is None or end.alive[RIGHT])
 
     def dropped(self, job: Job) -> Ended:
         """The inner states may have lost what kept them alive; a solution of which nothing came leads nowhere."""
@@ -185,6 +185,6 @@ class LimitNode(WrapperNode):
         for state, inside in self._inside.inside.items():
             for inner in inside:
                 for side in (LEFT, RIGHT):
-                    if reads(self, side) and self.inner.at_border(inner, side):
+                    if self.reads[side] and self.inner.at_border(inner, side):
                         outer += self.finished(state, 1 - side, inner.lane)
         self.planning.ended(outer)
