@@ -1,6 +1,7 @@
 """Whatever is done to a task file, it becomes a task or findings with places; a task that was written loads as itself."""
 
 import os
+import runpy
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,8 @@ REPOSITORY = Path(__file__).parents[2]
 FILES = sorted(
     [*LIBRARY.glob("*.yaml"), *REPOSITORY.glob("examples/*/task.yaml"), *REPOSITORY.glob("domains/*/tasks/*")]
 )
+for own in REPOSITORY.glob("examples/*/stages.py"):  # they register what these task files name
+    runpy.run_path(str(own))
 TEXTS = [path.read_text() for path in FILES] + [
     (REPOSITORY / "tests" / "language" / "appendix_b.yaml").read_text()
 ]
