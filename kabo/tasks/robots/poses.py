@@ -1,6 +1,7 @@
 """Poses as task files write them, and generators of poses: from a list, from a function, or at random."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,9 @@ from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
 
 Array = npt.NDArray[np.float64]
+
+_KEYS = ("frame", "position", "quaternion", "rpy")
+UNIT = 1e-6  # how far from 1 the length of a quaternion may be [LANGUAGE 4]
 
 
 def pose_of(scene: TaskScene, given: Any) -> Array:
@@ -36,13 +40,38 @@ def pose_of(scene: TaskScene, given: Any) -> Array:
 
 
 def local_pose(given: Mapping[str, Any]) -> Array:
-    """The pose (4, 4) of {position, quaternion or rpy} in its frame."""
-    position = [float(v) for v in given.get("position", (0.0, 0.0, 0.0))]
+    """The pose (4, 4) of {position [m], quaternion (x, y, z, w) or rpy [rad]} in its frame.
+
+    Raises:
+        ValueError: a key that a pose has not, numbers missing, both ways of turning, or no unit quaternion.
+    """
+    for key in given:
+        if key not in _KEYS:
+            near = get_close_matches(key, _KEYS, 1)
+            meant = f", did you mean {near[0]!r}?" if near else f"; it has {', '.join(_KEYS)}"
+            raise ValueError(f"a pose has no {key!r}{meant}")
+    if "quaternion" in given and "rpy" in given:
+        raise ValueError("a pose is turned by quaternion or by rpy, not both")
+    position = _numbers(given, "position", (0.0, 0.0, 0.0))
     if "quaternion" in given:
-        return transform(position, [float(v) for v in given["quaternion"]])
-    result = transform(position)
-    result[:3, :3] = from_rpy(given.get("rpy", (0.0, 0.0, 0.0)))
+        turn = _numbers(given, "quaternion", (0.0, 0.0, 0.0, 1.0))
+        if abs(np.linalg.norm(turn) - 1.0) > UNIT:
+            raise ValueError(f"a quaternion has length 1, not {np.linalg.norm(turn):.6g}")
+        return transform(position.tolist(), (turn / np.linalg.norm(turn)).tolist())
+    result = transform(position.tolist())
+    result[:3, :3] = from_rpy(_numbers(given, "rpy", (0.0, 0.0, 0.0)).tolist())
     return result
+
+
+def _numbers(given: Mapping[str, Any], key: str, default: tuple[float, ...]) -> Array:
+    value, words = given.get(key, default), {3: "three", 4: "four"}
+    try:
+        found = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != (len(default),) or not np.all(np.isfinite(found)):
+        raise ValueError(f"{key}: {words[len(default)]} finite numbers, not {value!r}")
+    return found
 
 
 def from_rpy(angles: Sequence[float]) -> Array:
