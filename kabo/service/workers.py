@@ -99,8 +99,9 @@ class _Attendant(threading.Thread):
             if job is None or job.outcome is not None:  # cancelled or overdue while it waited
                 continue
             self.busy = job.started = True
-            self._store.finish(job, self._outcome(job))
-            self.busy = False
+            outcome = self._outcome(job)
+            self.busy = False  # before the reply: who has the answer and asks for the status is not told of this job
+            self._store.finish(job, outcome)
         self._kill()
 
     def end(self) -> None:
