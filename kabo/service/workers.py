@@ -100,7 +100,7 @@ class _Attendant(threading.Thread):
                 continue
             self.busy = job.started = True
             outcome = self._outcome(job)
-            self.busy = False  # before the reply: who has the answer and asks for the status is not told of this job
+            self.busy = False  # before the reply: who has it and asks for the status is not told of this job
             self._store.finish(job, outcome)
         self._kill()
 
