@@ -28,9 +28,10 @@ KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the
 
 @dataclass(frozen=True)
 class Refused:
-    """A stretch that was not found, and the pairs in its way with counts."""
+    """A stretch that was not found, and the pairs in its way with counts; `waypoints` of the one that was blocked."""
 
     pairs: tuple[tuple[Pair, int], ...] = ()
+    waypoints: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ def line(workspace: Workspace, q: Array, tool: Frame, translation: Array) -> lis
         return Refused()
     waypoints = [rounded(w) for w in found]
     hit = workspace.path_hit(waypoints)
-    return waypoints if hit is None else Refused(((hit, 1),))
+    return waypoints if hit is None else Refused(((hit, 1),), tuple(waypoints))
 
 
 def way_to(

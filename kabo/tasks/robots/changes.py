@@ -10,6 +10,7 @@ from kabo.scene.transforms import inverse
 from kabo.tasks.core import PARENT, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
+from kabo.tasks.robots.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
 SUPPORTS, TOUCH = "supports", "touch"
@@ -146,7 +147,8 @@ def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers
     for robot in robots:
         hit = scene.hit(robot)
         if hit is not None:
-            return [refusal("collision", hit=hit)]
+            asked = along(scene, robot, scene.configuration(robot))
+            return [refusal("collision", hit=hit, question=asked)]
     return [result]
 
 

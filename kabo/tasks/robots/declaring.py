@@ -5,12 +5,15 @@ A procedure's moves and reads follow from those of its stages, and so does what 
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from kabo.errors import did_you_mean
 from kabo.geometry_server import Context, Pair, Situation
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
+
+if TYPE_CHECKING:
+    from kabo.tasks.robots.questions import Question
 
 Values = Mapping[str, Any]
 ROBOT = Property(str, PARENT, "the robot that moves")
@@ -20,12 +23,13 @@ KEEP = Property((str, dict, type(None)), None, "a motion constraint to keep: its
 
 @dataclass(frozen=True)
 class Details:
-    """What a failure is about, for programs: pairs that came too close, with counts; proofs; what was read."""
+    """What a failure is about, for programs: pairs that came too close, with counts; proofs; what was read and asked."""
 
     pairs: tuple[tuple[Pair, int], ...] = ()
     reads: frozenset[str] = frozenset()
     proof: bool = False
     missing: float | None = None
+    question: "Question | None" = None
 
 
 def refusal(
@@ -37,13 +41,14 @@ def refusal(
     reads: frozenset[str] = frozenset(),
     proof: bool = False,
     missing: float | None = None,
+    question: "Question | None" = None,
 ) -> Failure:
     """A failure with its details; `hit` is the one pair that was in the way."""
     if hit is not None:
         pairs = ((hit, 1),)
     if not comment and pairs:
         comment = f"{pairs[0][0][0]} – {pairs[0][0][1]}"
-    return Failure(reason, comment, Details(pairs, reads, proof, missing))
+    return Failure(reason, comment, Details(pairs, reads, proof, missing, question))
 
 
 _THINGS = ("robot", "body", "region", "motion constraint", "mate")

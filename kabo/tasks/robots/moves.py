@@ -14,6 +14,7 @@ from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError,
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.paths import grip, length, way
 from kabo.tasks.robots.poses import pose_of
+from kabo.tasks.robots.questions import Question, along
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
 
@@ -71,7 +72,7 @@ class MoveTo(RobotStage, Propagator):
             return grip(scene, name, goal)
         hit = scene.at(name, goal).hit(name)
         if hit is not None:
-            return refusal("collision", hit=hit)
+            return refusal("collision", hit=hit, question=along(scene, name, goal))
         return way(scene, name, goal, self.name, properties["keep"])
 
     def _goals(self, scene: TaskScene, properties: Values) -> Any:
@@ -104,9 +105,9 @@ class MoveTo(RobotStage, Propagator):
         else:
             pose = pose_of(scene, goal["pose"])
         target, tried = pose_target(scene, name, frame, pose), 0
-        hit = target.blocked(scene)
+        asked, hit = Question(scene, name, target=target), target.blocked(scene)
         if hit is not None:
-            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit)
+            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
             return
         for at in scene.context.drawn(target.batches()):
             tried += 1
@@ -114,7 +115,9 @@ class MoveTo(RobotStage, Propagator):
             if tried >= properties["max_ik_solutions"]:
                 return
         if not tried:
-            yield refusal("out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}))
+            yield refusal(
+                "out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}), question=asked
+            )
 
 
 def _reversed(motion: tuple[Stretch, ...]) -> tuple[Stretch, ...]:

@@ -9,7 +9,8 @@ from kabo.geometry_server import Refused, way_to
 from kabo.tasks.core import Failure
 from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.keeping import keep_of
-from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
+from kabo.tasks.robots.questions import Question, Search, along
+from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +26,9 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
     kept = keep_of(scene, robot, keep)
     found = way_to(workspace, start, goal, key, scene.context.path_samples, kept)
     if isinstance(found, Refused):
-        return refusal("no_path", pairs=found.pairs, reads=frozenset({robot}))
+        search = Search(key, scene.context.path_samples, keep)
+        asked = Question(scene, robot, (configuration(start), configuration(goal)), search)
+        return refusal("no_path", pairs=found.pairs, reads=frozenset({robot}), question=asked)
     return stretch(scene, robot, "arm", found, None if kept is None else kept.name)
 
 
@@ -34,7 +37,8 @@ def grip(scene: TaskScene, robot: str, goal: Array) -> Stretch | Failure:
     start, workspace = scene.configuration(robot), scene.workspace(robot)
     index = workspace.segment_hit(start, goal)
     if index >= 0:
-        return refusal("collision", hit=workspace.pairs[index])
+        asked = along(scene, robot, start, goal)
+        return refusal("collision", hit=workspace.pairs[index], question=asked)
     return stretch(scene, robot, "gripper", [start, goal])
 
 

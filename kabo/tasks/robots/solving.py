@@ -10,6 +10,7 @@ from kabo.geometry_server import Candidate, tool_frame
 from kabo.tasks.core import INTERFACE, Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answer
 from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.questions import Question, along
 from kabo.tasks.robots.scenes import TaskScene
 
 Array = npt.NDArray[np.float64]
@@ -41,8 +42,9 @@ class ComputeIK(RobotStage, Wrapper):
         assert solution.end is not None
         scene, target = solution.end.scene, properties["target"]
         hit = None if properties["ignore_collisions"] else target.blocked(scene)
+        asked = Question(scene, properties["robot"], target=target)
         if hit is not None:
-            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit)
+            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
             return
         yield from self._reached(scene, target, properties, solution)
 
@@ -65,7 +67,8 @@ class ComputeIK(RobotStage, Wrapper):
             if most is not None and len(found) >= most:
                 return
         if not tried:
-            yield refusal("out_of_reach", f"no configuration of {name} was found")
+            asked = Question(scene, name, target=target)
+            yield refusal("out_of_reach", f"no configuration of {name} was found", question=asked)
 
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Any:
@@ -73,7 +76,7 @@ class ComputeIK(RobotStage, Wrapper):
         if reason is not None:
             return refusal("constraint", reason)
         hit = None if ignore else scene.workspace(name).first_hit(at.q)
-        return None if hit is None else refusal("collision", hit=hit)
+        return None if hit is None else refusal("collision", hit=hit, question=along(scene, name, at.q))
 
 
 def _away(scene: TaskScene, name: str, at: Candidate) -> float:

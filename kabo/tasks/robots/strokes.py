@@ -17,6 +17,7 @@ from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import direction_of
 from kabo.tasks.robots.keeping import keep_of
 from kabo.tasks.robots.paths import length
+from kabo.tasks.robots.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.targets import pose_rows
 
@@ -104,9 +105,9 @@ def _line(scene: TaskScene, name: str, q: Array, shift: Array) -> list[Array] | 
     found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift)
     if not isinstance(found, Refused):
         return found
-    return (
-        refusal("collision", pairs=found.pairs) if found.pairs else refusal("constraint", "off the straight line")
-    )
+    if not found.pairs:
+        return refusal("constraint", "off the straight line")
+    return refusal("collision", pairs=found.pairs, question=along(scene, name, *found.waypoints))
 
 
 def _vector(
@@ -135,7 +136,7 @@ def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: in
     if np.any(goal < robot.tree.lower - 1e-9) or np.any(goal > robot.tree.upper + 1e-9):
         return refusal("constraint", "a joint would leave its limits")
     hit = scene.workspace(name).path_hit([q, goal])
-    return [q, goal] if hit is None else refusal("collision", hit=hit)
+    return [q, goal] if hit is None else refusal("collision", hit=hit, question=along(scene, name, q, goal))
 
 
 def _twisted(
@@ -171,7 +172,7 @@ def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array
             return refusal("constraint", "the tool cannot follow the twist")
         way.append(np.round(found[0], 9) + 0.0)
     hit = scene.workspace(name).path_hit(way)
-    return way if hit is None else refusal("collision", hit=hit)
+    return way if hit is None else refusal("collision", hit=hit, question=along(scene, name, *way))
 
 
 def _rotation(vector: Array) -> Array:
