@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from kabo.plan import Segment
@@ -67,6 +67,31 @@ class Statistics:
         if isinstance(answer, Failure):
             self.failures.setdefault(procedure, Counter())[answer.reason] += 1
 
+    def copy(self) -> "Statistics":
+        """The counts as they are now."""
+        return Statistics().add(self)
+
+    def add(self, other: "Statistics") -> "Statistics":
+        """These counts, with those of work that was done elsewhere."""
+        self._count(other, 1)
+        return self
+
+    def since(self, before: "Statistics") -> "Statistics":
+        """What was counted after `before` was copied."""
+        counted = self.copy()
+        counted._count(before, -1)
+        return counted
+
+    def _count(self, other: "Statistics", sign: int) -> None:
+        for each in fields(self):
+            value = getattr(other, each.name)
+            if isinstance(value, (int, float)):
+                setattr(self, each.name, getattr(self, each.name) + sign * value)
+        self.calls = _counted(self.calls, other.calls, sign)
+        for name, reasons in other.failures.items():
+            self.failures[name] = _counted(self.failures.get(name, Counter()), reasons, sign)
+        self.failures = {name: reasons for name, reasons in self.failures.items() if reasons}
+
     @property
     def procedures(self) -> dict[str, dict[str, object]]:
         """Calls and failures of every procedure, by name."""
@@ -74,3 +99,10 @@ class Statistics:
         return {
             n: {"calls": self.calls[n], "failures": dict(sorted(self.failures.get(n, {}).items()))} for n in names
         }
+
+
+def _counted(counts: Counter[str], more: Counter[str], sign: int) -> Counter[str]:
+    total = Counter(counts)
+    for name, number in more.items():
+        total[name] += sign * number
+    return +total  # without those that are none

@@ -5,6 +5,7 @@ several values, and a procedure answers for all of them at once; components that
 the node is evaluated once for each [LANGUAGE 6].
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -13,10 +14,12 @@ from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.ledger import Trace
 from kabo.planner.skeleton import SkeletonNode
+from kabo.planner.workers import Question
 
 if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures
 
+Expect = Callable[[list[Question]], None]
 Advance = Callable[[GroundCall, int, Trace], Trace]  # the trace after a call
 
 
@@ -68,6 +71,7 @@ class Evaluator:
     effort: int
     stop: Callable[[], bool]
     share: bool = True
+    expect: Expect | None = None  # told which questions come, as soon as they are known
 
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
         """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
@@ -78,6 +82,7 @@ class Evaluator:
         arrivals[root].append(_Arrival(None, None, start, frozenset([trace])))
         variants: list[Variant] = []
         refused: list[Refused] = []
+        ways_in = Counter(after for node in order for after in successors(node).values())
         for node in order:
             for group in self._meet(arrivals[node], live[node]):
                 for variant, came in self._ask(node, group):
@@ -91,7 +96,27 @@ class Evaluator:
                         self._depart(variant, arrivals)
                     if self.stop():
                         return Evaluation(tuple(variants), tuple(refused))
+            after = Counter(successors(node).values())
+            ways_in -= after
+            self._expect((each for each in after if not ways_in[each]), arrivals, live)
         return Evaluation(tuple(variants), tuple(refused))
+
+    def _expect(
+        self,
+        ready: Iterable[SkeletonNode],
+        arrivals: Mapping[SkeletonNode, list[_Arrival]],
+        live: Mapping[SkeletonNode, frozenset[str]],
+    ) -> None:
+        """Tells what is going to be asked at nodes into which every way is known."""
+        if self.expect is None:
+            return
+        questions = [
+            Question(node.action.call, self._together(group)[0], node.attempt, self.effort)
+            for node in ready
+            if node.action is not None and node.action.call is not None
+            for group in self._meet(arrivals[node], live[node])
+        ]
+        self.expect(questions)
 
     def _live(self, order: list[SkeletonNode]) -> dict[SkeletonNode, frozenset[str]]:
         """For each node the components that it, or what follows it, needs to have one value."""
@@ -126,12 +151,17 @@ class Evaluator:
         return [(self._variant(node, [arrival]), [arrival]) for arrival in group]
 
     def _variant(self, node: SkeletonNode, group: list[_Arrival]) -> Variant:
-        situation, traces = group[0].situation, group[0].traces
-        for arrival in group[1:]:
-            situation, traces = situation.union(arrival.situation), traces | arrival.traces
+        situation, traces = self._together(group)
         call = None if node.action is None else node.action.call
         answer = None if call is None else self.server.call(call, situation, node.attempt, self.effort)
         return Variant(node, situation, traces, answer)
+
+    @staticmethod
+    def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Trace]]:
+        situation, traces = group[0].situation, group[0].traces
+        for arrival in group[1:]:
+            situation, traces = situation.union(arrival.situation), traces | arrival.traces
+        return situation, traces
 
     def _refusal(self, variant: Variant, failure: Failure) -> Refused:
         action = variant.node.action

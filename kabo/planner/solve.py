@@ -22,6 +22,7 @@ from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Skeleton, 
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
     from kabo.planner.ledger import Interleaved, Ledger
+    from kabo.planner.workers import Workers
     from kabo.tasks.procedures import GeometricProcedures
 
 MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
@@ -63,6 +64,7 @@ class Run:
     options: Options
     progress: Callable[[Progress], None] | None
     cancelled: Callable[[], bool] | None
+    workers: int = 1
     began: float = field(default_factory=perf_counter)
     symbolic_s: float = 0.0
     geometric_s: float = 0.0
@@ -101,7 +103,7 @@ def solve(
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
 
-    The same problem, options and seed give the same plan for any number of workers (one is used today).
+    The same problem, options and seed give the same plan for any number of workers.
 
     Args:
         problem: what to solve.
@@ -113,7 +115,7 @@ def solve(
         max_expansions: search nodes expanded at most.
         max_samples: samples of procedures at most.
         timeout: seconds after which the search gives up.
-        workers: processes to use.
+        workers: processes that ask procedures of geometry; one: this one does.
         progress: told now and then what is done.
         cancelled: asked now and then whether to stop.
         procedures: functions by the names of procedures: of external ones that the domain declares, or of those of
@@ -144,7 +146,7 @@ def solve(
     )
     if has_geometry:
         refuse_without_motion(problem)
-    run = Run(asked.answering() if procedures else problem, options, progress, cancelled)
+    run = Run(asked.answering() if procedures else problem, options, progress, cancelled, workers)
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
     if procedures is not None and not has_geometry:
@@ -224,11 +226,20 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
 
 
 def _integrated(run: Run, task: Task) -> Result:
-    from kabo.planner.assembly import assemble, files_read
-    from kabo.planner.ledger import Interleaved, Ledger
+
+    from kabo.planner.workers import Workers
 
     run.tell("loading the scene")
     server = _server(run)
+    with Workers(server, run.workers, run.stop) as workers:
+        return _interleaved(run, task, server, workers)
+
+
+def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "Workers") -> Result:
+    """Skeletons from knowledge and answers from geometry in turn, until there is a plan or no more to try."""
+    from kabo.planner.assembly import assemble, files_read
+    from kabo.planner.ledger import Interleaved, Ledger
+
     eager = run.options.geometry_order == "eager"
     ledger = Ledger(server)
     if not eager:
@@ -244,7 +255,7 @@ def _integrated(run: Run, task: Task) -> Result:
         if not isinstance(found, Found):
             return _without_plan(run, task, found, server, geometry)
         run.tell("moving", sum(server.statistics.calls.values()))
-        variants = _evaluated(run, found.skeleton, server, geometry)
+        variants = _evaluated(run, found.skeleton, server, geometry, workers)
         if run.stop() or server.statistics.samples > run.options.max_samples:
             over = "time" if run.stop() else "samples"
             return Result("exhausted", None, _statistics(run, server), exhausted(over, _failures(geometry)))
@@ -280,7 +291,11 @@ def _note_proofs(task: Task, ledger: "Ledger") -> None:
 
 
 def _evaluated(
-    run: Run, skeleton: Skeleton, server: "GeometricProcedures", geometry: "Ledger | Interleaved"
+    run: Run,
+    skeleton: Skeleton,
+    server: "GeometricProcedures",
+    geometry: "Ledger | Interleaved",
+    workers: "Workers",
 ) -> Any:
     """The variants of the skeleton if every procedure has a motion; None, with the refusals noted, if not."""
     from kabo.planner.evaluation import Evaluator
@@ -291,7 +306,7 @@ def _evaluated(
     advance = geometry.after if isinstance(geometry, Ledger) else lambda _call, _attempt, trace: trace
     effort = geometry.effort if isinstance(geometry, Ledger) else 0
 
-    evaluator = Evaluator(server, advance, effort, server.stop, share=lazy)
+    evaluator = Evaluator(server, advance, effort, server.stop, share=lazy, expect=workers.expect)
     evaluation = evaluator.evaluate(skeleton.root, cast("Any", geometry.start))
     for refused in evaluation.refused:
         if isinstance(geometry, Ledger):

@@ -26,6 +26,10 @@ from kabo.tasks.robots.states import CurrentState
 REMEMBERED = 256  # calls whose tasks are kept to be asked again; a task that was dropped starts over
 
 
+# The answer to a call in a situation (attempt, effort) and what it cost, if another process was asked for it.
+Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, Statistics] | None]
+
+
 @lru_cache(maxsize=64)
 def library_task(name: str) -> TaskFile:
     """A task file of the library."""
@@ -94,10 +98,15 @@ class _Asked:
 
 @dataclass
 class GeometricProcedures:
-    """Answers calls of procedures on a geometry server; `folder` (of the domain) may have task files of its own."""
+    """Answers calls of procedures on a geometry server.
+
+    `folder` (of the domain) may have task files of its own. `elsewhere` is asked first: answers are pure functions of
+    call, situation, attempt and effort, so they may come from another process that has a copy of this one.
+    """
 
     server: GeometryServer
     folder: Path | None = None
+    elsewhere: Elsewhere | None = None
 
     def __post_init__(self) -> None:
         self._bound: dict[GroundCall, Bound] = {}
@@ -175,6 +184,10 @@ class GeometricProcedures:
         held = {name for robot in robots for name in situation.carried(robot)}
         return tuple(sorted({*bound.moves, *bound.reads, *held}))
 
+    def knows(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> bool:
+        """Whether the answer to a call is remembered."""
+        return ((call, effort, situation.key), attempt) in self._answers
+
     def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Answer:
         """The answer of a procedure for every value that the situation leaves open, remembered.
 
@@ -182,8 +195,13 @@ class GeometricProcedures:
         """
         key = (call, effort, situation.key)
         if (key, attempt) not in self._answers:
-            answer = self._answered(key, call, situation, attempt, effort)
-            self.statistics.record(call.procedure, answer)
+            made = None if self.elsewhere is None else self.elsewhere(call, situation, attempt, effort)
+            if made is None:
+                answer = self._answered(key, call, situation, attempt, effort)
+                self.statistics.record(call.procedure, answer)
+            else:
+                answer = made[0]
+                self.statistics.add(made[1])
             self._answers[key, attempt] = answer
             if isinstance(answer, Success):
                 self.identify(situation.replace(answer.changes).first)
