@@ -51,6 +51,8 @@ _HOME = {
     "keep_constraint": "stretches",
     "line": "stretches",
     "way_to": "stretches",
+    "Team": "teams",
+    "TeamStream": "teams",
     "Contacts": "workspace",
     "Surroundings": "surroundings",
     "Workspace": "workspace",

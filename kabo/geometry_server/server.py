@@ -4,7 +4,7 @@ Nothing here changes but caches and counters: the same question has the same ans
 is asked.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,17 +12,16 @@ import numpy.typing as npt
 
 from kabo.geometry import Budget
 from kabo.geometry_server.answers import Statistics
-from kabo.geometry_server.candidates import Stream
 from kabo.geometry_server.context import Context
-from kabo.geometry_server.frames import WORLD, rows, standing_frame, tool_frame
 from kabo.geometry_server.identifiers import IdentifierMap
 from kabo.geometry_server.predicates import ScenePredicates
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.teams import Team, TeamStream
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import stream_key
 from kabo.language.scene_description import Constraint
-from kabo.scene import GeometricState, Scene, world_T
+from kabo.scene import GeometricState, Scene
 
 Array = npt.NDArray[np.float64]
 
@@ -76,21 +75,37 @@ class GeometryServer:
     def sample(
         self,
         constraints: Iterable[Constraint],
-        robot: str,
+        robots: str | Sequence[str],
         this: str | None = None,
         state: GeometricState | None = None,
         *,
+        names: Mapping[str, str] | None = None,
+        free: Sequence[str] = (),
         batches: int = 1,
     ) -> Array:
-        """Configurations (N, n) of a robot that fulfil constraints between `tool`, `world` and an object `this`."""
-        chosen, now = self.scene.robots[robot], state or self.scene.start
-        roles = {"tool": tool_frame(chosen), "world": WORLD}
+        """Configurations (N, n) of one or several robots that fulfil constraints between any two frames.
+
+        Args:
+            constraints: between features of `world`, `robot.tool`, `robot.<link>`, bodies and regions, or of the
+                roles in `names`. With one robot, `tool` is its tool.
+            robots: one name, or several: then a line of the answer holds their configurations one after another.
+            this: the body that the role `this` stands for.
+            state: where everything is (the first one if None); what hangs on one of the robots moves with it.
+            names: {role: name of a thing}.
+            free: bodies that may be anywhere; six values for each follow those of the robots, see `Team.poses`.
+            batches: of 64 samples each; only valid ones come back.
+
+        Raises:
+            ValueError: a name or feature does not exist, or a constraint has no meaning for its features.
+        """
+        chosen = (robots,) if isinstance(robots, str) else tuple(robots)
+        team, roles = Team.of(self.scene, chosen, free), dict(names or {})
         if this is not None:
-            roles["this"] = standing_frame(self.scene.bodies[this], world_T(self.scene, now, this))
-        hand = tuple(now.robots[robot][chosen.planned :])
-        stream = Stream(chosen, rows(constraints, roles), stream_key(self.seed, "sample", robot, this or ""), hand)
+            roles["this"] = this
+        key = stream_key(self.seed, "sample", *chosen, this or "")
+        stream = TeamStream.of(team, tuple(constraints), state or self.scene.start, key, roles)
         found = [candidate.q for number in range(batches) for candidate in stream.batch(number)]
-        return np.array(found).reshape(-1, chosen.tree.size)
+        return np.array(found).reshape(-1, team.tree.size)
 
     def _workspace(self, robot: str, state: GeometricState | None) -> Workspace:
         return Workspace.of(self.surroundings, robot, Situation.of(state or self.scene.start))

@@ -1,0 +1,211 @@
+"""Teams: constraints over several robots, and bodies that may be anywhere, as one joint vector [K Eq. 5.1].
+
+A name says which frame is meant: `world`, `left.tool`, `left.<link>`, a body or a region. What hangs on a robot of
+the team, directly or through other bodies, moves with it; everything else stands where it is.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server.candidates import BATCH, Candidate, joints_at
+from kabo.geometry_server.foresight import FREE_BODY
+from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
+from kabo.kinematics import JoinedTree, Key, joined, sample
+from kabo.language.scene_description import Constraint, Feature
+from kabo.scene import Configuration, GeometricState, KinematicTree, Robot, Scene, world_T
+from kabo.scene.transforms import transform, unflat
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Team:
+    """Robots of a scene that constraints speak of together, and `free` bodies that may be anywhere.
+
+    A configuration of the team is that of each robot, in their order, then six values for each free body.
+    """
+
+    scene: Scene
+    robots: tuple[Robot, ...]
+    free: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, scene: Scene, robots: Iterable[str], free: Iterable[str] = ()) -> "Team":
+        """The team of robots by name.
+
+        Raises:
+            ValueError: the scene has no such robot or body, a name comes twice, or there is none.
+        """
+        names, bodies = tuple(robots), tuple(free)
+        for name, known in (*((n, scene.robots) for n in names), *((n, scene.bodies) for n in bodies)):
+            if name not in known:
+                raise ValueError(f"the scene has no {name!r}; it has {', '.join(known) or 'none'}")
+        if len({*names, *bodies}) < len(names) + len(bodies) or not names + bodies:
+            raise ValueError("a team has at least one member, each once")
+        return cls(scene, tuple(scene.robots[name] for name in names), bodies)
+
+    @cached_property
+    def joined(self) -> JoinedTree:
+        """The trees of all members as one."""
+        return joined([*(robot.tree for robot in self.robots), *(FREE_BODY for _ in self.free)])
+
+    @property
+    def tree(self) -> KinematicTree:
+        """The one tree that constraints on the team work on."""
+        return self.joined.tree
+
+    @cached_property
+    def members(self) -> tuple[str, ...]:
+        """The names of robots and free bodies, in the order of the configuration."""
+        return (*(robot.name for robot in self.robots), *self.free)
+
+    @cached_property
+    def moving(self) -> npt.NDArray[np.bool_]:
+        """Which values of a configuration are planned for; grippers stay (n,)."""
+        parts = [np.arange(robot.tree.size) < robot.planned for robot in self.robots]
+        return np.concatenate([*parts, np.ones(FREE_BODY.size * len(self.free), np.bool_)])
+
+    def frame(self, member: str, frame: Frame) -> Frame:
+        """A frame of a robot's own tree (as `tool_frame` gives it) as one of the team's."""
+        return replace(frame, joint=self.joined.joint(self.members.index(member), frame.joint))
+
+    def named(self, name: str, state: GeometricState) -> Frame:
+        """The frame of a name, where things are in `state`.
+
+        Raises:
+            ValueError: nothing in the scene has the name.
+        """
+        if name == "world":
+            return WORLD
+        if name in self.scene.bodies:
+            return self._body(name, state, self.scene.bodies[name].features)
+        robot, dot, link = name.partition(".")
+        if dot and robot in self.scene.robots:
+            own = _own_frame(self.scene.robots[robot], link)
+            if robot in self.members:
+                return self.frame(robot, own)
+            at = joints_at(self.scene.robots[robot].tree, np.array(state.robots[robot]))[own.joint]
+            return Frame(0, unflat(at) @ own.joint_T_frame, own.features)
+        if name in self.scene.regions:
+            return Frame(0, self.scene.regions[name].world_T_region, {})
+        raise ValueError(
+            f"nothing is called {name!r}: name a body, a region, `world`, `robot.tool` or `robot.link`"
+        )
+
+    def roles(
+        self, state: GeometricState, constraints: Iterable[Constraint], names: Mapping[str, str] | None = None
+    ) -> Roles:
+        """The frame of every owner that the constraints name: by `names` {role: thing}, else as the thing itself.
+
+        `tool` needs no name in a team of one robot.
+
+        Raises:
+            ValueError: a thing or a feature does not exist.
+        """
+        known = dict(names or {})
+        if len(self.robots) == 1:
+            known.setdefault("tool", f"{self.robots[0].name}.tool")
+        features = [f for c in constraints if c.kind != "inside" for f in (c.first, c.second)]
+        found = {
+            owner: self.named(known.get(owner, owner), state) for owner in dict.fromkeys(f.owner for f in features)
+        }
+        for name in features:
+            if not has(found, name):
+                raise ValueError(
+                    f"{name.owner} has no feature {name.feature!r}; it has {_listed(found[name.owner])}"
+                )
+        return found
+
+    def configurations(self, q: Sequence[float] | Array) -> dict[str, Configuration]:
+        """What a configuration (n,) of the team means for each of its robots, rounded as states keep it."""
+        parts = zip(self.robots, self.joined.values, strict=False)
+        return {robot.name: tuple(round(float(v), 9) + 0.0 for v in q[place]) for robot, place in parts}
+
+    def poses(self, at: Candidate) -> dict[str, Array]:
+        """Where the free bodies are at a candidate: world_T_body (4, 4)."""
+        return {name: at.pose(self.frame(name, Frame(FREE_BODY.size, np.eye(4), {}))) for name in self.free}
+
+    def base(self, state: GeometricState) -> Array:
+        """The configuration of the robots in a state, zeros for free bodies: what does not move keeps it (n,)."""
+        parts = [np.array(state.robots[robot.name]) for robot in self.robots]
+        return np.concatenate([*parts, np.zeros(FREE_BODY.size * len(self.free))])
+
+    def _body(self, name: str, state: GeometricState, features: Mapping[str, Feature]) -> Frame:
+        body_T_part, at = np.eye(4), name
+        while at not in self.free and at in state.objects:
+            held = state.objects[at]
+            body_T_part = transform(held.position, held.quaternion) @ body_T_part
+            at = held.parent
+        if at in self.free:
+            return self.frame(at, Frame(FREE_BODY.size, body_T_part, features))
+        robot, dot, link = at.partition(".")
+        if dot and robot in self.members:
+            own = _link_frame(self.scene.robots[robot], link)
+            return self.frame(robot, Frame(own.joint, own.joint_T_frame @ body_T_part, features))
+        return Frame(0, world_T(self.scene, state, name), features)
+
+
+@dataclass(frozen=True)
+class TeamStream:
+    """All configurations of a team on a set of rows, in the order of the stream `key`; see `TeamStream.of`.
+
+    `base` (n,) are the values of what does not move: the grippers.
+    """
+
+    team: Team
+    rows: Array
+    key: Key
+    base: Array
+
+    @classmethod
+    def of(
+        cls,
+        team: Team,
+        constraints: Sequence[Constraint],
+        state: GeometricState,
+        key: Key,
+        names: Mapping[str, str] | None = None,
+    ) -> "TeamStream":
+        """The stream of constraints between frames that `Team.roles` finds, where everything else is in `state`.
+
+        Raises:
+            ValueError: a name or a feature does not exist, or a constraint has no meaning for its features.
+        """
+        roles = team.roles(state, constraints, names)
+        return cls(team, rows(constraints, roles), key, team.base(state))
+
+    def batch(self, number: int, size: int = BATCH) -> list[Candidate]:
+        """The valid samples of batch `number` of so many samples, in order of their number."""
+        return self.samples(number * size, size)
+
+    def samples(self, first: int, count: int) -> list[Candidate]:
+        """The valid ones of `count` samples from number `first` on, in order of their number, from one kernel call."""
+        tree = self.team.tree
+        found, valid = sample(
+            tree, self.rows, self.key, first, count, tree.lower, tree.upper, self.team.moving, base=self.base
+        )
+        return [self.candidate(q) for q in found[valid]]
+
+    def candidate(self, q: Sequence[float] | Array) -> Candidate:
+        """A configuration (n,) of the team, rounded as states keep it, and the poses of all its joints."""
+        rounded = np.array(np.round(q, 9) + 0.0, np.float64)
+        return Candidate(rounded, joints_at(self.team.tree, rounded))
+
+
+def _listed(frame: Frame) -> str:
+    return ", ".join(frame.features) or "none"
+
+
+def _own_frame(robot: Robot, name: str) -> Frame:
+    return tool_frame(robot) if name == "tool" and robot.tool is not None else _link_frame(robot, name)
+
+
+def _link_frame(robot: Robot, link: str) -> Frame:
+    if link not in robot.links:
+        raise ValueError(f"robot {robot.name} has no link {link!r}")
+    found = robot.links[link]
+    return Frame(found.joint, found.joint_T_link, {})

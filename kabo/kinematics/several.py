@@ -1,0 +1,57 @@
+"""Several trees as one: the joint vector of a constraint is that of all robots in it [K Eq. 5.1].
+
+Projection, sampling and proofs work on one tree of joints and do not ask whose they are.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kabo.kinematics.constraints import FrameFeature
+from kabo.scene.tree import KinematicTree
+
+
+@dataclass(frozen=True)
+class JoinedTree:
+    """One tree made of several that stand in the same world, and where each of them is in it."""
+
+    tree: KinematicTree
+    joints: tuple[int, ...]  # joint j > 0 of part k is joint j + joints[k]; joint 0 stays the world
+    values: tuple[slice, ...]  # where the configuration of part k is in that of the whole
+
+    def joint(self, part: int, joint: int) -> int:
+        """The number in the whole of a joint of a part."""
+        return joint + self.joints[part] if joint > 0 else 0
+
+    def feature(self, part: int, feature: FrameFeature) -> FrameFeature:
+        """A feature on a joint of a part, as one of the whole."""
+        return replace(feature, joint=self.joint(part, feature.joint))
+
+
+def joined(trees: Sequence[KinematicTree]) -> JoinedTree:
+    """All joints of several trees in one, in their order; a configuration is theirs one after another.
+
+    Raises:
+        ValueError: there is no tree.
+    """
+    if not trees:
+        raise ValueError("no trees to join")
+    sizes = [len(tree.parent) - 1 for tree in trees]
+    joints = [sum(sizes[:k]) for k in range(len(trees))]
+    ends = np.cumsum([tree.size for tree in trees]).tolist()
+    values = tuple(slice(end - tree.size, end) for end, tree in zip(ends, trees, strict=True))
+    parents, sources = [trees[0].parent[:1]], [trees[0].source[:1]]
+    for tree, first, place in zip(trees, joints, values, strict=True):
+        parents.append(np.where(tree.parent[1:] > 0, tree.parent[1:] + first, 0))
+        sources.append(tree.source[1:] + place.start)
+    whole = KinematicTree(
+        np.concatenate(parents).astype(np.int64),
+        *(np.concatenate(parts) for parts in ([trees[0].kind[:1], *(t.kind[1:] for t in trees)], sources)),
+        *(
+            np.concatenate([getattr(trees[0], name)[:1], *(getattr(tree, name)[1:] for tree in trees)])
+            for name in ("ratio", "shift", "placement")
+        ),
+        *(np.concatenate([getattr(tree, name) for tree in trees]) for name in ("lower", "upper", "velocity")),
+    )
+    return JoinedTree(whole, tuple(joints), values)
