@@ -55,7 +55,8 @@ def _line(node: Node) -> str:
     if node.delivers:
         text += f"  delivers {', '.join(node.delivers)}"
     if node.motion:
-        text += f"  [{max(segment.times[-1] for segment in node.motion):.1f} s]"
+        seconds = f"{max(segment.times[-1] for segment in node.motion):.1f} s"
+        text += f"  [{seconds}, begins {node.overlap:.1f} s early]" if node.overlap else f"  [{seconds}]"
     return text
 
 

@@ -71,6 +71,7 @@ class Node:
     delivers: tuple[str, ...] = ()
     motion: tuple[Segment, ...] = ()
     after: StateChange | None = None
+    overlap: float = 0.0  # [s] by which its motion begins before that of its only predecessor ends
 
     @property
     def successors(self) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ from kabo.plan.writing import FORMAT
 _ID = re.compile(r"n(0|[1-9][0-9]*)")
 _HASH = re.compile(r"sha256:[0-9a-f]{64}")
 _SEGMENT = ("robot", "joints", "waypoints", "times", "procedure", "stage", "attach", "detach", "allowed_contacts")
+_MOVING = ("motion", "after", "overlap")
 _OPTIONS = ("max_expansions", "max_samples", "geometry_order")
 
 
@@ -115,14 +116,14 @@ def _node(place: Place) -> Node:
         fields = place.fields(("kind", "on", "branches"))
         return Node("branch", on=fields["on"].text(), branches=_branches(fields["branches"]))
     if kind == "action":
-        fields = place.fields(("kind", "action", "arguments", "next"), ("motion", "after"))
+        fields = place.fields(("kind", "action", "arguments", "next"), _MOVING)
         return Node("action", next=_id(fields["next"]), **_acting(fields))
     if kind == "sense" and "delivers" in found:
-        fields = place.fields(("kind", "action", "arguments", "delivers", "next"), ("motion", "after"))
+        fields = place.fields(("kind", "action", "arguments", "delivers", "next"), _MOVING)
         delivers = tuple(entry.text() for entry in fields["delivers"].items(1))
         return Node("sense", next=_id(fields["next"]), delivers=delivers, **_acting(fields))
     if kind == "sense":
-        fields = place.fields(("kind", "action", "arguments", "on", "branches"), ("motion", "after"))
+        fields = place.fields(("kind", "action", "arguments", "on", "branches"), _MOVING)
         return Node("sense", on=fields["on"].text(), branches=_branches(fields["branches"]), **_acting(fields))
     return Node("goal")
 
@@ -134,7 +135,17 @@ def _acting(fields) -> dict:  # type: ignore[no-untyped-def, type-arg]
         "arguments": {name: _argument(value) for name, value in fields["arguments"].mapping().items()},
         "motion": tuple(_segment(entry) for entry in fields["motion"].items(1)) if "motion" in fields else (),
         "after": _state(fields["after"], ()) if "after" in fields else None,
+        "overlap": _overlap(fields) if "overlap" in fields else 0.0,
     }
+
+
+def _overlap(fields) -> float:  # type: ignore[no-untyped-def]
+    value: float = fields["overlap"].number()
+    if value <= 0.0:
+        fields["overlap"].wrong("an overlap is a span of time above 0")
+    if "motion" not in fields:
+        fields["overlap"].wrong("nothing moves: there is nothing to overlap")
+    return value
 
 
 def _branches(place: Place) -> dict[str, str]:

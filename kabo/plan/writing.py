@@ -66,7 +66,8 @@ def rounded(node: Node) -> Node:
     """The node as a file holds it: joints to 1e-9, times to 1e-6, no negative zeros."""
     after = None if node.after is None else rounded_state(node.after)
     arguments = {name: _argument(value) for name, value in node.arguments.items()}
-    return replace(node, motion=tuple(map(_rounded_segment, node.motion)), after=after, arguments=arguments)
+    motion, overlap = tuple(map(_rounded_segment, node.motion)), _number(node.overlap, TIME_DECIMALS)
+    return replace(node, motion=motion, after=after, arguments=arguments, overlap=overlap)
 
 
 def rounded_state(state: StateChange) -> StateChange:
@@ -95,6 +96,8 @@ def node_to_json(node: Node) -> dict[str, Any]:
         result["motion"] = [_segment_json(segment) for segment in node.motion]
     if node.after is not None and (node.after.robots or node.after.objects):
         result["after"] = _change_json(node.after)
+    if node.overlap > 0.0:
+        result["overlap"] = node.overlap
     return result
 
 

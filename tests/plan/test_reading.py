@@ -49,6 +49,8 @@ CASES = [
         f"{MOTION}.allowed_contacts[0]: expected 2 entries",
     ),
     (("nodes", "n1", "motion", 0, "speed"), 1, 'unknown key "speed"'),
+    (("nodes", "n1", "overlap"), 0, "$.nodes.n1.overlap: an overlap is a span of time above 0"),
+    (("nodes", "n3", "overlap"), 1.0, "$.nodes.n3: unknown key"),
     (("nodes", "n1", "after"), {}, "$.nodes.n1.after: nothing changes"),
     (("nodes", "n1", "after", "objects", "cup", "quaternion"), [0, 0, 0, 2], "has length 1"),
     (("nodes", "n0", "branches"), {}, "$.nodes.n0.branches: a node that branches has at least one branch"),

@@ -65,6 +65,7 @@ def trees(draw, levels=3):
     fields = {} if kind == "branch" else {"action": draw(st.sampled_from("ab")), "arguments": draw(ARGUMENTS)}
     if kind != "branch" and draw(st.integers(0, 3)) == 0:
         fields |= {"motion": (draw(segments()),), "after": draw(CHANGES)}
+        fields |= {"overlap": draw(st.sampled_from([0.0, 0.25, 1.5]))}
     if kind in ("action", "delivers"):
         fields |= {"delivers": ("p(x)",)} if kind == "delivers" else {}
         return ("sense" if kind == "delivers" else kind, fields, {"": draw(trees(levels - 1))})
@@ -106,7 +107,7 @@ def unfolded(plan: Plan, name: str):
     if node.kind == "goal":
         return ("goal", {}, {})
     fields = {} if node.action is None else {"action": node.action, "arguments": node.arguments}
-    fields |= {"motion": node.motion, "after": node.after} if node.motion else {}
+    fields |= {"motion": node.motion, "after": node.after, "overlap": node.overlap} if node.motion else {}
     fields |= {"delivers": node.delivers} if node.delivers else {}
     fields |= {"on": node.on} if node.on else {}
     following = node.branches or {"": node.next}
