@@ -73,19 +73,20 @@ def test_without_geometry_the_same_actions_have_no_motion() -> None:
     assert verify_plan(problem("stacked/n2.yaml"), found, knowledge_only=True).ok
 
 
-def test_the_same_bytes_in_every_process() -> None:
+def test_the_same_bytes_in_every_process_and_with_any_number_of_workers() -> None:
     code = (
         "import sys\n"
         "from kabo.language import load_problem\n"
         "from kabo.plan import plan_to_json\n"
         "from kabo.planner.solve import solve\n"
-        f"plan = solve(load_problem({str(DOMAINS / 'force_sensing/n1.yaml')!r}), seed=5).plan\n"
+        f"plan = solve(load_problem({str(DOMAINS / 'force_sensing/n1.yaml')!r}), seed=5, workers=int(sys.argv[1])).plan\n"
         "sys.stdout.buffer.write(plan_to_json(plan))\n"
     )
     made = []
-    for seed in ("1", "2"):
-        environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, env=environment, check=True)
+    for workers in ("1", "4"):
+        environment = {**os.environ, "PYTHONHASHSEED": workers, "PYTHONPATH": str(ROOT)}
+        program = [sys.executable, "-c", code, workers]
+        run = subprocess.run(program, capture_output=True, env=environment, check=True)
         made.append(run.stdout)
     assert made[0] == made[1] == plan_to_json(plan_of(solve(problem("force_sensing/n1.yaml"), seed=5)))
 
