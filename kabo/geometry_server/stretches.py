@@ -22,7 +22,7 @@ from kabo.scene import Robot
 Array = npt.NDArray[np.float64]
 
 LINE = 1e-3  # m: how far a straight stretch may leave its line
-SHORTCUTS = 60  # attempts to shorten a path
+SHORTCUTS, PATIENCE = 40, 8  # attempts to shorten a path, and in vain in a row: a plan's motion is refined later
 KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
 
 
@@ -139,7 +139,6 @@ def way_to(
         workspace.surroundings.statistics.samples += path.samples
         pairs = workspace.pairs
         return Refused(tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs)))
-    short = shortcut(
-        path, free_segment, stream, SHORTCUTS, free_configurations=free_configurations, projection=project
-    )
+    # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
+    short = shortcut(path, free_segment, stream, SHORTCUTS, projection=project, patience=PATIENCE)
     return [whole(q) for q in short]

@@ -20,6 +20,7 @@ def shortcut(
     *,
     free_configurations: FreeConfigurations | None = None,
     projection: Projection | None = None,
+    patience: int | None = None,
 ) -> Floats:
     """A path (m, n) with the same ends, never longer (L2), whose every new piece is proven free.
 
@@ -29,16 +30,17 @@ def shortcut(
         key: of the random numbers; attempt i depends on (key, i) and the path before it only.
         attempts: how many pairs are tried.
         free_configurations: the cheap look before each proof, if there is one.
+        patience: how many attempts in a row may be in vain; None: any number.
     """
     path = np.array(waypoints, np.float64)
-    space = Space(free_segment, free_configurations, projection)
+    space, vain = Space(free_segment, free_configurations, projection), 0
     for attempt in range(attempts):
-        if len(path) < 3:
+        if len(path) < 3 or (patience is not None and vain >= patience):
             break
         ends = sorted(uniform(key, attempt, k) for k in range(2))
         found = _shortened(path, ends[0], ends[1], space)
-        if found is not None:
-            path = found
+        vain = vain + 1 if found is None else 0
+        path = path if found is None else found
     return path
 
 

@@ -51,3 +51,15 @@ def test_under_a_constraint_the_replacement_is_pulled_onto_it():
     short = shortcut(path, free_segment, KEY, 60, projection=pull)
     assert length(short) < 0.6 * length(path)
     assert all(free_segment(a, b) < 0 for a, b in zip(short, short[1:], strict=False))
+
+
+def test_patience_ends_after_so_many_attempts_in_vain() -> None:
+    asked = []
+
+    def blocked(q0: np.ndarray, q1: np.ndarray) -> int:
+        asked.append(1)
+        return 0
+
+    path = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]])
+    assert np.array_equal(shortcut(path, blocked, KEY, 100, patience=5), path)
+    assert 0 < len(asked) <= 5
