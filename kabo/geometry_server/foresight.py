@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server.candidates import grasp_stream, joints_at, within
+from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, joints_at, within
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
 from kabo.geometry_server.placing import Place
@@ -22,6 +22,7 @@ from kabo.scene.transforms import unflat
 Array = npt.NDArray[np.float64]
 
 PLACES, GRASPS = 24, 16  # places tried, and grasps at each
+NEAREST = 3  # places to tell how far out of reach they are
 ROOM = 10.0  # m: how far from the world's origin an object may fly
 
 
@@ -77,6 +78,22 @@ def may_place(context: Context, robot: Robot, body: Body, target: Place, situati
             if made is not None and made.stream.batch(0, GRASPS):
                 return True
     return none
+
+
+def grasps_there(
+    context: Context, robot: Robot, body: Body, target: Place, situation: Situation, most: int = NEAREST
+) -> list[Stream]:
+    """The grasps of a body at those of its places on a target that are nearest to the robot's base."""
+    hand, base = _open_hand(robot, situation.configuration(robot.name)), base_position(robot)
+    near = sorted(
+        places(context, body, target, situation), key=lambda pose: float(np.linalg.norm(pose[:3, 3] - base))
+    )
+    made = (
+        grasp_stream(robot, body, family, pose, hand, context.seed)
+        for pose in near[:most]
+        for family in body.grasps.values()
+    )
+    return [found.stream for found in made if found is not None]
 
 
 def _open_hand(robot: Robot, q: Configuration) -> tuple[float, ...]:

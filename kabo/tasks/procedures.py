@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from kabo.geometry_server import Answer, Failure, GeometryServer, Situation, Statistics, Success
+from kabo.geometry_server import Answer, Failure, GeometryServer, Situation, Statistics, Stream, Success
 from kabo.language.calls import TRUTH
 from kabo.language.formulas import GroundCall
 from kabo.language.procedures import FOLDER, LIBRARY
@@ -19,9 +19,12 @@ from kabo.tasks.core import Failure as StageFailure
 from kabo.tasks.core import Generator, InitialisationError, Stage, Task
 from kabo.tasks.core.stages import Connector
 from kabo.tasks.files import TaskFile, load_task_file
+from kabo.tasks.records import Records
 from kabo.tasks.refusals import Refusals
 from kabo.tasks.robots import RobotStage, TaskScene, changed, check_names, segments
 from kabo.tasks.robots.states import CurrentState
+
+Observe = Callable[[Stage, StageFailure], None]
 
 REMEMBERED = 256  # calls whose tasks are kept to be asked again; a task that was dropped starts over
 
@@ -113,6 +116,7 @@ class GeometricProcedures:
         self._looked: dict[str, _Looked] = {}
         self._asked: dict[tuple[object, ...], _Asked] = {}
         self._answers: dict[tuple[object, ...], Answer] = {}
+        self.records = Records()
 
     # ------------------------------------------------------------------------------------- the server beneath
     @property
@@ -203,6 +207,7 @@ class GeometricProcedures:
                 answer = made[0]
                 self.statistics.add(made[1])
             self._answers[key, attempt] = answer
+            self.records.note(call, situation, attempt, effort, answer)
             if isinstance(answer, Success):
                 self.identify(situation.replace(answer.changes).first)
         return self._answers[key, attempt]
@@ -234,6 +239,24 @@ class GeometricProcedures:
         task, refusals = bound.file.task(bound.arguments, seed=self.server.seed), Refusals()
         task.lazy, task.observe = True, refusals.observe
         return _Asked(task, refusals)
+
+    # ------------------------------------------------------------------------------------------- explanations
+    def again(self, call: GroundCall, situation: Situation, attempt: int, effort: int, observe: Observe) -> int:
+        """Makes a call afresh, every refused attempt told to `observe`; how many solutions there were. Kept nowhere."""
+        refused = self._refuted(call, situation)
+        if refused is not None:
+            observe(*refused)
+            return 0
+        bound = self.bind(call)
+        task = bound.file.task(bound.arguments, seed=self.server.seed)
+        task.lazy, task.observe = True, observe
+        return len(task.plan(TaskScene.of(self.server.context(effort), situation), attempt + 1, stop=self.stop))
+
+    def wanted(self, call: GroundCall, situation: Situation) -> list[Stream]:
+        """What the stages of a call would sample in a situation, within reach or not."""
+        arguments, context = self.bind(call).arguments, self.server.context()
+        stages = self._looked[call.procedure].stages(arguments)
+        return [stream for stage in stages for stream in stage.wanted(context, situation)]
 
     # ------------------------------------------------------------------------------------------------- proofs
     def _refuted(self, call: GroundCall, situation: Situation) -> tuple[Stage, StageFailure] | None:

@@ -3,12 +3,12 @@
 A procedure's moves and reads follow from those of its stages, and so does what can be refuted without sampling.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Context, Pair, Situation
+from kabo.geometry_server import Context, Pair, Situation, Stream
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
 
@@ -92,6 +92,10 @@ class RobotStage(Stage):
     def foresee(self, context: Context, situation: Situation) -> Failure | None:
         """Why the stage is not likely to succeed, whatever comes before it; asked once, before any search."""
         return None
+
+    def wanted(self, context: Context, situation: Situation) -> Sequence[Stream]:
+        """What it would sample in a situation, within reach or not: for telling how far out of reach that is."""
+        return ()
 
     def known(self, name: str) -> Any:
         """The value of a property if it does not depend on an interface state, else None."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import Context, Situation, grasp_missing, grasp_roles, grasp_stream, recognised
+from kabo.geometry_server import Context, Situation, Stream, grasp_missing, grasp_roles, grasp_stream, recognised
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot
 from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
@@ -77,6 +77,14 @@ class SampleGrasp(RobotStage, Monitor):
         if robot not in context.scene.robots or name not in situation.objects:
             return None
         return _refuted(context, situation, context.scene.robots[robot], name, family or ANY)
+
+    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+        """The grasps of all families, where the object stands now."""
+        robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
+        if robot not in context.scene.robots or name not in situation.objects:
+            return []
+        chosen = context.scene.robots[robot]
+        return [found.stream for found in _streams(context, situation, chosen, name, family or ANY)]
 
 
 def _streams(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> list[Any]:

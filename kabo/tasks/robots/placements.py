@@ -7,6 +7,8 @@ from kabo.geometry_server import (
     Context,
     Place,
     Situation,
+    Stream,
+    grasps_there,
     may_place,
     placement_streams,
     region_missing,
@@ -84,6 +86,17 @@ class SamplePlacement(RobotStage, Monitor):
         if may_place(context, robot, context.scene.bodies[name], place, situation):
             return None
         return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
+
+    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+        """What puts the object down as it is held; in nobody's hand, grasps of it at a few places in the region."""
+        known = self._known(context)
+        if known is None:
+            return []
+        robot, name, region = known
+        place = _place(context, region.name, self.known("support"))
+        if name in situation.carried(robot.name):
+            return [made.stream for made in placement_streams(context, robot, name, place, situation)]
+        return grasps_there(context, robot, context.scene.bodies[name], place, situation)
 
     def _known(self, context: Context) -> tuple[Robot, str, Region] | None:
         robot, name, region = (self.known(key) for key in ("robot", "object", "region"))

@@ -36,7 +36,10 @@ FEW = (16, 48, 192)  # samples of the first batches for one pose: mostly a few w
 class Target(Protocol):
     """Something that a robot's configurations may reach."""
 
-    robot: str
+    @property
+    def robot(self) -> str:
+        """Which robot."""
+        ...
 
     def batches(self) -> Iterator[list[Candidate]]:
         """Its configurations, batch by batch, for ever."""
