@@ -73,6 +73,7 @@ class Run:
     generated: int = 0
     rounds: int = 0
     packed: PackedTask | None = None
+    witness: "Callable[[GeometricProcedures], None] | None" = None
 
     def stop(self) -> bool:
         """Whether time is up or somebody asked to stop."""
@@ -100,6 +101,7 @@ def solve(
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., bool]] | None = None,
+    witness: "Callable[[GeometricProcedures], None] | None" = None,
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
 
@@ -122,6 +124,7 @@ def solve(
             geometry, which then nobody else is asked for. Called with the arguments (names of objects and numbers),
             and with a `seed` if they take one. They answer true for success, or with their value, None if there is
             none. Equal arguments must have equal answers. Tests and calls without a function always succeed.
+        witness: given the procedures of geometry before any is called, to look at what came of them afterwards.
 
     Raises:
         InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
@@ -146,7 +149,7 @@ def solve(
     )
     if has_geometry:
         refuse_without_motion(problem)
-    run = Run(asked.answering() if procedures else problem, options, progress, cancelled, workers)
+    run = Run(asked.answering() if procedures else problem, options, progress, cancelled, workers, witness=witness)
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
     if procedures is not None and not has_geometry:
@@ -231,6 +234,8 @@ def _integrated(run: Run, task: Task) -> Result:
 
     run.tell("loading the scene")
     server = _server(run)
+    if run.witness is not None:
+        run.witness(server)
     with Workers(server, run.workers, run.stop) as workers:
         return _interleaved(run, task, server, workers)
 

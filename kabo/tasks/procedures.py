@@ -279,7 +279,9 @@ class GeometricProcedures:
             return None
         refusals = Refusals()
         refusals.observe(*found)
-        return refusals.failure(_sentence(bound), frozenset(), self.scene)
+        failure = refusals.failure(_sentence(bound), frozenset(), self.scene)
+        self.records.note(call, start, 0, 0, failure)
+        return failure
 
 
 @lru_cache(maxsize=64)
