@@ -21,6 +21,11 @@ class Mount:
 
     joint: int
     joint_T_body: Array  # (4, 4)
+    robot: str = ""
+
+    def carrying(self, body_T_other: Array) -> "Mount":
+        """Where something hangs that has this pose (4, 4) in the frame of the body."""
+        return Mount(self.joint, self.joint_T_body @ body_T_other, self.robot)
 
 
 class Arm:
@@ -33,7 +38,7 @@ class Arm:
         self._pinocchio = pinocchio
         self._model, self._data = robot.model, robot.model.createData()
         self.mounts = {
-            frame.name: Mount(int(frame.parentJoint), np.array(frame.placement.homogeneous))
+            frame.name: Mount(int(frame.parentJoint), np.array(frame.placement.homogeneous), robot.name)
             for frame in self._model.frames
             if frame.type == pinocchio.FrameType.BODY and frame.name in robot.links
         }

@@ -36,8 +36,8 @@ def check_collision(
 
     Args:
         node: the id of the node.
-        path: the path of the moving robot.
-        moving: its links and all that it carries.
+        path: the path of the robots that move.
+        moving: their links and all that they carry.
         standing: everything else; one name may stand at several places.
         permits: the contacts that the segment permits.
         world: the scene.
@@ -87,12 +87,14 @@ def _prove(pair: Pair, stretches: Stretches, shift: np.ndarray | None) -> Proof:
 
 
 def _key(pair: Pair, shift: np.ndarray | None) -> bytes:
-    digest = hashlib.sha256(pair.path.arm.robot.name.encode())
+    digest = hashlib.sha256(" ".join(pair.path.arms).encode())
     digest.update(pair.path.configurations.tobytes() + pair.path.times.tobytes())
     for thing in (pair.first, pair.second):
         digest.update(thing.surface.digest.encode())
         if thing.mount is not None:
-            digest.update(b"on %d" % thing.mount.joint + thing.mount.joint_T_body.tobytes())
+            digest.update(
+                b"on %s %d" % (thing.mount.robot.encode(), thing.mount.joint) + thing.mount.joint_T_body.tobytes()
+            )
         elif thing.world_T is not None:
             digest.update(b"at" + thing.world_T.tobytes())
     digest.update(b"raised" if shift is not None else b"")

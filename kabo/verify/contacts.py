@@ -17,39 +17,48 @@ class Permits:
     raised: frozenset[frozenset[str]] = frozenset()
     refused: tuple[tuple[str, str], ...] = ()
 
+    def joined(self, other: "Permits") -> "Permits":
+        """What either permits."""
+        return Permits(self.loose | other.loose, self.raised | other.raised, self.refused + other.refused)
+
 
 def permits(
     segment: Segment,
     scene: Scene,
     *,
-    gripper_moves: bool,
-    objects: Iterable[str],
-    supports: Iterable[tuple[str, str]],
+    touched: Iterable[str],
+    loose: Iterable[str] = (),
+    supports: Iterable[tuple[str, str]] = (),
+    mating: Iterable[frozenset[str]] = (),
 ) -> Permits:
     """What of a segment's allowed contacts is granted.
 
     Args:
         segment: the segment.
         scene: with the contacts that are always permitted.
-        gripper_moves: whether only the gripper moves: then fingers may touch what they hold. When the arm moves,
-            they do not move against what they hold, and must not touch anything else.
-        objects: what the robot holds, takes or lets go in this node.
+        touched: what the robot holds, takes or lets go in this node: its fingers may touch it.
+        loose: of these, what moves against the fingers by the gripper's joints only. When an arm moves, fingers do
+            not move against what they hold, and must not touch anything else.
         supports: (object, body) that the object stands on at the beginning or end of this segment.
+        mating: pairs of bodies that are put together, or hang together already.
     """
     gripper = scene.robots[segment.robot].gripper
     fingers = () if gripper is None else gripper.touch_links
-    held = {frozenset((finger, name)) for finger in fingers for name in objects}
-    standing = {frozenset(pair) for pair in supports}
-    loose, raised, refused = set(), set(), []
+    held = {frozenset((finger, name)) for finger in fingers for name in touched}
+    opening = {frozenset((finger, name)) for finger in fingers for name in loose}
+    standing, joined = {frozenset(pair) for pair in supports}, set(mating)
+    free, raised, refused = set(), set(), []
     for first, second in segment.allowed_contacts:
         pair = frozenset((first, second))
         if pair in held:
-            loose |= {pair} if gripper_moves else set()
+            free |= {pair} & opening
+        elif pair in joined:
+            free.add(pair)
         elif pair in standing:
             raised.add(pair)
         elif not (_exists(scene, first) and _exists(scene, second) and scene.never_collide(first, second)):
             refused.append((first, second))
-    return Permits(frozenset(loose), frozenset(raised), tuple(refused))
+    return Permits(frozenset(free), frozenset(raised), tuple(refused))
 
 
 def _exists(scene: Scene, name: str) -> bool:

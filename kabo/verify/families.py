@@ -1,6 +1,6 @@
 """Whether an object is held as one of its grasp families says, or stands as one of its placements says."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -19,16 +19,15 @@ OUTSIDE = 1e-6  # [m] how far a body may reach out of its region
 
 
 def check_grasp(
-    node: str, time: float, call: Call, world: World, q: tuple[float, ...], world_T_object: Array
+    node: str, time: float, call: Call, world: World, robot: str, name: str, q: Array, world_T_object: Array
 ) -> Iterator[Finding]:
-    """The object is taken as one of its grasp families allows for this robot."""
-    robot, name = call.roles["robot"], call.roles["object"]
+    """The object is taken as one of its grasp families allows for this robot, in its configuration `q` (n,)."""
     tool, body = world.tool_role(robot, q), world.scene.bodies[name]
     families = {n: f for n, f in body.grasps.items() if call.grasp in (None, n) and robot in (f.robots or [robot])}
     roles = {"this": world.role(name, world_T_object)} | ({} if tool is None else {"tool": tool})
     failures = []
     for family in families.values():
-        reason = _why_not(family.constraints, roles) or _wrong_fingers(family, world, robot, q)
+        reason = why_not(family.constraints, roles) or _wrong_fingers(family, world, robot, q)
         if reason is None:
             return
         failures.append(f"{family.name}: {reason}")
@@ -36,7 +35,7 @@ def check_grasp(
     yield Finding(node, text, time, (robot, name))
 
 
-def _wrong_fingers(family: GraspFamily, world: World, robot: str, q: tuple[float, ...]) -> str | None:
+def _wrong_fingers(family: GraspFamily, world: World, robot: str, q: Array) -> str | None:
     gripper = world.scene.robots[robot].gripper
     if gripper is None:
         return None
@@ -48,7 +47,7 @@ def _wrong_fingers(family: GraspFamily, world: World, robot: str, q: tuple[float
 
 
 def check_placement(
-    node: str, time: float, call: Call, world: World, world_T_object: Array, poses: Mapping[str, Array]
+    node: str, time: float, call: Call, world: World, pose: Callable[[str], Array]
 ) -> Iterator[Finding]:
     """The object stands as one of its placements allows, inside the region that is named.
 
@@ -57,17 +56,17 @@ def check_placement(
         time: when [s].
         call: with the region, or the support.
         world: the scene.
-        world_T_object: where the object is.
-        poses: of movable supports.
+        pose: where a body is then, world_T (4, 4).
     """
     name, region = call.roles["object"], call.roles.get("region")
     if region is not None and region not in world.scene.regions:
         yield Finding(node, f"{region} is no region of the scene", time)
         return
     support = call.roles.get("support") or (None if region is None else world.scene.regions[region].support)
+    world_T_object = pose(name)
     roles = {"this": world.role(name, world_T_object)}
     if support is not None:
-        roles["support"] = world.role(support, poses[support])
+        roles["support"] = world.role(support, pose(support))
     if region is not None:
         roles["region"] = _region_role(world.scene.regions[region])
         out = world.outside(name, world_T_object, region)
@@ -78,7 +77,7 @@ def check_placement(
     failures = []
     for family in world.scene.bodies[name].placements.values():
         if call.placement in (None, family.name):
-            reason = _why_not(family.constraints, roles)
+            reason = why_not(family.constraints, roles)
             if reason is None:
                 return
             failures.append(f"{family.name}: {reason}")
@@ -99,7 +98,7 @@ def _region_role(region: Region) -> Role:
     return Role(features, region.world_T_region)
 
 
-def _why_not(constraints: Sequence[Constraint], roles: Mapping[str, Role]) -> str | None:
+def why_not(constraints: Sequence[Constraint], roles: Mapping[str, Role]) -> str | None:
     """What is missed, for people; None if all constraints hold."""
     try:
         found = missed(constraints, roles)

@@ -8,6 +8,7 @@ from typing import Any
 from kabo.language import Problem
 from kabo.plan import Plan
 from kabo.scene import load_scene
+from kabo.verify.calls import Calls
 from kabo.verify.collision import Tally
 from kabo.verify.components import Components
 from kabo.verify.motions import check_motion
@@ -30,7 +31,8 @@ def check_geometry(
         return dict(problem.files), [Finding(None, text)], {}
     scene = load_scene(problem.scene)
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
-    world, components, tally = World(scene), Components(plan, scene, order), Tally()
+    world = World(scene, {name: body.model for name, body in problem.scene.bodies.items()})
+    calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
     findings = list(check_start(components))
     if findings:
         return files, findings, {}
@@ -38,7 +40,7 @@ def check_geometry(
     for name in order:
         node = plan.nodes[name]
         if node.action is not None:
-            findings += check_motion(name, node, problem, world, components, tally)
+            findings += check_motion(name, node, calls, world, components, tally)
             motions += bool(node.motion)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
     return files, findings, figures

@@ -24,14 +24,15 @@ Owners = dict[str, tuple[Role, Mount | None]]  # role -> its features, and where
 
 
 def check_kept(path: Path, constraints: Sequence[Constraint], owners: Owners) -> None:
-    """Proves that constraints hold along a path to their tolerance.
+    """Proves that constraints hold along the path of one robot to their tolerance.
 
     Raises:
         Lapse: one does not.
         UnknownFeatureError: one names what nobody has.
     """
+    (arm,) = path.arms.values()
     for constraint in constraints:
-        rates = _rates(path.arm, constraint, owners)
+        rates = _rates(arm, constraint, owners)
         for piece in range(len(path.steps)):
             bound = {kind: float(path.steps[piece] @ rate) for kind, rate in rates.items()}
             _prove(path, piece, constraint, owners, bound)
@@ -61,7 +62,7 @@ def _measured(path: Path, piece: int, share: float, constraint: Constraint, owne
     joints = path.poses(piece, share)
     roles = {}
     for name, (role, mount) in owners.items():
-        pose = role.world_T if mount is None else joints[mount.joint] @ mount.joint_T_body
+        pose = role.world_T if mount is None else joints[mount.robot][mount.joint] @ mount.joint_T_body
         roles[name] = Role(role.features, pose)
     return measures(constraint, roles)
 

@@ -21,17 +21,25 @@ def check_joints(node: str, segment: Segment, robot: Robot) -> Iterator[Finding]
         yield Finding(node, text, segment.times[0])
 
 
-def check_numbers(
-    node: str, segment: Segment, robot: Robot, start: npt.NDArray[np.float64], earliest: float
-) -> Iterator[Finding]:
-    """Continuity, time, limits and velocities of a segment.
+def check_times(node: str, segment: Segment, earliest: float) -> Iterator[Finding]:
+    """Times increase, from when the robot's segment before has ended [s]."""
+    times = np.asarray(segment.times)
+    if times[0] < earliest - JOINED:
+        text = f"a segment of {segment.robot} begins before the one before it has ended"
+        yield Finding(node, text, float(times[0]))
+    steps = np.diff(times)
+    if (steps <= 0).any():
+        yield Finding(node, "times do not increase", float(times[int((steps <= 0).argmax())]))
+
+
+def check_numbers(node: str, segment: Segment, robot: Robot, start: npt.NDArray[np.float64]) -> Iterator[Finding]:
+    """Continuity, limits and velocities of a segment.
 
     Args:
         node: the id of its node.
-        segment: the segment, whose joints fit the robot.
+        segment: the segment, whose joints fit the robot, and whose times increase.
         robot: the robot.
         start: the configuration (n,) of all its joints in which the segment begins.
-        earliest: when the segment before has ended [s].
     """
     waypoints, times = np.asarray(segment.waypoints), np.asarray(segment.times)
     index = [robot.joint_names.index(joint) for joint in segment.joints]
@@ -40,15 +48,7 @@ def check_numbers(
         joint = segment.joints[int(jump.argmax())]
         text = f"the motion jumps: {joint} of {robot.name} is {jump.max():.6g} away from where it was"
         yield Finding(node, text, float(times[0]), depth=float(jump.max()))
-    if times[0] < earliest - JOINED:
-        yield Finding(
-            node, f"a segment of {robot.name} begins before the one before it has ended", float(times[0])
-        )
-    steps = np.diff(times)
-    if (steps <= 0).any():
-        yield Finding(node, "times do not increase", float(times[int((steps <= 0).argmax())]))
-    else:
-        yield from _check_velocities(node, segment, robot, waypoints, times, index)
+    yield from _check_velocities(node, segment, robot, waypoints, times, index)
     yield from _check_limits(node, segment, robot, waypoints, times, index)
 
 

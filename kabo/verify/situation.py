@@ -1,102 +1,140 @@
-"""The geometric situation at the start of a node: what must be one there, and all that the rest may be."""
+"""The geometric situation at the start of a node: what must be one there, and all that the rest may be.
 
-from collections.abc import Collection, Iterator, Mapping
+Followed one by one are the robots that move, what they carry, the bodies that the call names, and all that hangs
+together with these: each has exactly one place there. Everything else stands, at every place that it may have.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from kabo.verify.arms import Mount
+from kabo.plan import ObjectPose
 from kabo.verify.calls import Call
 from kabo.verify.components import Components, ComponentValue
+from kabo.verify.holding import Holding
 from kabo.verify.report import Finding
 from kabo.verify.sweep import Thing
-from kabo.verify.world import World
+from kabo.verify.world import World, matrix
 
 Array = npt.NDArray[np.float64]
+_Value = TypeVar("_Value")
 
 
 @dataclass
 class Situation:
-    """What a motion begins with.
+    """What a motion begins with: what is followed, with the configurations of the robots, and what stands."""
 
-    `q` is the moving robot's configuration; `objects` says where each object is that the robot carries or the call
-    names; `standing` is everything else, at every place that it can have.
-    """
-
-    q: npt.NDArray[np.float64]
-    objects: dict[str, Array | Mount]
+    holding: Holding
     standing: list[Thing] = field(default_factory=list)
-    poses: dict[str, Array] = field(default_factory=dict)  # of supports that the call names
 
 
 class Ambiguous(Exception):
     """A component that a motion moves or refers to has several possible values, or its parent does not exist."""
 
 
-def situation(node: str, call: Call, world: World, components: Components) -> Situation | None:
+def situation(
+    node: str, call: Call, moved: Sequence[str], world: World, components: Components
+) -> Situation | None:
     """The situation in which a node's motion begins; None if no way leads there.
+
+    Args:
+        node: the node's id.
+        call: its call.
+        moved: the robots that its motion moves.
+        world: the scene.
+        components: what the plan's states may be.
 
     Raises:
         Ambiguous: says which component.
     """
-    robot = call.roles["robot"]
-    configurations = components.values(node, (robot,))
-    if not configurations:
-        return None
-    q = _only(robot, configurations)
-    named = [n for role, n in call.roles.items() if role in ("object", "support") and n in world.scene.movable]
-    region = world.scene.regions.get(call.roles.get("region", ""))
-    support = call.roles.get("support") or (None if region is None else region.support)
-    objects: dict[str, Array | Mount] = {}
-    result = Situation(np.asarray(q), objects)
-    for name in world.scene.movable:
-        placed = _placed(node, name, robot, world, components)
-        carried = any(isinstance(where, Mount) for where in placed)
-        if name in named or name == support or carried:
-            where: Array | Mount = _only(name, placed)
-            if isinstance(where, Mount) or name == call.roles.get("object"):
-                objects[name] = where
-            else:
-                result.standing.append(Thing(name, world.surface_of(world.scene.bodies[name].mesh), where))
-                result.poses[name] = where
+    scene = world.scene
+    states = {name: _holdings(node, name, world, components) for name in scene.movable}
+    holding = Holding(world.arms, scene.fixed_poses)
+    for robot in moved:
+        configurations = components.values(node, (robot,))
+        if not configurations:
+            return None
+        holding.q[robot] = np.asarray(_only(robot, [value for (value,) in configurations]))
+    result = Situation(holding)
+    followed = _followed(call, moved, world, states)
+    for name in scene.movable:
+        if name in followed:
+            _follow(name, states[name], holding)
         else:
-            own = world.surface_of(world.scene.bodies[name].mesh)
-            result.standing.extend(Thing(name, own, where) for where in placed if not isinstance(where, Mount))
-    for other in world.scene.robots:
-        if other != robot:
-            for (value,) in sorted(components.values(node, (other,))):  # type: ignore[type-var]
-                result.standing.extend(world.links_at(other, value))  # type: ignore[arg-type]
+            own = world.surface_of(scene.bodies[name].mesh)
+            places = {where.tobytes(): where for where in (state.pose(name) for state in states[name])}
+            result.standing.extend(Thing(name, own, where) for where in places.values())
+    for robot in scene.robots:
+        if robot not in moved:
+            for (value,) in sorted(components.values(node, (robot,))):  # type: ignore[type-var]
+                result.standing.extend(world.links_at(robot, value))  # type: ignore[arg-type]
     result.standing.extend(world.fixed)
-    result.poses.update(world.scene.fixed_poses)
     return result
 
 
-def _only(name: str, values: Collection[Any]) -> Any:
+def _followed(call: Call, moved: Sequence[str], world: World, states: dict[str, list[Holding]]) -> set[str]:
+    """The objects that are followed: named or carried ones, and all that may hang together with them."""
+    region = world.scene.regions.get(call.roles.get("region", ""))
+    result = {name for name in (*call.bodies, region.support if region else None) if name in states}
+    result |= {name for name, all_ in states.items() for state in all_ if state.holder(name) in moved}
+    edges = [(name, state.hung[name][0]) for name, all_ in states.items() for state in all_]
+    joined = [pair for pair in edges if pair[1] in states]
+    while True:
+        more = {name for pair in joined for name in pair if result & set(pair)} - result
+        if not more:
+            return result
+        result |= more
+
+
+def _follow(name: str, states: Sequence[Holding], holding: Holding) -> None:
+    """Takes over where one object is.
+
+    Raises:
+        Ambiguous: it may be in several places.
+    """
+    values = {
+        (state.hung[name][0], state.hung[name][1].tobytes(), state.pose(name).tobytes()): state for state in states
+    }
+    state = _only(name, list(values.values()))
+    holding.hung[name] = state.hung[name]
+    robot = state.holder(name)
+    if robot is not None:
+        holding.q.setdefault(robot, state.q[robot])
+
+
+def _only(name: str, values: Collection[_Value]) -> _Value:
     if len(values) != 1:
         raise Ambiguous(f"{name} can be in {len(values)} different states here, but the motion moves or uses it")
-    value = next(iter(values))
-    return value[0] if isinstance(value, tuple) else value
+    return next(iter(values))
 
 
-def _placed(node: str, name: str, robot: str, world: World, components: Components) -> list[Array | Mount]:
-    """The different places where an object can be."""
+def _holdings(node: str, name: str, world: World, components: Components) -> list[Holding]:
+    """All that an object may hang on, with what that hangs on, and the robots' configurations."""
     supports = components.supports(name)
-    result: dict[tuple[int, bytes], Array | Mount] = {}
+    result = []
     for values in sorted(components.values(node, supports), key=repr):
-        state: Mapping[str, ComponentValue] = dict(zip(supports, values, strict=True))
+        holding = _holding(dict(zip(supports, values, strict=True)), world)
         try:
-            where = world.placed(name, state, robot)
+            holding.pose(name)
         except KeyError as error:
             raise Ambiguous(f"{name} hangs on {error.args[0]}, which is nothing in the scene") from None
         except RecursionError:
             raise Ambiguous(f"{name} hangs on itself") from None
-        if isinstance(where, Mount):
-            result[where.joint, where.joint_T_body.tobytes()] = where
+        result.append(holding)
+    return result
+
+
+def _holding(state: dict[str, ComponentValue], world: World) -> Holding:
+    holding = Holding(world.arms, world.scene.fixed_poses)
+    for name, value in state.items():
+        if isinstance(value, ObjectPose):
+            holding.hung[name] = value.parent, matrix(value)
         else:
-            result[-1, where.tobytes()] = where
-    return list(result.values())
+            holding.q[name] = np.asarray(value)
+    return holding
 
 
 def check_start(components: Components) -> Iterator[Finding]:

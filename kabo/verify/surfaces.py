@@ -87,7 +87,7 @@ def _witnesses(vertices: Array, faces: npt.NDArray[np.int64]) -> Array:
 
 def encloses(outer: Surface, world_T_outer: Array, inner: Surface, world_T_inner: Array) -> bool:
     """Whether a piece of `inner` lies inside the closed surface `outer`, given that the surfaces do not cross."""
-    outer_T_inner = _inverse(world_T_outer) @ world_T_inner
+    outer_T_inner = inverse(world_T_outer) @ world_T_inner
     points = inner.witnesses @ outer_T_inner[:3, :3].T + outer_T_inner[:3, 3]
     boxed = ((points >= outer.lower) & (points <= outer.upper)).all(axis=1)
     return any(abs(_winding_number(outer.corners, point)) > 0.5 for point in points[boxed])
@@ -160,7 +160,8 @@ def _pose(world_T: Array) -> Any:
     return coal.Transform3s(world_T[:3, :3], world_T[:3, 3])
 
 
-def _inverse(matrix: Array) -> Array:
+def inverse(matrix: Array) -> Array:
+    """The inverse of a pose (4, 4)."""
     result = np.eye(4)
     result[:3, :3] = matrix[:3, :3].T
     result[:3, 3] = -matrix[:3, :3].T @ matrix[:3, 3]

@@ -5,7 +5,7 @@ metres; a distance d measured at one place therefore proves the path for d metre
 pairs at once, hulls most of the rest, meshes what is left. A pair is free only if every stretch is proven.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from kabo.verify.arms import Arm, Mount
 from kabo.verify.surfaces import Surface, encloses, hull_depth, hull_gap, mesh_distance
 
 Array = npt.NDArray[np.float64]
+Poses = Mapping[str, Array]  # robot that moves -> the poses of its joints (J, 4, 4)
 Stretches = list[tuple[float, float]]  # from, to: metres of a pair's own motion
 
 LEAST = 1e-7  # [m] bodies nearer than this count as touching
@@ -25,12 +26,12 @@ STATIONS = 400  # of these places, at most
 
 @dataclass(frozen=True)
 class Thing:
-    """A body at its place: in the world, or on the moving robot."""
+    """A body at its place: in the world, or on a robot that moves."""
 
     name: str
     surface: Surface
     world_T: Array | None = None  # (4, 4) if it stands
-    mount: Mount | None = None  # if it hangs on the moving robot
+    mount: Mount | None = None  # if it hangs on a robot that moves
 
     @property
     def lever(self) -> float:
@@ -39,20 +40,27 @@ class Thing:
         placed = self.mount.joint_T_body
         return float(np.linalg.norm(placed[:3, :3] @ self.surface.centre + placed[:3, 3])) + self.surface.radius
 
-    def pose(self, joint_poses: Array) -> Array:
-        """Its pose in the world, given those of the robot's joints."""
+    def pose(self, joint_poses: Poses) -> Array:
+        """Its pose in the world, given those of the robots' joints."""
         if self.mount is None:
             assert self.world_T is not None
             return self.world_T
-        result: Array = joint_poses[self.mount.joint] @ self.mount.joint_T_body
+        result: Array = joint_poses[self.mount.robot][self.mount.joint] @ self.mount.joint_T_body
         return result
 
 
 class Path:
-    """A path of the moving robot: configurations (m, n) of all its joints and their times (m,)."""
+    """A path of a robot, or of several that move together: configurations (m, n) of all their joints, times (m,).
 
-    def __init__(self, arm: Arm, configurations: Array, times: Sequence[float]) -> None:
-        self.arm, self.configurations, self.times = arm, configurations, np.asarray(times)
+    The columns are the joints of one robot after the other, in the order of `arms`.
+    """
+
+    def __init__(self, arms: Arm | Sequence[Arm], configurations: Array, times: Sequence[float] | Array) -> None:
+        together = (arms,) if isinstance(arms, Arm) else tuple(arms)
+        self.arms = {arm.robot.name: arm for arm in together}
+        ends = np.cumsum([0, *(len(arm.robot.joint_names) for arm in together)])
+        self.columns = {name: slice(ends[k], ends[k + 1]) for k, name in enumerate(self.arms)}
+        self.configurations, self.times = configurations, np.asarray(times)
         self.steps = np.abs(np.diff(configurations, axis=0))  # (m - 1, n)
 
     def at(self, piece: int, share: float) -> Array:
@@ -61,12 +69,13 @@ class Path:
         return np.asarray((1.0 - share) * first + share * last)
 
     def time(self, piece: int, share: float) -> float:
-        """When the robot is there [s]."""
+        """When the robots are there [s]."""
         return float((1.0 - share) * self.times[piece] + share * self.times[piece + 1])
 
-    def poses(self, piece: int, share: float) -> Array:
-        """The poses of the robot's joints there (J, 4, 4)."""
-        return self.arm.joint_poses(self.at(piece, share).tolist())
+    def poses(self, piece: int, share: float) -> Poses:
+        """The poses of the robots' joints there."""
+        q = self.at(piece, share)
+        return {name: arm.joint_poses(q[self.columns[name]].tolist()) for name, arm in self.arms.items()}
 
 
 @dataclass(frozen=True)
@@ -156,13 +165,18 @@ class Pair:
         return Proof(None, least, when, count)
 
 
-def weights(arm: Arm, first: Thing, second: Thing) -> Array:
+def weights(path: Path, first: Thing, second: Thing) -> Array:
     """Bounds (n,) of the relative motion by each coordinate: only joints that move one of the two count."""
-    chains = [arm.chains[thing.mount.joint] if thing.mount else frozenset() for thing in (first, second)]
-    total = np.zeros(len(arm.robot.joint_names))
-    for thing, joints in ((first, chains[0] - chains[1]), (second, chains[1] - chains[0])):
-        if thing.mount is not None and joints:
-            total += arm.reach(thing.mount.joint, thing.lever, joints)
+    total = np.zeros(path.configurations.shape[1])
+    for thing, other in ((first, second), (second, first)):
+        if thing.mount is None:
+            continue
+        arm = path.arms[thing.mount.robot]
+        joints = arm.chains[thing.mount.joint]
+        if other.mount is not None and other.mount.robot == thing.mount.robot:
+            joints = joints - arm.chains[other.mount.joint]
+        if joints:
+            total[path.columns[thing.mount.robot]] += arm.reach(thing.mount.joint, thing.lever, joints)
     return total
 
 
@@ -171,7 +185,7 @@ def open_stretches(path: Path, couples: Sequence[tuple[Thing, Thing]]) -> tuple[
 
     The balls are compared at places about `SPACING` of motion apart; what they prove to both sides is taken away.
     """
-    bounds = np.array([weights(path.arm, *couple) for couple in couples]).reshape(len(couples), -1)
+    bounds = np.array([weights(path, *couple) for couple in couples]).reshape(len(couples), -1)
     moving = [int(i) for i in np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)]
     if not moving:
         return 0, []
@@ -204,10 +218,11 @@ def _stations(path: Path, bound: Array) -> list[tuple[int, float]]:
 
 def _apart(path: Path, couples: Sequence[tuple[Thing, Thing]], places: Sequence[tuple[int, float]]) -> Array:
     """The distances (P, stations) of the balls around the two of each couple."""
-    joints = np.array([path.poses(*place) for place in places])  # (stations, J, 4, 4)
+    at = [path.poses(*place) for place in places]
+    joints = {name: np.array([poses[name] for poses in at]) for name in path.arms}  # (stations, J, 4, 4) each
     things = {id(thing): thing for couple in couples for thing in couple}
     row = {key: i for i, key in enumerate(things)}
-    centres = np.array([_centres(thing, joints) for thing in things.values()])
+    centres = np.array([_centres(thing, joints, len(at)) for thing in things.values()])
     radii = np.array([thing.surface.radius for thing in things.values()])
     first, second = (np.array([row[id(couple[k])] for couple in couples]) for k in (0, 1))
     distances = np.linalg.norm(centres[first] - centres[second], axis=2)
@@ -215,15 +230,14 @@ def _apart(path: Path, couples: Sequence[tuple[Thing, Thing]], places: Sequence[
     return apart
 
 
-def _centres(thing: Thing, joints: Array) -> Array:
+def _centres(thing: Thing, joints: Poses, stations: int) -> Array:
     """Where the middle of a body is at every station (stations, 3)."""
-    poses = (
-        thing.pose(joints[0])[None]
-        if thing.mount is None
-        else joints[:, thing.mount.joint] @ thing.mount.joint_T_body
-    )
+    if thing.mount is None:
+        poses = thing.pose({})[None]
+    else:
+        poses = joints[thing.mount.robot][:, thing.mount.joint] @ thing.mount.joint_T_body
     centres = poses[:, :3, :3] @ thing.surface.centre + poses[:, :3, 3]
-    return np.asarray(np.broadcast_to(centres, (len(joints), 3)))
+    return np.asarray(np.broadcast_to(centres, (stations, 3)))
 
 
 def _uncovered(s: Array, apart: Array, length: float) -> Stretches:

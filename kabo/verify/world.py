@@ -1,6 +1,6 @@
 """The scene as the verifier sees it: arms, surfaces of the original meshes, who may touch whom."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -8,8 +8,7 @@ import numpy.typing as npt
 
 from kabo.plan import ObjectPose
 from kabo.scene import Mesh, Scene
-from kabo.verify.arms import Arm, Mount
-from kabo.verify.components import ComponentValue
+from kabo.verify.arms import Arm
 from kabo.verify.constraints import Role
 from kabo.verify.surfaces import Surface, surface
 from kabo.verify.sweep import Thing
@@ -31,8 +30,9 @@ def matrix(pose: ObjectPose) -> Array:
 class World:
     """A scene with everything that is made once: arms and surfaces."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, models: Mapping[str, str | None] | None = None) -> None:
         self.scene = scene
+        self.models = models or {}  # body -> its model, which mates speak of
         self.arms = {name: Arm(robot) for name, robot in scene.robots.items()}
         self._surfaces: dict[str, Surface] = {}
         self._meet: dict[tuple[str, str], bool] = {}
@@ -65,53 +65,21 @@ class World:
             if link.mesh is not None
         ]
 
-    def links_at(self, robot: str, q: tuple[float, ...]) -> list[Thing]:
+    def links_at(self, robot: str, q: Sequence[float]) -> list[Thing]:
         """The links of a robot that stands."""
-        joints = self.arms[robot].joint_poses(q)
+        joints = {robot: self.arms[robot].joint_poses(q)}
         return [Thing(link.name, link.surface, link.pose(joints)) for link in self.links(robot)]
-
-    def placed(self, name: str, state: Mapping[str, ComponentValue], moving: str | None) -> Array | Mount:
-        """Where an object is: on the moving robot, or in the world (4, 4).
-
-        Raises:
-            KeyError: its parent is nothing that exists.
-            RecursionError: it hangs on itself.
-        """
-        if name in self.scene.fixed_poses:
-            return self.scene.fixed_poses[name]
-        pose = state[name]
-        assert isinstance(pose, ObjectPose)
-        own = matrix(pose)
-        if pose.parent == "world":
-            return own
-        robot, dot, link = pose.parent.partition(".")
-        if not dot:
-            below = self.placed(pose.parent, state, moving)
-            return Mount(below.joint, below.joint_T_body @ own) if isinstance(below, Mount) else below @ own
-        mount = self.arms[robot].mounts[link]
-        hung = Mount(mount.joint, mount.joint_T_body @ own)
-        if robot == moving:
-            return hung
-        q = state[robot]
-        assert isinstance(q, tuple)
-        return self.arms[robot].pose(q, hung)
-
-    def thing(self, name: str, state: Mapping[str, ComponentValue], moving: str | None) -> Thing:
-        """An object at its place."""
-        where = self.placed(name, state, moving)
-        own = self.surface_of(self.scene.bodies[name].mesh)
-        return Thing(name, own, mount=where) if isinstance(where, Mount) else Thing(name, own, where)
 
     def role(self, name: str, world_T: Array) -> Role:
         """A body in a role of constraints."""
         return Role(self.scene.bodies[name].features, world_T)
 
-    def tool_role(self, robot: str, q: tuple[float, ...]) -> Role | None:
-        """The robot's tool in its role; None without a tool."""
+    def tool_role(self, robot: str, q: Array) -> Role | None:
+        """The robot's tool in its role, in a configuration (n,); None without a tool."""
         tool = self.scene.robots[robot].tool
         if tool is None:
             return None
-        return Role(tool.features, self.arms[robot].pose(q, self.arms[robot].mounts[tool.frame]))
+        return Role(tool.features, self.arms[robot].pose(q.tolist(), self.arms[robot].mounts[tool.frame]))
 
     def outside(self, body: str, world_T_body: Array, region: str) -> float:
         """How far the body reaches out of a region [m]; 0 or less: it lies inside."""

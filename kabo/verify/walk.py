@@ -1,0 +1,287 @@
+"""One motion from its start to its end: numbers, collisions, motion constraints, what is taken and let go.
+
+The motion is walked window by window: robots whose segments overlap in time move together along one path.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import Node, Segment
+from kabo.verify.calls import Call
+from kabo.verify.collision import Tally, check_collision
+from kabo.verify.constraints import UnknownFeatureError
+from kabo.verify.contacts import RAISED, Permits, is_first, is_last, permits
+from kabo.verify.families import check_placement
+from kabo.verify.holding import Holding
+from kabo.verify.keeping import Lapse, Owners, check_kept
+from kabo.verify.limits import JOINED, check_joints, check_numbers, check_times
+from kabo.verify.mating import inserting
+from kabo.verify.recorded import Recorded
+from kabo.verify.report import Finding
+from kabo.verify.situation import Situation
+from kabo.verify.surfaces import mesh_distance
+from kabo.verify.sweep import Path, Thing
+from kabo.verify.taking import Taking
+from kabo.verify.windows import Window, at_time, columns, one_by_one, whole_path, window_path, windows
+from kabo.verify.world import World
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass
+class Walk:
+    """The state of the robots that move, and of what is followed, while a motion is walked."""
+
+    node: str
+    call: Call
+    world: World
+    start: Situation
+    segments: Sequence[Segment]
+    tally: Tally
+    refused: set[tuple[int, tuple[str, str]]] = field(default_factory=set)  # said of a segment already
+    now: float = 0.0  # [s]
+
+    def __post_init__(self) -> None:
+        self.before = self.start.holding
+        self.holding = self.before.copy()
+        self.taking = Taking(self.node, self.call, self.world, self.holding)
+        self.moved = tuple(dict.fromkeys(segment.robot for segment in self.segments))
+        self.touched = {robot: set(self.taking.had.get(robot, ())) for robot in self.moved}
+        for segment in self.segments:
+            for name, link in segment.attach:
+                self.touched.setdefault(link.partition(".")[0], set()).add(name)
+
+    @property
+    def q(self) -> dict[str, Array]:
+        """The configurations now."""
+        return self.holding.q
+
+    def check(self, content: Node) -> Iterator[Finding]:
+        """Everything that is wrong, in the order of time; numbers first."""
+        yield from self._check_timeline()
+        if self._timeless():
+            return
+        self.segments = one_by_one(self.segments)
+        yield from self._check_numbers()
+        for window in windows(self.segments):
+            path = window_path(window, self.segments, self.world.arms, self.q)
+            yield from self._check_collision(window, path)
+            for i in window.starting:
+                segment = self.segments[i]
+                yield from self._check_kept(
+                    segment, whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot])
+                )
+            for robot in path.arms:
+                self.q[robot] = path.configurations[-1][path.columns[robot]].copy()
+            for i in window.ending:
+                yield from self.taking.end(self.segments[i])
+        ended = max(segment.times[-1] for segment in self.segments)
+        yield from check_end(self.node, self.call, self.world, self.taking, ended)
+        yield from Recorded(self.node, self.world, self.moved, self.before, self.taking, ended).check(content)
+
+    # ------------------------------------------------------------------------------------------------- numbers
+    def _in_time(self) -> list[Segment]:
+        return sorted(self.segments, key=lambda segment: segment.times[0])
+
+    def _timeless(self) -> bool:
+        """Whether there is nothing to walk: joints that do not fit, times that do not increase."""
+        robots = self.world.scene.robots
+        return any(
+            list(check_joints(self.node, s, robots[s.robot])) or list(check_times(self.node, s, 0.0))
+            for s in self.segments
+        )
+
+    def _check_timeline(self) -> Iterator[Finding]:
+        ended: dict[str, float] = {}
+        for segment in self._in_time():
+            yield from check_joints(self.node, segment, self.world.scene.robots[segment.robot])
+            yield from check_times(self.node, segment, ended.get(segment.robot, 0.0))
+            ended[segment.robot] = segment.times[-1]
+
+    def _check_numbers(self) -> Iterator[Finding]:
+        q = {robot: self.q[robot].copy() for robot in self.moved}
+        for segment in self._in_time():
+            arm = self.world.arms[segment.robot]
+            yield from check_numbers(self.node, segment, arm.robot, q[segment.robot])
+            q[segment.robot][columns(segment, arm)] = segment.waypoints[-1]
+
+    def _later(self, time: float) -> Holding:
+        """The holding as it is now, with the robots where they are at a later time [s]."""
+        result = self.holding.copy()
+        for segment in self._in_time():
+            if segment.times[-1] > self.now and segment.times[0] <= time:
+                arm = self.world.arms[segment.robot]
+                result.q[segment.robot] = at_time(segment, arm, result.q[segment.robot], time)
+        return result
+
+    # ------------------------------------------------------------------------------------------------ contacts
+    def _check_collision(self, window: Window, path: Path) -> Iterator[Finding]:
+        self.now = window.start
+        moving, standing = self._things(path)
+        granted = Permits()
+        for i in window.running:
+            own = self._permits(i, window, path, standing)
+            for pair in own.refused:
+                if (i, pair) not in self.refused:
+                    self.refused.add((i, pair))
+                    text = f"permits contact of {pair[0]} and {pair[1]}, which this motion may not"
+                    yield Finding(self.node, text, window.start, pair)
+            granted = granted.joined(own)
+        yield from check_collision(self.node, path, moving, standing, granted, self.world, self.tally)
+
+    def _things(self, path: Path) -> tuple[list[Thing], list[Thing]]:
+        """What moves along a path, and everything else."""
+        moving, standing = [], list(self.start.standing)
+        for robot in self.moved:
+            if robot in path.arms:
+                moving.extend(self.world.links(robot))
+            else:
+                standing.extend(self.world.links_at(robot, self.q[robot].tolist()))
+        for name in self.holding.hung:
+            own = self.world.surface_of(self.world.scene.bodies[name].mesh)
+            if self.holding.holder(name) in path.arms:
+                moving.append(Thing(name, own, mount=self.holding.mount(name)))
+            else:
+                standing.append(Thing(name, own, self.holding.pose(name)))
+        return moving, standing
+
+    def _permits(self, i: int, window: Window, path: Path, standing: Sequence[Thing]) -> Permits:
+        segment, robots = self.segments[i], self.world.scene.robots
+        touched = sorted(self.touched[segment.robot])
+        by_arm = {s.robot for s in map(self.segments.__getitem__, window.running) if self._moves_arm(s)}
+        still = [name for name in touched if name in self.holding.hung and self.holding.holder(name) not in by_arm]
+        gripper_moves = segment.joints == robots[segment.robot].gripper_joints
+        return permits(
+            segment,
+            self.world.scene,
+            touched=touched,
+            loose=still if gripper_moves else (),
+            supports=list(self._supports(i, path, standing)),
+            mating=list(self._mating(segment, window, path)),
+        )
+
+    def _moves_arm(self, segment: Segment) -> bool:
+        return segment.joints == self.world.scene.robots[segment.robot].planned_joints
+
+    def _supports(self, i: int, path: Path, standing: Sequence[Thing]) -> Iterator[tuple[str, str]]:
+        """Which of the permitted pairs are an object and what it stands on, where this segment begins or ends."""
+        segment = self.segments[i]
+        own = [s for s in self._in_time() if s.robot == segment.robot]
+        index = next(k for k, s in enumerate(own) if s is segment)
+        whole = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot]).configurations
+        ends = [whole[0]] * is_first(own, index) + [whole[-1]] * is_last(own, index)
+        places = {thing.name: thing for thing in standing if "." not in thing.name}
+        for pair in segment.allowed_contacts:
+            for name, support in (pair, pair[::-1]):
+                if support not in places or name not in self.holding.hung:
+                    continue
+                holder = self.holding.holder(name)
+                if holder not in path.arms:
+                    yield name, support  # it does not move against what it stands on
+                elif holder == segment.robot and self._stands(name, places[support], ends):
+                    yield name, support
+
+    def _stands(self, name: str, support: Thing, ends: Sequence[Array]) -> bool:
+        """Whether what the robot carries is at its support in one of these configurations."""
+        mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name].mesh)
+        assert mount is not None
+        arm, place = self.world.arms[mount.robot], support.pose({})
+        return any(mesh_distance(own, arm.pose(q.tolist(), mount), support.surface, place) <= RAISED for q in ends)
+
+    def _mating(self, segment: Segment, window: Window, path: Path) -> Iterator[frozenset[str]]:
+        """Which of the permitted pairs hang together, or are being put together."""
+        law, hung = self.call.law, self.holding.hung
+        for first, second in segment.allowed_contacts:
+            if first not in hung or second not in hung or first == second:
+                continue
+            if self.holding.root(first) == self.holding.root(second):
+                yield frozenset((first, second))
+            elif law is None or (
+                law.mates and {first, second} == {self.call.role("object"), self.call.role("other")}
+            ):
+                time = self._joined_at({first, second}, window.end)
+                if time is not None:
+                    places = [self._along(path, k).pose for k in range(len(path.times))]
+                    if inserting(self.call, self.world, (first, second), places, self._later(time).pose):
+                        yield frozenset((first, second))
+
+    def _joined_at(self, pair: set[str], earliest: float) -> float | None:
+        """When two bodies are put together."""
+        times = [s.times[-1] for s in self.segments for name, to in s.attach if {name, to} == pair]
+        return min((time for time in times if time >= earliest - JOINED), default=None)
+
+    def _along(self, path: Path, way_point: int) -> Holding:
+        result = self.holding.copy()
+        for robot in path.arms:
+            result.q[robot] = path.configurations[way_point][path.columns[robot]]
+        return result
+
+    # ------------------------------------------------------------------------------------------------- keeping
+    def _check_kept(self, segment: Segment, path: Path) -> Iterator[Finding]:
+        keep, carried = self.call.keep, self.holding.carried(segment.robot)
+        if keep is not None and self._moves_arm(segment) and carried and segment.constraint != keep:
+            text = f"{self.call} must keep {keep}, but a segment does not"
+            yield Finding(self.node, text, segment.times[0])
+        if segment.constraint is None:
+            return
+        constraints = self.world.scene.motion_constraints.get(segment.constraint)
+        if constraints is None:
+            yield Finding(self.node, f"the scene has no motion constraint {segment.constraint}", segment.times[0])
+            return
+        try:
+            check_kept(path, constraints, self._owners(segment.robot, carried))
+        except UnknownFeatureError as error:
+            text = f"{segment.constraint} speaks of {error}, which nobody has here"
+            yield Finding(self.node, text, segment.times[0])
+        except Lapse as lapse:
+            by = lapse.measure.excess
+            how = "cannot be decided" if lapse.undecided else f"is missed by {by:.3g}"
+            missed = lapse.constraint
+            text = f"{segment.constraint}: {missed.kind}({missed.first}, {missed.second})"
+            unit = "m" if lapse.measure.kind == "length" else "rad"
+            yield Finding(self.node, f"{text} {how} {unit}", lapse.time, (), max(0.0, by))
+
+    def _owners(self, robot: str, carried: Sequence[str]) -> Owners:
+        result: Owners = {}
+        tool, arm = self.world.tool_role(robot, self.q[robot]), self.world.arms[robot]
+        if tool is not None and arm.robot.tool is not None:
+            result["tool"] = tool, arm.mounts[arm.robot.tool.frame]
+        held = [name for name in carried if self.holding.root(name) == name]
+        name = next(iter(held), self.call.roles.get("object"))
+        if name is not None and (name in self.holding.hung or name in self.holding.fixed):
+            role = self.world.role(name, self.holding.pose(name))
+            result["this"] = role, self.holding.mount(name) if name in carried else None
+        return result
+
+
+def check_end(node: str, call: Call, world: World, taking: Taking, time: float) -> Iterator[Finding]:
+    """At its end a motion has done what its procedure is to do."""
+    law, holding = call.law, taking.holding
+    if law is None:
+        return
+    robot, name = str(call.role("robot")), call.role("object")
+    if law.takes is not None and name not in taking.taken:
+        yield Finding(node, f"{call} never takes {name}", time, (str(name),))
+    elif law.takes == "receiver" and holding.holder(str(name)) != call.role(law.takes):
+        yield Finding(node, f"{call} ends without {call.role(law.takes)} holding {name}", time, (str(name),))
+    if law.lets_go is not None and law.takes != "receiver" and name not in taking.let_go:
+        yield Finding(node, f"{call} never lets go of {name}", time, (str(name),))
+    if law.mates and frozenset((str(name), str(call.role("other")))) not in taking.mated:
+        text = f"{call} never puts {name} and {call.role('other')} together"
+        yield Finding(node, text, time, (str(name), str(call.role("other"))))
+    if law.places and law.lets_go is None and name is not None:
+        if holding.holder(name) != robot:
+            yield Finding(node, f"{call} moves without holding {name}", time, (name,))
+        yield from check_placement(node, time, call, world, holding.pose)
+    wanted = world.scene.robots[robot].configurations.get(call.at or "")
+    if wanted is not None and not is_at(world, robot, holding.q.get(robot), wanted):
+        yield Finding(node, f"{call} does not end in the configuration {call.at}", time, (robot,))
+
+
+def is_at(world: World, robot: str, q: Array | None, wanted: Sequence[float]) -> bool:
+    """Whether a robot is in a configuration of its planned joints."""
+    planned = world.scene.robots[robot].planned
+    return q is not None and bool(np.abs(q[:planned] - np.asarray(wanted)).max() <= JOINED)
