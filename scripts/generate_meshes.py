@@ -7,10 +7,10 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from scripts import things
+from scripts import gearbox, things
 from scripts.arm6 import arm6
 from scripts.arm7 import arm7
-from scripts.grippers import SMALL, WIDE, gripper
+from scripts.grippers import SLIM, SMALL, WIDE, gripper
 from scripts.mesh_files import write_stl
 from scripts.mobile5 import mobile5
 from scripts.robot_files import RobotModel, write_robot
@@ -23,6 +23,7 @@ ROBOTS: dict[str, Callable[[Detail], RobotModel]] = {
     "mobile5": mobile5,
     "gripper_wide": lambda detail: gripper(WIDE, detail),
     "gripper_small": lambda detail: gripper(SMALL, detail),
+    "gripper_slim": lambda detail: gripper(SLIM, detail),
 }
 THINGS: dict[str, Callable[[Detail], Solid]] = {
     "bottle": things.bottle,
@@ -31,6 +32,11 @@ THINGS: dict[str, Callable[[Detail], Solid]] = {
     "tap": things.tap,
     "crate": things.crate,
     "table": things.table,
+}
+GEARBOX: dict[str, Callable[[Detail], Solid]] = {
+    "bearing": gearbox.bearing,
+    "pipe": gearbox.pipe,
+    "tree": gearbox.tree,
 }
 MILLIMETRES = {"bottle"}  # drawn in millimetres, as many CAD exports are; scenes say `scale: 0.001`
 
@@ -44,6 +50,8 @@ def generate(folder: Path, detail: Detail) -> dict[str, int]:
     for name, thing in THINGS.items():
         scale = 0.001 if name in MILLIMETRES else 1.0
         counts[f"{name}/{name}.stl"] = write_stl(folder / name / f"{name}.stl", thing(detail), scale)
+    for name, part in GEARBOX.items():
+        counts[f"gearbox/{name}.stl"] = write_stl(folder / "gearbox" / f"{name}.stl", part(detail))
     return counts
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from kabo.geometry import write_parts
 from kabo.scene import load_mesh
-from scripts.generate_meshes import MESHES, MILLIMETRES, ROBOTS, THINGS
+from scripts.generate_meshes import GEARBOX, MESHES, MILLIMETRES, ROBOTS, THINGS
 from scripts.solids import HIGH, Points
 
 COARSE = 0.004  # how far a part may stick out of its mesh [m]: what epsilon 0.01 leaves to each body
 FINE = 0.003  # for what hands hold, and for hands
-HANDS = ("gripper_wide", "gripper_small", "bottle", "cup", "block")
+HANDS = ("gripper_wide", "gripper_small", "gripper_slim", "bottle", "cup", "block", "gearbox")
 
 
 def tolerance_of(path: Path) -> float:
@@ -24,6 +24,8 @@ def tolerance_of(path: Path) -> float:
 def pieces_of(path: Path) -> tuple[Points, ...]:
     """The convex pieces that a mesh was made of [m]."""
     owner, name = path.parent.name, path.stem
+    if owner == "gearbox":
+        return GEARBOX[name](HIGH).pieces
     if owner in THINGS:
         return THINGS[owner](HIGH).pieces
     solid = ROBOTS[owner](HIGH).links[name]

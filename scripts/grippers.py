@@ -1,4 +1,4 @@
-"""Two parallel grippers of one design: a palm, and two fingers that slide apart along y.
+"""Parallel grippers of one design: a palm, and two fingers that slide apart along y.
 
 The mount frame is the origin, z points to the finger tips. The joint value is the distance of each finger's inner
 face from the middle: to hold a body of width w, close to w / 2.
@@ -26,6 +26,9 @@ class Size:
 
 WIDE = Size("gripper_wide", 0.04, (0.03, 0.078), 0.07, 0.145, (0.012, 0.012), 0.06)
 SMALL = Size("gripper_small", 0.032, (0.022, 0.055), 0.055, 0.115, (0.009, 0.009), 0.04)
+SLIM = Size(
+    "gripper_slim", 0.032, (0.022, 0.04), 0.05, 0.14, (0.0045, 0.0065), 0.02
+)  # for bores: holds by opening
 BOLT = 0.0025
 
 
