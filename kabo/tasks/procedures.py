@@ -19,7 +19,7 @@ from kabo.tasks.core import Failure as StageFailure
 from kabo.tasks.core import Generator, InitialisationError, Stage, Task
 from kabo.tasks.core.stages import Connector
 from kabo.tasks.files import TaskFile, load_task_file
-from kabo.tasks.records import Records
+from kabo.tasks.records import FORESEEN, Records
 from kabo.tasks.refusals import Refusals
 from kabo.tasks.robots import RobotStage, TaskScene, changed, check_names, segments
 from kabo.tasks.robots.states import CurrentState
@@ -181,6 +181,11 @@ class GeometricProcedures:
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].refuting(arguments)
 
+    def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
+        """The robot stages of a call's task with its arguments, in order of time; until another one is asked for."""
+        arguments = self.bind(call).arguments
+        return self._looked[call.procedure].stages(arguments)
+
     def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
         """The components that must have one value before a call: what it moves, carries and refers to, sorted."""
         bound = self.bind(call)
@@ -280,7 +285,7 @@ class GeometricProcedures:
         refusals = Refusals()
         refusals.observe(*found)
         failure = refusals.failure(_sentence(bound), frozenset(), self.scene)
-        self.records.note(call, start, 0, 0, failure)
+        self.records.note(call, start, 0, FORESEEN, failure)
         return failure
 
 

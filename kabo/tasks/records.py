@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from kabo.geometry_server import Answer, Failure, Situation
 from kabo.language.formulas import GroundCall
 
+FORESEEN = -1  # the effort of what was told before any search, without a sample
 PLACES = 3  # where a call failed: as many are kept, the first ones of the greatest effort
 
 

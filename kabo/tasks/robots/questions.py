@@ -38,9 +38,12 @@ class Question:
     search: Search | None = None
     target: "Target | None" = None
 
-    def passes(self, context: Context) -> bool:
-        """Whether the answer is yes with the surroundings of another context, everything else being the same."""
+    def passes(self, context: Context, without: str | None = None) -> bool:
+        """Whether the answer is yes in another context, or with a body out of the way; all else is the same."""
         scene = replace(self.scene, context=context, _known={})
+        if without is not None:
+            links = (f"{self.robot}.{link}" for link in scene.robot(self.robot).links)
+            scene = scene.permitting((mover, without) for mover in (*links, *scene.situation.carried(self.robot)))
         if not self.waypoints:
             return self.target is not None and self.target.blocked(scene) is None
         workspace, path = scene.workspace(self.robot), [np.array(q) for q in self.waypoints]
