@@ -18,6 +18,8 @@ _HOME = {
     "FreeSegment": "edges",
     "shortcut": "shortcuts",
     "retime": "timing",
+    "passed": "trapezoid",
+    "trapezoid": "trapezoid",
 }
 __all__ = sorted(_HOME)  # noqa: PLE0605
 

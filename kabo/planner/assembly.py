@@ -26,10 +26,7 @@ def assemble(
 ) -> Plan:
     """The plan of an evaluation in which every call succeeded; the first variant is the root."""
     builder = PlanBuilder()
-    handles: dict[Variant, str] = {}
-    for variant in reversed(variants):
-        following = {outcome: handles[after] for outcome, after in variant.following.items()}
-        handles[variant] = _add(builder, variant, following, server)
+    handles = handles_of(variants, server, builder)
     start = (
         None
         if server is None
@@ -37,6 +34,18 @@ def assemble(
     )
     root = handles[variants[0]]
     return builder.build(root, problem=problem.name, files=files, options=options, start=start)
+
+
+def handles_of(
+    variants: tuple[Variant, ...], server: "GeometricProcedures | None", builder: PlanBuilder | None = None
+) -> dict[Variant, str]:
+    """The handle of each variant's node in a builder: equal ones have the same, and are one node of the plan."""
+    used = builder or PlanBuilder()
+    handles: dict[Variant, str] = {}
+    for variant in reversed(variants):
+        following = {outcome: handles[after] for outcome, after in variant.following.items()}
+        handles[variant] = _add(used, variant, following, server)
+    return handles
 
 
 def files_read(problem: Problem, server: "GeometricProcedures") -> Mapping[str, str]:

@@ -163,7 +163,7 @@ def _route(parts: Sequence[Part], tolerance: float) -> _Route:
     owners: list[int] = []
     for number, part in enumerate(parts):
         path = part.stretch.path
-        kept = thinned(path[:, :n], tolerance)
+        kept = thinned(path[:, :n], 0.0 if _touches(part.stretch) else tolerance)
         for a, b in zip(kept, kept[1:], strict=False):
             direct = b == a + 1 or part.proven(path[a], path[b])
             for k in (b,) if direct else range(a + 1, b + 1):
@@ -171,6 +171,11 @@ def _route(parts: Sequence[Part], tolerance: float) -> _Route:
                     corners.append(path[k])
                     owners.append(number)
     return _Route(parts, np.array(corners)[:, :n], tuple(owners), parts[0].stretch.path[0, n:])
+
+
+def _touches(stretch: Stretch) -> bool:
+    """Whether a body may touch another one meanwhile, as where it is lifted: that stroke stays as it is."""
+    return any(not any("." in name for name in pair) for pair in stretch.permitted)
 
 
 def _reach(bend: float) -> float:

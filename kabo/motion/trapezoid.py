@@ -1,0 +1,65 @@
+"""From rest to rest along a straight piece of joint space: even acceleration, the greatest speed, even deceleration.
+
+Times are kept for way points only, and between them a robot goes evenly [LANGUAGE 6]; so the ramps are given by way
+points of their own, at equal times. The mean speed between two of them is never above the speed in the profile.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kabo.motion.timing import TICK
+
+Floats = NDArray[np.float64]
+STEPS = 4  # way points of a ramp
+
+
+def trapezoid(
+    start: ArrayLike, end: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, *, steps: int = STEPS
+) -> tuple[Floats, Floats]:
+    """Shares of the way (m,) from 0 to 1, and the times [s] at which they are passed, as fast as the limits allow.
+
+    Args:
+        start, end: (n,) [rad or m], different.
+        velocity, acceleration: (n,) limits of the absolute values, positive for joints that move.
+        steps: way points of each ramp.
+
+    Raises:
+        ValueError: nothing moves, or a joint that moves has no positive limit.
+    """
+    way = np.abs(np.asarray(end, float) - np.asarray(start, float))
+    moved = way > 0.0
+    fastest, hardest = np.asarray(velocity, float)[moved], np.asarray(acceleration, float)[moved]
+    if not moved.any() or not (np.all(fastest > 0.0) and np.all(hardest > 0.0)):
+        raise ValueError("a piece of motion needs a length, and limits above 0 for the joints that move")
+    speed = float((fastest / way[moved]).min())  # in shares of the way [1/s]
+    rate = float((hardest / way[moved]).min())  # [1/s2]
+    speed = min(speed, float(np.sqrt(rate)))  # a short way never reaches the greatest speed
+    ramp, flat = speed / rate, max(0.0, 1.0 / speed - speed / rate)
+    up = np.linspace(0.0, ramp, steps + 1)
+    shares = np.concatenate([0.5 * rate * up**2, 1.0 - 0.5 * rate * up[::-1] ** 2])
+    times = np.concatenate([up, ramp + flat + up])
+    if flat * speed < 1e-9:
+        shares, times = np.delete(shares, steps), np.delete(times, steps)
+    shares[0], shares[-1] = 0.0, 1.0
+    return shares, times
+
+
+def passed(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Floats, Floats]:
+    """Denser way points (k, n) of a path, and their times (k,) [s] in whole microseconds: it rests at every corner.
+
+    Args:
+        waypoints: (m, n), neighbours apart.
+        velocity, acceleration: as for `trapezoid`.
+
+    Raises:
+        ValueError: as `trapezoid`.
+    """
+    path = np.asarray(waypoints, float)
+    rows, times = [path[:1]], [np.zeros(1)]
+    for a, b in zip(path, path[1:], strict=False):
+        shares, own = trapezoid(a, b, velocity, acceleration)
+        rows.append(a + shares[1:, None] * (b - a))
+        rows[-1][-1] = b
+        steps = np.maximum(1, np.ceil(np.diff(own) / TICK + 1e-3)).astype(np.int64)
+        times.append(times[-1][-1] + np.cumsum(steps) * TICK)
+    return np.vstack(rows), np.asarray(np.round(np.concatenate(times), 6), np.float64)
