@@ -4,22 +4,27 @@ The search takes procedures as possible. It follows each geometric component by 
 present value, from which lineages. A refusal is a call and the lineages of the components that it rests on: it
 holds wherever they are the same, whatever else has changed. Only lineages that a refusal names tell search nodes
 apart, so as long as nothing is refused the search is that of the knowledge level alone.
+
+A suspicion is weaker and wider: what was in the way of a call, whatever else it rested on. It refuses nothing, but the
+call costs more wherever that is still in the way; so another grasp is not tried before the obstacle is moved.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
 from kabo.language.formulas import GroundCall
+from kabo.planner.skeleton import Entry, LearntBook, Origin, Pattern
 
 if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures
 
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
-Pattern = frozenset[tuple[int, int]]  # (index of a component, lineage)
 
 IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
+SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
 ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
 
 
@@ -39,6 +44,7 @@ class Ledger:
     server: "GeometricProcedures"
     effort: int = 0
     refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
+    suspicions: dict[GroundCall, dict[Pattern, None]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         scene = self.server.scene
@@ -46,8 +52,9 @@ class Ledger:
         self._index = {name: i for i, name in enumerate(self.components)}
         self._lineages: dict[tuple[object, ...], int] = {}
         self._options: dict[tuple[GroundCall, Trace], list[tuple[int, Trace]]] = {}
-        self._origins: dict[tuple[int, int], Pattern] = {}
-        self._tainted: set[tuple[int, int]] = set()
+        self._origins: dict[Entry, Origin] = {}
+        self._tainted: dict[Entry, None] = {}
+        self._moves: dict[GroundCall, tuple[int, ...]] = {}
 
     # ------------------------------------------------------------------------------ what the search may ask
     @property
@@ -74,9 +81,7 @@ class Ledger:
         for attempt in range(limit):
             after = self.after(call, attempt, trace)
             found.append((attempt, after))
-            moved = self.server.bind(call).moves
-            indices = [self._index[name] for name in moved]
-            if not any((i, after[i]) in self._tainted for i in indices):
+            if not any((i, after[i]) in self._tainted for i in self.moves(call)):
                 break
         return found
 
@@ -96,26 +101,52 @@ class Ledger:
             everywhere for _, everywhere in rows
         )
 
+    def learnt(self) -> LearntBook:
+        """Everything but the failures themselves."""
+        refusals = {
+            call: tuple(dict.fromkeys((r.attempt, r.pattern) for r in rows))
+            for call, rows in self.refusals.items()
+        }
+        suspicions = {call: tuple(rows) for call, rows in self.suspicions.items()}
+        origins = {entry: self._origins[entry] for entry in self._tainted if entry in self._origins}
+        named = tuple(sorted(self._tainted))
+        return LearntBook(named, origins, refusals, suspicions, self.moves, ATTEMPTS * (1 + self.effort))
+
     # ------------------------------------------------------------------------------------------ keeping books
+    def moves(self, call: GroundCall) -> tuple[int, ...]:
+        """The components that a call moves, as far as is known."""
+        known = self._moves.get(call)
+        if known is None:
+            known = self._moves[call] = tuple(self._index[name] for name in self.server.bind(call).moves)
+        return known
+
+    def moved(self, call: GroundCall, names: Iterable[str]) -> None:
+        """A call has changed these components: what is not declared (parts of a group hang on another one) is learnt."""
+        known = self.moves(call)
+        more = tuple(i for i in (self._index[name] for name in names) if i not in known)
+        if more:
+            self._moves[call] = known + more
+            self._options.clear()
+
     def after(self, call: GroundCall, attempt: int, trace: Trace) -> Trace:
         """The trace after a call: what it moves has the lineage of the call and of what its samples depend on."""
         bound = self.server.bind(call)
-        origin = frozenset((self._index[name], trace[self._index[name]]) for name in bound.reads)
+        reads = frozenset((self._index[name], trace[self._index[name]]) for name in bound.reads)
         result = list(trace)
-        for name in bound.moves:
-            i = self._index[name]
-            result[i] = self._lineages.setdefault((call, attempt, name, origin), len(self._lineages) + 1)
-            self._origins[i, result[i]] = origin
+        for i in self.moves(call):
+            result[i] = self._lineages.setdefault((call, attempt, i, reads), len(self._lineages) + 1)
+            self._origins[i, result[i]] = Origin(call, attempt, reads)
         return tuple(result)
 
     def _taint(self, pattern: Pattern) -> None:
         """Marks lineages that tell nodes apart: those of a refusal, and those from which they come."""
-        waiting = list(pattern)
+        waiting = sorted(pattern)
         while waiting:
             entry = waiting.pop()
             if entry not in self._tainted:
-                self._tainted.add(entry)
-                waiting.extend(self._origins.get(entry, ()))
+                self._tainted[entry] = None
+                origin = self._origins.get(entry)
+                waiting.extend(sorted(origin.reads) if origin else ())
 
     def refuse(self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Trace]) -> None:
         """Notes that a call failed, wherever the components that the failure reads are as in one of the traces."""
@@ -124,6 +155,22 @@ class Ledger:
             pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
             self.refusals.setdefault(call, []).append(Refusal(attempt, pattern, failure))
             self._taint(pattern)
+            suspected = None if failure.proof or attempt else self._suspected(call, failure, trace)
+            if suspected is not None:
+                self.suspicions.setdefault(call, {})[suspected] = None
+                self._taint(suspected)
+
+    def _suspected(self, call: GroundCall, failure: Failure, trace: Trace) -> Pattern | None:
+        """What was in the way, where it is; nothing, and so everywhere, if it was too far; None: only where it failed."""
+        counts: Counter[int] = Counter()
+        for pair, count in failure.between:
+            owners = {self._index.get(name.partition(".")[0]) for name in pair} - {None, *self.moves(call)}
+            counts.update(dict.fromkeys((i for i in owners if i is not None), count))
+        total = sum(count for _, count in failure.between)
+        blockers = [i for i, count in sorted(counts.items()) if count >= SHARE * total]
+        if blockers:
+            return frozenset((i, trace[i]) for i in blockers)
+        return frozenset() if failure.reason == "out_of_reach" else None
 
     def in_vain(self) -> bool:
         """Whether so many calls along finished plans were refused that asking while searching is the better way."""
@@ -149,7 +196,8 @@ class Ledger:
         self._options.clear()
         kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
         self.refusals = {call: rows for call, rows in kept.items() if rows}
-        self._tainted = set()
+        self.suspicions = {}
+        self._tainted = {}
         for rows in self.refusals.values():
             for refusal in rows:
                 self._taint(refusal.pattern)
@@ -191,6 +239,9 @@ class Interleaved:
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
         """Nothing is said of calls without a situation."""
         return frozenset(), False
+
+    def learnt(self) -> None:
+        """Nothing that could be compiled."""
 
     def failures(self) -> list[tuple[GroundCall, Failure]]:
         """Every call that failed somewhere, with its first failure."""

@@ -1,5 +1,6 @@
 """Skeletons of tasks without sensing, found by the packed searches of `kabo.finite_domain`."""
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -8,6 +9,7 @@ from kabo.planner.skeleton import (
     Exhausted,
     Found,
     Geometry,
+    LearntBook,
     Limits,
     SearchResult,
     Skeleton,
@@ -20,6 +22,8 @@ from kabo.planner.skeleton import (
 if TYPE_CHECKING:  # loaded where a task without sensing needs them
     from kabo.finite_domain import CompiledTask
     from kabo.finite_domain import SearchResult as PackedResult
+
+CHEAPEST = 20_000  # expansions in which a plan of least cost is looked for: procedures cost more than the search
 
 
 class PackedTask:
@@ -38,42 +42,66 @@ class PackedTask:
     def skeleton(self, search: str, geometry: Geometry | None, limits: Limits) -> SearchResult | None:
         """The answer of a packed search.
 
-        None if the task cannot be said in finite domains, or if geometry has refused something in some situations only.
+        None if the task cannot be said in finite domains, or not with all that geometry has refused.
 
         Args:
             search: `best`, `astar` or `breadth-first`.
             geometry: what is refused.
             limits: the budget.
         """
-        task, compiled = self.task, self.compiled
+        compiled = self.compiled
         if compiled is None:
             return None
-        forbidden = None
-        if geometry is not None:
-            refused, is_all = geometry.refused_everywhere()
-            if not is_all:
-                return None
-            calls = [task.actions[operator.owner].call for operator in compiled.task.operators]
+        if geometry is None:
+            return self._told(_searched(compiled, search, None, limits), compiled, None)
+        refused, is_all = geometry.refused_everywhere()
+        book = geometry.learnt()
+        if is_all and (book is None or not book.suspicions):
+            calls = [self.task.actions[operator.owner].call for operator in compiled.task.operators]
             forbidden = [int(call in refused) for call in calls]
-        found = _searched(compiled, search, forbidden, limits)
+            return self._told(_searched(compiled, search, forbidden, limits, book), compiled, None)
+        if book is None:
+            return None
+        from kabo.planner.lineages import learnt_task
+
+        learnt = learnt_task(compiled.task, self.task.actions, book)
+        found = _searched(learnt.compiled, search, None, limits, book)
+        if found.status == "unsolvable" and not learnt.whole:
+            return None
+        return self._told(found, learnt.compiled, learnt.attempts)
+
+    def _told(
+        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None
+    ) -> SearchResult:
         statistics = Statistics(found.expanded, found.generated, 1, 1)
         if found.status == "unsolvable":
-            return Unreachable(statistics, tuple(unreachable_goals(task)))
+            return Unreachable(statistics, tuple(unreachable_goals(self.task)))
         if found.plan is None:
             return Exhausted(statistics, "time" if found.status == "stopped" else "expansions")
         builder = SkeletonBuilder()
         node: SkeletonNode = builder.goal
         for number in reversed(found.plan):
-            node = builder.act(task.actions[compiled.task.operators[number].owner], 0, (), node)
+            action = self.task.actions[compiled.task.operators[number].owner]
+            node = builder.act(action, 0 if attempts is None else attempts[number], (), node)
         return Found(Skeleton(node), statistics)
 
 
 def _searched(
-    compiled: "CompiledTask", search: str, forbidden: "list[int] | None", limits: Limits
+    compiled: "CompiledTask",
+    search: str,
+    forbidden: "list[int] | None",
+    limits: Limits,
+    book: LearntBook | None = None,
 ) -> "PackedResult":
+    """The answer of the search of that name; with geometry, `best` first looks for a plan of least cost for a while."""
     from kabo.finite_domain import Budget, astar, bfws, breadth_first
 
     budget = Budget(expansions=limits.expansions, stop=limits.deadline)
+    if search == "best" and book is not None:
+        most = CHEAPEST if limits.expansions is None else min(CHEAPEST, limits.expansions)
+        found = astar(compiled, forbidden=forbidden, budget=Budget(expansions=most, stop=limits.deadline))
+        if found.status in ("solved", "unsolvable"):
+            return found
     if search == "best":
         return bfws(compiled, forbidden=forbidden, budget=budget)
     run = astar if search == "astar" else breadth_first

@@ -78,6 +78,9 @@ class Procedures:
         """Every refusal is one of arguments alone."""
         return frozenset(self.failed()), True
 
+    def learnt(self) -> None:
+        """Nothing beside that."""
+
     # -------------------------------------------------------------------------------------------------- asking
     def ask(self, call: GroundCall) -> bool:
         """Whether a call succeeds; a procedure that nobody supplied always does."""

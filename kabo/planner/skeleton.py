@@ -4,7 +4,7 @@ A skeleton is a contingent plan without motions: a DAG whose equal continuations
 leaves, with a single goal node [LANGUAGE section 6].
 """
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -12,6 +12,34 @@ from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
 
 Trace = Hashable  # opaque: which procedures made the present geometric components
+Entry = tuple[int, int]  # a component, by its number, and which lineage its value has; 0: as at the start
+Pattern = frozenset[Entry]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What made a lineage: an attempt at a call, where these lineages were what its samples depended on."""
+
+    call: GroundCall
+    attempt: int
+    reads: Pattern
+
+
+@dataclass(frozen=True)
+class LearntBook:
+    """All that lazy geometry has learnt: by call, the attempt from which on it is refused, and where.
+
+    `named` are the lineages that refusals and suspicions name, and those that these come from; `origins` says how calls
+    make them. `suspicions`: where something was in the way of a call, whatever else was so. `attempts`: how many
+    there are of one call at most. `moves`: the components that a call moves.
+    """
+
+    named: tuple[Entry, ...]
+    origins: Mapping[Entry, Origin]
+    refusals: Mapping[GroundCall, Sequence[tuple[int, Pattern]]]
+    suspicions: Mapping[GroundCall, Sequence[Pattern]]
+    moves: Callable[[GroundCall], tuple[int, ...]]
+    attempts: int
 
 
 class Geometry(Protocol):
@@ -33,6 +61,10 @@ class Geometry(Protocol):
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
         """The calls that are refused whatever was done before, and whether nothing else is refused."""
+        ...
+
+    def learnt(self) -> LearntBook | None:
+        """All that is known of geometry as it can be compiled into a task; None if it cannot be told so."""
         ...
 
 

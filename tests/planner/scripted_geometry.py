@@ -31,3 +31,6 @@ class Scripted:
 
     def refused_everywhere(self):
         return frozenset(), False
+
+    def learnt(self):
+        return None
