@@ -5,10 +5,9 @@ Plans that a search makes go through `PlanBuilder`, which gives equal continuati
 """
 
 from kabo.plan.builder import PlanBuilder
+from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
 from kabo.plan.description import describe
 from kabo.plan.plan import (
-    Certificate,
-    Clearance,
     Node,
     ObjectPose,
     Plan,
@@ -24,18 +23,21 @@ from kabo.plan.unfolding import unfold
 from kabo.plan.writing import plan_hash, plan_to_json, write_atomically, write_plan
 
 __all__ = [
+    "BodyParts",
     "Certificate",
     "Clearance",
     "Decision",
     "Node",
     "ObjectPose",
     "Observation",
+    "PairProof",
     "Plan",
     "PlanBuilder",
     "PlanStatistics",
     "Policy",
     "Segment",
     "StateChange",
+    "StretchProof",
     "ValueOf",
     "describe",
     "load_plan",

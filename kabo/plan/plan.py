@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from kabo.plan.certificate import Certificate
+
 Arguments = Mapping[str, "str | float | ValueOf"]
 
 
@@ -77,25 +79,6 @@ class Node:
     def successors(self) -> tuple[str, ...]:
         """The ids of the nodes that may follow, in order."""
         return tuple(self.branches.values()) if self.branches else (() if self.next is None else (self.next,))
-
-
-@dataclass(frozen=True)
-class Clearance:
-    """What a certificate says of one segment: least distance [m] and between which; None where nothing is near."""
-
-    node: str
-    segment: int
-    clearance: float | None = None
-    between: tuple[str, str] | None = None
-    permitted: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """The distances that the planner kept, for people to read; `verify` trusts none of it."""
-
-    epsilon: float
-    segments: tuple[Clearance, ...] = ()
 
 
 @dataclass(frozen=True)

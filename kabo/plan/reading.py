@@ -7,10 +7,9 @@ verifier's to judge.
 import re
 from pathlib import Path
 
+from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import Place, read_checked
 from kabo.plan.plan import (
-    Certificate,
-    Clearance,
     Node,
     ObjectPose,
     Plan,
@@ -68,7 +67,7 @@ def _plan(place: Place) -> Plan:
         root=_id(fields["root"]),
         nodes={name: _node(node) for name, node in nodes.items()},
         start=_state(fields["start"], ("robots", "objects")) if "start" in fields else None,
-        certificate=_certificate(fields["certificate"]) if "certificate" in fields else None,
+        certificate=certificate_from_json(fields["certificate"]) if "certificate" in fields else None,
     )
 
 
@@ -218,20 +217,3 @@ def _pose(place: Place) -> ObjectPose:
     x, y, z = position
     qx, qy, qz, qw = quaternion
     return ObjectPose(fields["parent"].text(), (x, y, z), (qx, qy, qz, qw))
-
-
-def _certificate(place: Place) -> Certificate:
-    fields = place.fields(("epsilon", "segments"))
-    return Certificate(fields["epsilon"].number(), tuple(map(_clearance, fields["segments"].items())))
-
-
-def _clearance(place: Place) -> Clearance:
-    fields = place.fields(("node", "segment", "clearance", "between", "permitted"))
-    clearance, between = fields["clearance"], fields["between"]
-    return Clearance(
-        node=_id(fields["node"]),
-        segment=fields["segment"].index(),
-        clearance=None if clearance.value is None else clearance.number(),
-        between=None if between.value is None else _pair(between),
-        permitted=tuple(_pair(entry) for entry in fields["permitted"].items()),
-    )

@@ -14,7 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from kabo.plan.plan import Certificate, Node, ObjectPose, Plan, Segment, StateChange, ValueOf
+from kabo.plan.certificate_json import certificate_to_json
+from kabo.plan.plan import Node, ObjectPose, Plan, Segment, StateChange, ValueOf
 
 FORMAT = "kabo-plan/1"
 JOINT_DECIMALS, TIME_DECIMALS = 9, 6
@@ -155,20 +156,6 @@ def _change_json(change: StateChange) -> dict[str, Any]:
     return {key: value for key, value in parts.items() if value}
 
 
-def _certificate_json(certificate: Certificate) -> dict[str, Any]:
-    segments = [
-        {
-            "node": entry.node,
-            "segment": entry.segment,
-            "clearance": None if entry.clearance is None else _number(entry.clearance),
-            "between": None if entry.between is None else list(entry.between),
-            "permitted": [list(pair) for pair in entry.permitted],
-        }
-        for entry in certificate.segments
-    ]
-    return {"epsilon": _number(certificate.epsilon), "segments": segments}
-
-
 def _plan(plan: Plan) -> dict[str, Any]:
     result: dict[str, Any] = {
         "format": FORMAT,
@@ -181,7 +168,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
         start = rounded_state(plan.start)
         result["start"] = {"robots": _robots_json(start.robots), "objects": _objects_json(start.objects)}
     if plan.certificate is not None:
-        result["certificate"] = _certificate_json(plan.certificate)
+        result["certificate"] = certificate_to_json(plan.certificate)
     return result
 
 

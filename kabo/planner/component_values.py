@@ -1,0 +1,77 @@
+"""The values that components of the geometric state can have at the nodes of a plan, by following `after` from `start`.
+
+A component is one robot's configuration or one object's parent and pose. Where branches have met, one may have several
+values [LANGUAGE section 6]; components that decide a place together are followed together.
+"""
+
+from collections.abc import Sequence
+
+from kabo.plan import ObjectPose, Plan, StateChange
+from kabo.scene import Scene
+
+Value = tuple[float, ...] | ObjectPose
+Row = tuple[Value, ...]
+
+
+class ComponentValues:
+    """What every component can be at the start of every node, whose `order` has each before its successors."""
+
+    def __init__(self, plan: Plan, scene: Scene, order: Sequence[str]) -> None:
+        self._plan, self._scene, self._order = plan, scene, order
+        self._start = plan.start or StateChange()
+        self._rows: dict[tuple[str, ...], dict[str, list[Row]]] = {}
+        self._parents: dict[str, list[str]] = {name: [] for name in scene.movable}
+        for change in (plan.start, *(plan.nodes[name].after for name in order)):
+            for name, pose in {} if change is None else change.objects.items():
+                if pose.parent not in self._parents[name]:
+                    self._parents[name].append(pose.parent)
+
+    def configurations(self, node: str, robot: str) -> list[tuple[float, ...]]:
+        """The configurations that a robot can have, in the order of their text."""
+        found = [row[0] for row in self._at(node, (robot,))]
+        return sorted((q for q in found if isinstance(q, tuple)), key=repr)
+
+    def states(self, node: str, name: str) -> list[dict[str, Value]]:
+        """The values of an object and of all that it may hang on, as they can occur together."""
+        names = self._supports(name)
+        return [dict(zip(names, row, strict=True)) for row in self._at(node, names)]
+
+    def _supports(self, name: str) -> tuple[str, ...]:
+        found, ahead = [name], [name]
+        while ahead:
+            for parent in self._parents.get(ahead.pop(), ()):
+                component = parent.partition(".")[0]
+                if component not in found and (component in self._scene.robots or component in self._parents):
+                    found.append(component)
+                    ahead.append(component)
+        return tuple(found)
+
+    def _at(self, node: str, names: tuple[str, ...]) -> list[Row]:
+        if names not in self._rows:
+            self._rows[names] = self._followed(names)
+        return self._rows[names][node]
+
+    def _followed(self, names: tuple[str, ...]) -> dict[str, list[Row]]:
+        arriving: dict[str, dict[Row, None]] = {name: {} for name in self._order}
+        arriving[self._plan.root][tuple(self._changed(name, None, self._start) for name in names)] = None
+        for name in self._order:
+            node, leaving = self._plan.nodes[name], list(arriving[name])
+            if node.after is not None:
+                after = node.after
+                leaving = [
+                    tuple(self._changed(n, v, after) for n, v in zip(names, r, strict=True)) for r in leaving
+                ]
+            for successor in node.successors:
+                arriving[successor].update(dict.fromkeys(leaving))
+        return {name: list(rows) for name, rows in arriving.items()}
+
+    def _changed(self, name: str, value: Value | None, change: StateChange) -> Value:
+        if name in change.objects:
+            return change.objects[name]
+        if name in change.robots:
+            joints, names = change.robots[name], self._scene.robots[name].joint_names
+            before = value if isinstance(value, tuple) else (0.0,) * len(names)
+            return tuple(joints.get(joint, old) for joint, old in zip(names, before, strict=True))
+        if value is None:
+            raise ValueError(f"the plan's start does not say where {name} is")
+        return value

@@ -1,0 +1,76 @@
+"""The motion of a node cut into stretches: what moves and what is carried is the same all through each.
+
+Segments of one robot follow each other; those of different robots may overlap in time, and a stretch then ends
+wherever one of them begins or ends. Configurations are straight between way points and proportional to time.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import Segment
+from kabo.scene import Robot
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionStretch:
+    """One stretch: the numbers of the segments under way, those that end with it, and the way points of each robot."""
+
+    segments: tuple[int, ...]
+    ending: tuple[int, ...]
+    waypoints: dict[str, Array]  # robot -> (W, n), the same W for all
+
+
+def stretches(
+    motion: Sequence[Segment], robots: dict[str, Robot], start: dict[str, Array]
+) -> Iterator[MotionStretch]:
+    """The stretches of a motion in the order of time; `start` (n,) is where each robot begins, and is moved along."""
+    if not _overlapping(motion):
+        for i, segment in enumerate(motion):
+            own = _whole(segment, robots[segment.robot], start[segment.robot], np.array(segment.waypoints))
+            start[segment.robot] = own[-1]
+            yield MotionStretch((i,), (i,), {segment.robot: own})
+        return
+    events = sorted({time for segment in motion for time in (segment.times[0], segment.times[-1])})
+    for begin, end in zip(events, events[1:], strict=False):
+        under_way = tuple(i for i, s in enumerate(motion) if s.times[0] <= begin and end <= s.times[-1])
+        if not under_way:
+            continue
+        inner = {t for i in under_way for t in motion[i].times if begin < t < end}
+        times = [begin, *sorted(inner), end]
+        waypoints = {}
+        for i in under_way:
+            segment = motion[i]
+            rows = np.array([at_time(segment, t) for t in times])
+            waypoints[segment.robot] = _whole(segment, robots[segment.robot], start[segment.robot], rows)
+        for name, rows in waypoints.items():
+            start[name] = rows[-1]
+        yield MotionStretch(under_way, tuple(i for i in under_way if motion[i].times[-1] == end), waypoints)
+
+
+def at_time(segment: Segment, time: float) -> Array:
+    """The values of a segment's joints at a time [s]."""
+    times = segment.times
+    for k, moment in enumerate(times):
+        if moment == time:
+            return np.array(segment.waypoints[k])
+    k = int(np.searchsorted(times, time)) - 1
+    share = (time - times[k]) / (times[k + 1] - times[k])
+    first, last = np.array(segment.waypoints[k]), np.array(segment.waypoints[k + 1])
+    return np.asarray(first + share * (last - first))
+
+
+def _overlapping(motion: Sequence[Segment]) -> bool:
+    """Whether two segments are under way at once, or stand in another order than that of time."""
+    return any(after.times[0] < before.times[-1] for before, after in zip(motion, motion[1:], strict=False))
+
+
+def _whole(segment: Segment, robot: Robot, start: Array, rows: Array) -> Array:
+    """Configurations (W, n) of all joints of the robot."""
+    whole = np.tile(start, (len(rows), 1))
+    whole[:, [robot.joint_names.index(joint) for joint in segment.joints]] = rows
+    return whole
