@@ -94,6 +94,7 @@ class Calls:
         assert problem.scene is not None
         self.problem, self.scene = problem, problem.scene
         path = problem.domain.path
+        self.unjudged: dict[str, None] = {}  # procedures whose purpose is not known here
         self._procedures = Procedures(None if path is None else str(Path(path).parent))
 
     def of(self, node: Node) -> Call | None:
@@ -120,7 +121,17 @@ class Calls:
             kind = _kind(declared, arguments.get(name), self.scene)
             if name in arguments and kind is not None:
                 things[kind].append(arguments[name])
-        return _call(call.procedure, {kind: tuple(names) for kind, names in things.items()}, arguments)
+        found = _call(call.procedure, {kind: tuple(names) for kind, names in things.items()}, arguments)
+        if found.law is None:
+            self.unjudged[call.procedure] = None
+        return found
+
+    def notes(self) -> list[str]:
+        """What was not judged, for people."""
+        text = (
+            "a task of the domain's own: its motion was verified, and what it takes and records, not its purpose"
+        )
+        return [f'"{name}" is {text}' for name in self.unjudged]
 
     def _arguments(self, call: ProcedureCall, node: Node, names: list[str]) -> dict[str, str]:
         """Property -> value, in the order in which the properties are declared."""

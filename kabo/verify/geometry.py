@@ -19,8 +19,8 @@ from kabo.verify.world import World
 
 def check_geometry(
     problem: Problem, plan: Plan, order: Sequence[str]
-) -> tuple[dict[str, str], list[Finding], dict[str, Any]]:
-    """All files that were read with their hashes, what is wrong with the motions, and the figures for the report.
+) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
+    """All files that were read with their hashes, what is wrong with the motions, the report's figures, and notes.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load.
@@ -28,14 +28,14 @@ def check_geometry(
     assert problem.scene is not None
     if plan.start is None:
         text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
-        return dict(problem.files), [Finding(None, text)], {}
+        return dict(problem.files), [Finding(None, text)], {}, []
     scene = load_scene(problem.scene)
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = World(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
     findings = list(check_start(components))
     if findings:
-        return files, findings, {}
+        return files, findings, {}, []
     motions = 0
     for name in order:
         node = plan.nodes[name]
@@ -43,7 +43,7 @@ def check_geometry(
             findings += check_motion(name, node, calls, world, components, tally)
             motions += bool(node.motion)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
-    return files, findings, figures
+    return files, findings, figures, calls.notes()
 
 
 def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:

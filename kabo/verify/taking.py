@@ -91,12 +91,10 @@ class Taking:
                 yield from check_grasp(self.node, time, call, self.world, receiver, name, q, pose)
 
     def _check_open(self, segment: Segment) -> Iterator[Finding]:
-        robot = self.world.scene.robots[segment.robot]
-        gripper, names, q = robot.gripper, robot.joint_names, self.holding.q[segment.robot]
-        for joint, value in {} if gripper is None else gripper.open.items():
-            if joint in names and abs(q[names.index(joint)] - value) > JOINED:
-                text = f"{robot.name} lets go while {joint} is not open"
-                yield Finding(self.node, text, segment.times[-1], (robot.name,))
+        joint = not_open(self.world, segment.robot, self.holding.q[segment.robot])
+        if joint is not None:
+            text = f"{segment.robot} lets go while {joint} is not open"
+            yield Finding(self.node, text, segment.times[-1], (segment.robot,))
 
     # ------------------------------------------------------------------------------------ taking, putting together
     def _take(self, segment: Segment, name: str, link: str) -> Iterator[Finding]:
@@ -152,3 +150,12 @@ class Taking:
             yield from check_mate(self.node, time, call, self.world, pair, self.holding.pose)
         self.holding.hang(name, to)
         self.mated.add(frozenset(pair))
+
+
+def not_open(world: World, robot: str, q: Array) -> str | None:
+    """A joint of the robot's gripper that is not where the gripper is open; None: all are."""
+    gripper, names = world.scene.robots[robot].gripper, world.scene.robots[robot].joint_names
+    for joint, value in {} if gripper is None else gripper.open.items():
+        if joint in names and abs(q[names.index(joint)] - value) > JOINED:
+            return joint
+    return None

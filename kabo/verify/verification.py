@@ -54,8 +54,8 @@ def verify_plan(
     if geometry:
         from kabo.verify.geometry import check_geometry
 
-        files, more, figures = check_geometry(problem, plan, order)
-        findings += more
+        files, more, figures, told = check_geometry(problem, plan, order)
+        findings, notes = [*findings, *more], [*notes, *told]
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
     findings = [*check_files(plan, problem.name, problem.path.parent, files), *findings]

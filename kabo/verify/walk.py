@@ -24,7 +24,7 @@ from kabo.verify.report import Finding
 from kabo.verify.situation import Situation
 from kabo.verify.surfaces import mesh_distance
 from kabo.verify.sweep import Path, Thing
-from kabo.verify.taking import Taking
+from kabo.verify.taking import Taking, not_open
 from kabo.verify.windows import Window, at_time, columns, one_by_one, whole_path, window_path, windows
 from kabo.verify.world import World
 
@@ -269,6 +269,8 @@ def check_end(node: str, call: Call, world: World, taking: Taking, time: float) 
         yield Finding(node, f"{call} ends without {call.role(law.takes)} holding {name}", time, (str(name),))
     if law.lets_go is not None and law.takes != "receiver" and name not in taking.let_go:
         yield Finding(node, f"{call} never lets go of {name}", time, (str(name),))
+    if law.takes == "receiver" or law.mates:
+        yield from _check_gave_away(node, world, taking, time)
     if law.mates and frozenset((str(name), str(call.role("other")))) not in taking.mated:
         text = f"{call} never puts {name} and {call.role('other')} together"
         yield Finding(node, text, time, (str(name), str(call.role("other"))))
@@ -279,6 +281,17 @@ def check_end(node: str, call: Call, world: World, taking: Taking, time: float) 
     wanted = world.scene.robots[robot].configurations.get(call.at or "")
     if wanted is not None and not is_at(world, robot, holding.q.get(robot), wanted):
         yield Finding(node, f"{call} does not end in the configuration {call.at}", time, (robot,))
+
+
+def _check_gave_away(node: str, world: World, taking: Taking, time: float) -> Iterator[Finding]:
+    """A hand that holds no longer what it held is open."""
+    for robot, names in taking.had.items():
+        for name in sorted(names):
+            if taking.holding.holder(name) != robot:
+                joint = not_open(world, robot, taking.holding.q[robot])
+                if joint is not None:
+                    text = f"{robot} gave {name} away, but its {joint} is not open at the end"
+                    yield Finding(node, text, time, (robot, name))
 
 
 def is_at(world: World, robot: str, q: Array | None, wanted: Sequence[float]) -> bool:
