@@ -11,6 +11,7 @@ SIZES: dict[str, dict[str, dict[str, Any]]] = {
     "bartender": {"four_bottles": {"n": 4}},
     "bomb_in_the_toilet": {"n3": {"n": 3}, "n4_two_toilets": {"n": 4, "toilets": 2}},
     "btcs": {"n4": {"n": 4}},
+    "circular_rearrange": {f"n{n}": {"n": n} for n in range(2, 7)},
     "canadian_traveller": {"n3": {"n": 3}},
     "coloured_balls": {"n3_1": {"n": 3}, "n4_2": {"n": 4, "balls": 2}},
     "doors": {"n3": {"n": 3}, "n5": {"n": 5}},

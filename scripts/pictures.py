@@ -41,6 +41,12 @@ VIEWS = (
     View(
         "domains/bartender/four_bottles.yaml", "domains/bartender/scene.png", (3.1, 0.9, 1.9), (0.0, -0.05, 0.28)
     ),
+    View(
+        "domains/circular_rearrange/n5.yaml",
+        "domains/circular_rearrange/scene.png",
+        (3.1, 0.6, 1.9),
+        (0.0, 0.0, 0.28),
+    ),
     View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
     View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )

@@ -8,7 +8,12 @@ import kabo
 from kabo.language.procedures import FOLDER, LIBRARY
 
 DOMAINS = Path(__file__).parents[2] / "domains"
-PROBLEMS = ["bartender/four_bottles.yaml", "force_sensing/n2.yaml", "stacked/n3.yaml"]
+PROBLEMS = [
+    "bartender/four_bottles.yaml",
+    "circular_rearrange/n3.yaml",
+    "force_sensing/n2.yaml",
+    "stacked/n3.yaml",
+]
 OWN = {("force_sensing", "sense_weight")}  # unlike the library's on purpose
 
 
