@@ -13,6 +13,7 @@ import numpy.typing as npt
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.state import Configuration
+from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import KinematicTree
 
 Array = npt.NDArray[np.float64]
@@ -110,6 +111,11 @@ class Robot:
     def data(self) -> Any:
         """Pinocchio's working memory for this robot."""
         return self.model.createData()
+
+    @cached_property
+    def structure(self) -> Structure | NoStructure:
+        """How the axes of the planned joints lie, if a closed form of their inverse kinematics is known, or why not."""
+        return structure_of(self.tree, self.planned)
 
     def expand(self, q: Sequence[float]) -> Array:
         """Pinocchio's configuration: mimic joints follow, locked ones stand, endless ones as cosine and sine."""

@@ -1,0 +1,181 @@
+"""Inverse kinematics in closed form: every configuration that brings the end of an arm to a pose [K A.3].
+
+Six axes with a spherical wrist, or with three parallel axes; five axes, which reach any point with any pitch and
+roll; seven with one of them held. Every answer has been put to forward kinematics. "Not reachable" is an answer too.
+"""
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.kinematics.kernels import closed_form as kernels
+from kabo.kinematics.kernels import forms
+from kabo.kinematics.projection import arrays_of
+from kabo.scene.structure import Structure
+from kabo.scene.tree import KinematicTree
+
+Array = npt.NDArray[np.float64]
+
+AGREES = kernels.AGREES
+_FREE = {
+    forms.ON_FIRST_AXIS: "on the first axis",
+    forms.ON_SECOND_AXIS: "on the second axis",
+    forms.ON_THIRD_AXIS: "on the third axis",
+    forms.WRIST_ALIGNED: "wrist aligned",
+}
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Configurations (N, n) that reach a pose, N > 0, in a fixed order.
+
+    `singular[i]` says where turns of configuration i could be changed with no effect on the pose ("wrist aligned",
+    "on the first axis"): it then stands for a whole family. Empty: it stands for itself.
+    """
+
+    configurations: Array
+    singular: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class OutOfReach:
+    """Why no configuration reaches a pose; what does not apply is zero or None.
+
+    `missing`: what the link lengths lack [m], as the first step that cannot be made sees it: a measure, no bound.
+    `tilt`: five axes would have to turn the end by so much [rad]. `joint`: number of the value whose limits are the
+    least exceeded, by `beyond` [rad].
+    """
+
+    missing: float = 0.0
+    tilt: float = 0.0
+    joint: int | None = None
+    beyond: float = 0.0
+
+    def __str__(self) -> str:
+        if self.missing > 0.0:
+            return f"{self.missing:.3f} m out of reach"
+        if self.tilt > 0.0:
+            return f"tilted by {math.degrees(self.tilt):.2f} deg from what its axes can do"
+        if self.joint is not None:
+            return f"beyond the limits of joint {self.joint + 1} by {math.degrees(self.beyond):.2f} deg"
+        return "not reached"
+
+
+@dataclass(frozen=True)
+class Branches:
+    """What a closed form says of N poses: `configurations` (N, 8, n), of which the first `counts` (N,) are filled.
+
+    `free` (N, 8) are bits of what is singular, `short` (N, 4) what is missing: see kernels/closed_form.py.
+    """
+
+    configurations: Array
+    counts: npt.NDArray[np.int64]
+    free: npt.NDArray[np.int64]
+    short: Array
+
+    def answer(self, i: int, tree: KinematicTree, structure: Structure) -> Reached | OutOfReach:
+        """The answer for one pose."""
+        count = int(self.counts[i])
+        if count:
+            marks = tuple(
+                tuple(words for bit, words in _FREE.items() if int(m) & bit) for m in self.free[i, :count]
+            )
+            return Reached(self.configurations[i, :count].copy(), marks)
+        missing, tilt, beyond, axis = (float(v) for v in self.short[i])
+        if missing > 0.0:
+            return OutOfReach(missing=missing)
+        if tilt > 0.0 and not math.isfinite(beyond):
+            return OutOfReach(tilt=tilt)
+        if not math.isfinite(beyond):
+            return OutOfReach()
+        return OutOfReach(joint=int(tree.source[structure.joints[int(axis)]]), beyond=beyond)
+
+
+def branches(
+    tree: KinematicTree, structure: Structure, goals: Array, base: Array, locked: Array | None = None
+) -> Branches:
+    """All configurations, up to whole turns, that bring the last joint of a structure to each pose, within limits.
+
+    Args:
+        tree, structure: from `structure_of`.
+        goals: (N, 12) poses world_T_joint of `structure.end`, rotation row-major, then translation.
+        base: (n,) the values of the joints off the chain.
+        locked: (N,) of seven axes, the value at which one is held for each pose.
+
+    Raises:
+        ValueError: shapes do not fit, or a number is not finite.
+    """
+    poses, start = np.array(goals, np.float64, order="C", ndmin=2), np.array(base, np.float64)
+    held = np.zeros(len(poses)) if locked is None else np.array(locked, np.float64)
+    if poses.shape[1] != 12 or start.shape != (tree.size,) or held.shape != (len(poses),):
+        raise ValueError(f"poses must be (N, 12), the base ({tree.size},), not {poses.shape}, {start.shape}")
+    if not (np.all(np.isfinite(poses)) and np.all(np.isfinite(start)) and np.all(np.isfinite(held))):
+        raise ValueError("a pose or a value of a joint is not finite")
+    if structure.lock >= 0 and locked is None:
+        raise ValueError("of seven axes one must be held: give its value for each pose")
+    found = np.empty((len(poses), kernels.MOST, tree.size))
+    counts, free = np.zeros(len(poses), np.int64), np.zeros((len(poses), kernels.MOST), np.int64)
+    short = np.empty((len(poses), 4))
+    kernels.solve_poses(
+        poses,
+        held,
+        start,
+        *_shape_of(structure),
+        tree.lower,
+        tree.upper,
+        *arrays_of(tree),
+        found,
+        counts,
+        free,
+        short,
+    )
+    return Branches(found, counts, free, short)
+
+
+def _shape_of(structure: Structure) -> tuple[int, int, bool, bool, int, Array, Array, npt.NDArray[np.int64]]:
+    s = structure
+    return s.form, s.placing, s.mirrored, s.backwards, s.lock, s.axes, s.zero, s.joints
+
+
+def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
+    """The poses (N, 12) of the structure's last joint at configurations (N, n), by forward kinematics."""
+    values = np.array(Q, np.float64, order="C", ndmin=2)
+    return kernels.poses_of(values, structure.end, *arrays_of(tree))
+
+
+def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+    """All configurations (M, n) that bring the end to where one of Q (N, n) brings it, and of which one each is (M,).
+
+    Of seven axes, the held one keeps its value. Q need not be within limits; what is returned is. Joints off the
+    chain are as in the first of Q.
+    """
+    values = np.array(Q, np.float64, order="C", ndmin=2)
+    if not len(values):
+        return values, np.empty(0, np.int64)
+    locked = None
+    if structure.lock >= 0:
+        locked = values[:, tree.source[structure.joints[structure.lock]]]
+    made = branches(tree, structure, end_poses(tree, structure, values), values[0], locked)
+    filled = np.arange(made.configurations.shape[1]) < made.counts[:, None]
+    return made.configurations[filled], np.repeat(np.arange(len(values)), made.counts)
+
+
+def with_turns(tree: KinematicTree, structure: Structure, q: Array, most: int = 64) -> Array:
+    """A configuration and those that differ by whole turns within limits (N, n): at most so many, the nearest first."""
+    places = [int(tree.source[j]) for j in structure.joints]
+    choices = [_turns(float(q[i]), float(tree.lower[i]), float(tree.upper[i])) for i in places]
+    every = sorted(product(*choices), key=lambda shifts: (sum(abs(k) for k in shifts), shifts))[:most]
+    made = np.repeat(np.asarray(q, np.float64)[None, :], len(every), axis=0)
+    made[:, places] += 2.0 * math.pi * np.array(every, np.float64)
+    return np.clip(made, tree.lower, tree.upper)
+
+
+def _turns(value: float, low: float, high: float) -> list[int]:
+    """The whole turns that may be added to a value."""
+    turn = 2.0 * math.pi
+    return list(range(math.ceil((low - value) / turn - 1e-11), math.floor((high - value) / turn + 1e-11) + 1)) or [
+        0
+    ]

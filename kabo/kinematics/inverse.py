@@ -1,0 +1,161 @@
+"""Inverse kinematics of any robot: in closed form where its axes allow it, of redundant ones sampled, else projected."""
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.kinematics.closed_form import OutOfReach, Reached, branches, with_turns
+from kabo.kinematics.constraints import FrameFeature, Rows, rows_of, stacked
+from kabo.kinematics.kernels import streams
+from kabo.kinematics.projection import arrays_of
+from kabo.kinematics.sampling import Key, sample
+from kabo.scene.kernels.poses import forward_kinematics
+from kabo.scene.robots import Robot
+from kabo.scene.structure import Structure
+from kabo.scene.transforms import flat, inverse, unflat
+
+Array = npt.NDArray[np.float64]
+
+FAR = 1e-6  # rad or m: projections that lie nearer to each other are one solution
+SQUARE = 1e-6  # how far a rotation may be from one
+
+
+def solutions(
+    robot: Robot, world_T_tool: Array, key: Key, number: int, *, hand: tuple[float, ...] = ()
+) -> Reached | OutOfReach:
+    """Configurations (N, n) at which the tool of a robot is at a pose, or what is in the way.
+
+    In closed form they are all, with whole turns where limits allow several, and neither key nor number matters. Of
+    seven axes, one is held at `number` values, evenly spread. Other robots are projected from `number` random
+    seeds: then "out of reach" is what was found, not what is so.
+
+    Args:
+        robot: with a tool.
+        world_T_tool: (4, 4), a rotation within 1e-6 [m].
+        key: of the stream of random numbers, from `stream_key`.
+        number: how many values, or seeds, are tried.
+        hand: the values of the gripper's joints; zeros, or what is next to them within limits, if empty.
+
+    Raises:
+        ValueError: the robot has no tool, or the pose is none.
+    """
+    if robot.tool is None:
+        raise ValueError(f"robot {robot.name} has no tool")
+    link = robot.links[robot.tool.frame]
+    return reaching(robot, link.joint, link.joint_T_link, world_T_tool, key, number, hand=hand)
+
+
+def reaching(
+    robot: Robot,
+    joint: int,
+    joint_T_frame: Array,
+    world_T_frame: Array,
+    key: Key,
+    number: int,
+    *,
+    hand: tuple[float, ...] = (),
+) -> Reached | OutOfReach:
+    """As `solutions`, for any frame on a joint of the robot's tree."""
+    goal, base = as_pose(world_T_frame), _base(robot, hand)
+    structure = robot.structure
+    if not isinstance(structure, Structure) or not is_carried(robot, structure, joint):
+        return _projected(robot, joint, joint_T_frame, goal, key, number, base)
+    goals = end_goal(robot, structure, joint, joint_T_frame, goal, base)[None, :]
+    locked = None
+    if structure.lock >= 0:
+        locked = lock_values(robot, structure, key, 0, number)
+        goals = np.repeat(goals, number, axis=0)
+    made = branches(robot.tree, structure, goals, base, locked)
+    answers = [made.answer(i, robot.tree, structure) for i in range(len(goals))]
+    reached = [answer for answer in answers if isinstance(answer, Reached)]
+    if not reached:
+        return min((a for a in answers if isinstance(a, OutOfReach)), key=_shortfall, default=OutOfReach())
+    found, marks = [], []
+    for answer in reached:
+        for q, mark in zip(answer.configurations, answer.singular, strict=True):
+            every = with_turns(robot.tree, structure, q)
+            found.append(every)
+            marks.extend([mark] * len(every))
+    return Reached(np.concatenate(found), tuple(marks))
+
+
+def lock_values(robot: Robot, structure: Structure, key: Key, first: int, count: int) -> Array:
+    """Values (count,) of the joint of seven that is held, evenly spread over its limits, from number `first` on."""
+    i = int(robot.tree.source[structure.joints[structure.lock]])
+    low, high = robot.tree.lower[i], robot.tree.upper[i]
+    shares = [streams.stratified(key, first + k, 0, 1) for k in range(count)]
+    return np.asarray(low + (high - low) * np.array(shares, np.float64))
+
+
+def is_carried(robot: Robot, structure: Structure, joint: int) -> bool:
+    """Whether a joint is the last of the chain, or hangs on it."""
+    while joint > structure.end:
+        joint = int(robot.tree.parent[joint])
+    return joint == structure.end
+
+
+def end_goal(
+    robot: Robot, structure: Structure, joint: int, joint_T_frame: Array, world_T_frame: Array, base: Array
+) -> Array:
+    """Where the last joint of the chain is (12,) when a frame that hangs on it is at a pose."""
+    world_T = np.zeros((len(robot.tree.parent), 12))
+    world_T[0, [0, 4, 8]] = 1.0
+    forward_kinematics(base, *arrays_of(robot.tree), world_T)
+    end_T_frame = inverse(unflat(world_T[structure.end])) @ unflat(world_T[joint]) @ joint_T_frame
+    return np.asarray(flat(world_T_frame @ inverse(end_T_frame)))
+
+
+def as_pose(matrix: Array) -> Array:
+    """The pose (4, 4), its rotation put right where rounding has hurt it.
+
+    Raises:
+        ValueError: it is not (4, 4), not finite, or no rotation within 1e-6.
+    """
+    pose = np.array(matrix, np.float64)
+    if pose.shape != (4, 4) or not np.all(np.isfinite(pose)):
+        raise ValueError(f"a pose is (4, 4) and finite, not {pose.shape}")
+    left, _, right = np.linalg.svd(pose[:3, :3])
+    turn = left @ right
+    if np.max(np.abs(turn - pose[:3, :3])) > SQUARE or np.linalg.det(turn) < 0.0:
+        raise ValueError("the upper left of a pose is a rotation within 1e-6")
+    pose[:3, :3] = turn
+    return pose
+
+
+def pose_rows(joint: int, joint_T_frame: Array, world_T_frame: Array) -> Rows:
+    """Rows that hold where a frame on a joint is at a pose in the world."""
+
+    def feature(of: int, pose: Array, axis: int | None) -> FrameFeature:
+        x, y, z = (float(v) for v in pose[:3, 3])
+        if axis is None:
+            return FrameFeature(of, "point", (x, y, z))
+        unit = pose[:3, axis] / np.linalg.norm(pose[:3, axis])
+        return FrameFeature(of, "line", (x, y, z), (float(unit[0]), float(unit[1]), float(unit[2])))
+
+    own, goal = joint_T_frame, world_T_frame
+    kinds = (("coincident", None), ("aligned", 2), ("aligned", 0))
+    return stacked([rows_of(kind, feature(joint, own, axis), feature(0, goal, axis)) for kind, axis in kinds])
+
+
+def _projected(
+    robot: Robot, joint: int, joint_T_frame: Array, goal: Array, key: Key, number: int, base: Array
+) -> Reached | OutOfReach:
+    rows, tree = pose_rows(joint, joint_T_frame, goal), robot.tree
+    active = np.arange(tree.size) < robot.planned
+    limits = tree.lower, tree.upper
+    found, valid = sample(tree, rows, key, 0, number, *limits, active, base=base)
+    kept: list[Array] = []
+    for q in found[valid]:
+        if all(np.max(np.abs(q - other)) > FAR for other in kept):
+            kept.append(q)
+    return Reached(np.array(kept), ((),) * len(kept)) if kept else OutOfReach()
+
+
+def _base(robot: Robot, hand: tuple[float, ...]) -> Array:
+    start = np.clip(0.0, robot.tree.lower, robot.tree.upper)
+    if hand:
+        start[robot.planned :] = hand
+    return np.asarray(start)
+
+
+def _shortfall(answer: OutOfReach) -> tuple[float, float, float]:
+    return answer.missing, answer.tilt, answer.beyond

@@ -1,0 +1,316 @@
+"""Closed-form inverse kinematics of many poses: the chain as its form wants it, its turns, and forward kinematics.
+
+Every solution is put to forward kinematics of the tree before it is given out; what rounding, or a robot file's few
+decimals, left of the error is made up by a step of Gauss-Newton.
+"""
+
+import numpy as np
+
+from kabo.compilation import kernel, lean_kernel
+from kabo.kinematics.kernels.forms import (
+    SPHERICAL,
+    THREE_PARALLEL,
+    moved_direction,
+    solve_five,
+    solve_spherical,
+    solve_three_parallel,
+)
+from kabo.kinematics.kernels.turns import carried, cross, direction, origin, turned
+from kabo.scene.kernels.poses import forward_kinematics
+
+MOST = 8  # solutions of one pose
+FREE_TURNS = 16  # values tried for a turn that is free, until one is within reach and limits
+ROUNDS = 1e-7  # rad outside limits: of solutions at a limit, where they are then set
+NEARLY = 1e-4  # rad outside limits: what refining may bring back
+AGREES = 1e-9  # how exactly a solution must reach the pose, every number of it
+
+
+@lean_kernel  # (12,) f8, (12,) f8 -> writes (12,) f8
+def motion_between(start, end, motion):
+    """Writes the motion of the world that takes one pose to another: end · start^-1."""
+    for r in range(3):
+        for c in range(3):
+            motion[3 * r + c] = (
+                end[3 * r] * start[3 * c] + end[3 * r + 1] * start[3 * c + 1] + end[3 * r + 2] * start[3 * c + 2]
+            )
+    p = moved_direction(motion, (start[9], start[10], start[11]))
+    for r in range(3):
+        motion[9 + r] = end[9 + r] - p[r]
+
+
+@lean_kernel  # (m, 6) f8, i8, f8, i8, bool -> writes (k, 6) f8
+def chain_with_lock(axes, lock, value, backwards, chain):
+    """Writes the axes without the locked one, those behind it carried along; backwards: from the end to the base."""
+    last, number = chain.shape[0] - 1, 0
+    for j in range(axes.shape[0]):
+        if j == lock:
+            continue
+        at = last - number if backwards else number
+        z, p = direction(axes[j]), origin(axes[j])
+        if 0 <= lock < j:
+            z, p = turned(direction(axes[lock]), value, z), carried(axes[lock], value, p)
+        for k in range(3):
+            chain[at, k], chain[at, 3 + k] = -z[k] if backwards else z[k], p[k]
+        number += 1
+
+
+@lean_kernel  # (12,) f8 x 2, (m, 6) f8, i8, f8, bool -> writes (12,) f8 x 2
+def motion_of_chain(goal, zero, axes, lock, value, backwards, moved, motion):
+    """Writes what the turns of a chain must do together."""
+    if lock >= 0:
+        h = direction(axes[lock])
+        for c in range(3):
+            column = turned(h, value, (zero[c], zero[3 + c], zero[6 + c]))
+            moved[c], moved[3 + c], moved[6 + c] = column
+        moved[9], moved[10], moved[11] = carried(axes[lock], value, (zero[9], zero[10], zero[11]))
+    else:
+        for k in range(12):
+            moved[k] = zero[k]
+    if backwards:
+        motion_between(goal, moved, motion)
+    else:
+        motion_between(moved, goal, motion)
+
+
+@lean_kernel  # (n,) f8, (m,) i8, (J,) i8, (n,) f8 x 2 -> f8, i8; writes q
+def outside(q, joints, source, lower, upper):
+    """Turns each angle by whole turns to the middle of its limits: how far the worst is outside [rad], and which."""
+    worst, fault = 0.0, -1
+    for a in range(joints.shape[0]):
+        k = source[joints[a]]
+        value, low, high = q[k], lower[k], upper[k]
+        value += 2.0 * np.pi * np.round((0.5 * (low + high) - value) / (2.0 * np.pi))
+        beyond = max(low - value, value - high)
+        if beyond <= ROUNDS:
+            value = min(max(value, low), high)
+        elif beyond > worst:
+            worst, fault = beyond, a
+        q[k] = value
+    return worst, fault
+
+
+@lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, i8, tree x 6 -> f8
+def miss(q, goal, world_T, joint, parent, kind, source, ratio, shift, placement):
+    """By how much, in its worst number, forward kinematics of the tree misses the pose at q."""
+    forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
+    worst = 0.0
+    for k in range(12):
+        worst = max(worst, abs(world_T[joint, k] - goal[k]))
+    return worst
+
+
+@lean_kernel  # (m, 6) f8, (m + 1) x m work -> bool; writes step (m,) f8
+def solved_step(system, step):
+    """Gaussian elimination with pivots of a small system (m, m + 1)."""
+    m = system.shape[0]
+    for i in range(m):
+        best = i
+        for r in range(i + 1, m):
+            if abs(system[r, i]) > abs(system[best, i]):
+                best = r
+        if abs(system[best, i]) < 1e-300:
+            return False
+        for c in range(i, m + 1):
+            system[i, c], system[best, c] = system[best, c], system[i, c]
+        for r in range(i + 1, m):
+            factor = system[r, i] / system[i, i]
+            for c in range(i, m + 1):
+                system[r, c] -= factor * system[i, c]
+    for i in range(m - 1, -1, -1):
+        rest = system[i, m]
+        for c in range(i + 1, m):
+            rest -= system[i, c] * step[c]
+        step[i] = rest / system[i, i]
+    return True
+
+
+@lean_kernel  # (n,) f8, (12,) f8, (J, 12) f8, (m,) i8, (m, 7) f8 x 2, i8, i8, ratio -> writes q
+def refine(q, goal, world_T, joints, columns, system, lock, joint, source, ratio):
+    """One Gauss-Newton step of the axes from where forward kinematics has put them: what rounding left is made up."""
+    m = joints.shape[0]
+    turn = (
+        0.5 * antisymmetric(goal, world_T[joint], 2, 1),
+        0.5 * antisymmetric(goal, world_T[joint], 0, 2),
+        0.5 * antisymmetric(goal, world_T[joint], 1, 0),
+    )
+    for i in range(m):
+        j = joints[i]
+        h = world_T[j, 2], world_T[j, 5], world_T[j, 8]
+        arm = between(world_T, joint, j)
+        p = cross(h, arm)
+        for k in range(3):
+            columns[i, k], columns[i, 3 + k] = p[k], h[k]
+    for i in range(m):
+        for c in range(m):
+            system[i, c] = 0.0
+            for k in range(6):
+                system[i, c] += columns[i, k] * columns[c, k]
+        system[i, i] += 1e-13 if i != lock else 1e12
+        system[i, m] = 0.0
+        for k in range(3):
+            system[i, m] += columns[i, k] * (goal[9 + k] - world_T[joint, 9 + k]) + columns[i, 3 + k] * turn[k]
+    step = columns[:, 6]
+    if solved_step(system[:, : m + 1], step):
+        for i in range(m):
+            q[source[joints[i]]] += step[i] / ratio[joints[i]]
+
+
+@lean_kernel  # (12,) f8 x 2, i8, i8 -> f8
+def antisymmetric(goal, at, r, c):
+    """Number (r, c) less number (c, r) of goal · at^T."""
+    a = goal[3 * r] * at[3 * c] + goal[3 * r + 1] * at[3 * c + 1] + goal[3 * r + 2] * at[3 * c + 2]
+    b = goal[3 * c] * at[3 * r] + goal[3 * c + 1] * at[3 * r + 1] + goal[3 * c + 2] * at[3 * r + 2]
+    return a - b
+
+
+@lean_kernel  # (J, 12) f8, i8, i8 -> vector
+def between(world_T, a, b):
+    """From the origin of joint b to that of joint a."""
+    return world_T[a, 9] - world_T[b, 9], world_T[a, 10] - world_T[b, 10], world_T[a, 11] - world_T[b, 11]
+
+
+@lean_kernel  # (n,) f8, (M, n) f8, i8 -> bool
+def is_known(q, found, count):
+    """Whether two branches have met."""
+    for i in range(count):
+        worst = 0.0
+        for k in range(q.shape[0]):
+            worst = max(worst, abs(q[k] - found[i, k]))
+        if worst <= 1e-7:
+            return True
+    return False
+
+
+@lean_kernel  # (k,) f8, bool, i8, (m,) i8, (J,) x 3, (n,) f8 -> writes q
+def write_turns(turns, backwards, lock, joints, source, ratio, shift, q):
+    """Writes the values of the joints that a solution turns; the locked one keeps its own."""
+    used, count = 0, joints.shape[0] - (1 if lock >= 0 else 0)
+    for a in range(joints.shape[0]):
+        if a != lock:
+            j = joints[a]
+            q[source[j]] = (turns[count - 1 - used if backwards else used] - shift[j]) / ratio[j]
+            used += 1
+
+
+@lean_kernel  # (n,), (12,), work x 3, i8, (m,) i8, (n,) x 2, tree x 6 -> f8, i8, f8; writes q
+def settle(
+    q,
+    goal,
+    world_T,
+    columns,
+    system,
+    lock,
+    joints,
+    lower,
+    upper,
+    parent,
+    kind,
+    source,
+    ratio,
+    shift,
+    placement,
+):
+    """Brings a solution within limits and refines it: how far it is outside, which axis, and what it misses."""
+    end = joints[joints.shape[0] - 1]
+    worst, fault = outside(q, joints, source, lower, upper)
+    if worst > NEARLY:
+        return worst, fault, np.inf
+    error = miss(q, goal, world_T, end, parent, kind, source, ratio, shift, placement)
+    for _ in range(4):
+        if error <= 1e-12 or error > 1e-3:
+            break
+        refine(q, goal, world_T, joints, columns, system, lock, end, source, ratio)
+        worst, fault = outside(q, joints, source, lower, upper)
+        error = miss(q, goal, world_T, end, parent, kind, source, ratio, shift, placement)
+    return worst, fault, error
+
+
+@kernel  # (N, 12), (N,), (n,), i8 x 2, bool x 2, i8, (m, 6), (12,), (m,) i8, (n,) x 2, tree x 6 -> writes the last four
+def solve_poses(
+    goals,
+    locked,
+    base,
+    form,
+    placing,
+    mirrored,
+    backwards,
+    lock,
+    axes,
+    zero,
+    joints,
+    lower,
+    upper,
+    parent,
+    kind,
+    source,
+    ratio,
+    shift,
+    placement,
+    found,
+    counts,
+    free,
+    short,
+):
+    """Writes all configurations (N, MOST, n) that bring the last joint to each pose, `counts` (N,) of them.
+
+    `base` has the values of joints off the chain; `locked` the value of the locked joint for each pose. `free` says
+    what was free in each, `short` (N, 4) what is missing where there is none: metres, tilt [rad], the least that the
+    limits are exceeded by [rad], and the axis at fault.
+    """
+    m, hold = axes.shape[0], joints[max(lock, 0)]
+    chain = np.empty((m - 1 if lock >= 0 else m, 6))
+    triples, swapped, turns, marks = (
+        np.empty((4, 3)),
+        np.empty((3, 6)),
+        np.empty((MOST, 6)),
+        np.empty(MOST, np.int64),
+    )
+    moved, motion, q = np.empty(12), np.empty(12), base.copy()
+    columns, system, world_T = np.empty((m, 7)), np.empty((m, m + 1)), np.zeros((parent.shape[0], 12))
+    world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
+    tree = parent, kind, source, ratio, shift, placement
+    for i in range(goals.shape[0]):
+        held, tilt = ratio[hold] * locked[i] + shift[hold], 0.0
+        chain_with_lock(axes, lock, held, backwards, chain)
+        motion_of_chain(goals[i], zero, axes, lock, held, backwards, moved, motion)
+        short[i, 2], short[i, 3], counts[i] = np.inf, -1.0, 0
+        for trial in range(FREE_TURNS):
+            spare = 2.0 * np.pi * trial / FREE_TURNS
+            if form == SPHERICAL:
+                number, singular, missing = solve_spherical(
+                    chain, motion, placing, mirrored, triples, swapped, turns, marks, spare
+                )
+            elif form == THREE_PARALLEL:
+                number, singular, missing = solve_three_parallel(chain, motion, turns, marks, spare)
+            else:
+                number, singular, missing, tilt = solve_five(chain, motion, turns, marks, spare)
+            if trial == 0:
+                short[i, 0], short[i, 1] = missing, tilt
+            for s in range(number):
+                q[:] = base
+                if lock >= 0:
+                    q[source[hold]] = locked[i]
+                write_turns(turns[s], backwards, lock, joints, source, ratio, shift, q)
+                worst, fault, error = settle(
+                    q, goals[i], world_T, columns, system, lock, joints, lower, upper, *tree
+                )
+                if worst > 0.0:
+                    if worst < short[i, 2]:
+                        short[i, 2], short[i, 3] = worst, fault
+                elif error <= AGREES and not is_known(q, found[i], counts[i]):
+                    found[i, counts[i]], free[i, counts[i]] = q, marks[s]
+                    counts[i] += 1
+            if singular == 0 or counts[i] > 0:
+                break
+
+
+@kernel  # (N, n) f8, i8, tree x 6 -> (N, 12) f8
+def poses_of(Q, joint, parent, kind, source, ratio, shift, placement):
+    """The pose of one joint in the world at every configuration."""
+    world_T = np.zeros((parent.shape[0], 12))
+    world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
+    poses = np.empty((Q.shape[0], 12))
+    for i in range(Q.shape[0]):
+        forward_kinematics(Q[i], parent, kind, source, ratio, shift, placement, world_T)
+        poses[i] = world_T[joint]
+    return poses

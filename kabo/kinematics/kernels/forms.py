@@ -1,0 +1,238 @@
+"""The forms that closed-form inverse kinematics has: which turns of an arm's axes make a given motion [K A.3].
+
+The axes (m, 6) are those of the arm at zero, the motion (12,) is what all turns do together: turn_1 … turn_m. So any
+frames, offsets and link lengths will do as long as the axes lie as the form demands.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.kinematics.kernels.turns import (
+    FREE,
+    SMALL,
+    across,
+    angle_between,
+    angles_to_plane,
+    carried,
+    cosine_angles,
+    cross,
+    direction,
+    dot,
+    meeting_point,
+    norm,
+    origin,
+    plus,
+    turned,
+    two_links,
+    two_turns,
+)
+
+SPHERICAL, THREE_PARALLEL, FIVE = 0, 1, 2  # forms
+PARALLEL, CROSSING = 0, 1  # how the three axes before a spherical wrist lie: second and third, or first and second
+ON_FIRST_AXIS, ON_SECOND_AXIS, ON_THIRD_AXIS, WRIST_ALIGNED = 1, 2, 4, 8  # what leaves a turn free
+LEANS = 1e-5  # rad: of axes that are not quite parallel; refining puts it right
+
+
+@lean_kernel  # (12,) f8, vector -> vector
+def moved_direction(T, v):
+    """A direction by a pose."""
+    return (
+        T[0] * v[0] + T[1] * v[1] + T[2] * v[2],
+        T[3] * v[0] + T[4] * v[1] + T[5] * v[2],
+        T[6] * v[0] + T[7] * v[1] + T[8] * v[2],
+    )
+
+
+@lean_kernel  # (12,) f8, vector -> vector
+def moved_point(T, p):
+    """A point by a pose."""
+    return plus((T[9], T[10], T[11]), 1.0, moved_direction(T, p))
+
+
+@lean_kernel  # (6,) f8 x 3, vector, vector -> i8, i8, f8; writes (4, 3) f8
+def turns_of_parallel(a, b, c, start, goal, found, spare):
+    """Turns about three axes, b and c parallel, that take a point to a point: how many, what is free, missing [m]."""
+    n, sense = direction(b), 1.0 if dot(direction(b), direction(c)) > 0.0 else -1.0
+    count, first, second, missing = angles_to_plane(a, goal, n, dot(n, plus(start, -1.0, origin(a))))
+    total, free, short = 0, 0, missing if count == 0 else np.inf
+    if count < 0:
+        count, first, free = 1, spare, ON_FIRST_AXIS
+    upper, lower = plus(origin(c), -1.0, origin(b)), plus(start, -1.0, origin(c))
+    for k in range(count):
+        t = first if k == 0 else second
+        wanted = plus(carried(a, -t, goal), -1.0, origin(b))
+        number, p1, q1, p2, q2, missing = two_links(n, upper, lower, wanted, spare)
+        short = min(short, missing)
+        if number < 0:
+            number, free = 1, free | ON_SECOND_AXIS
+        for i in range(number):
+            found[total, 0] = t
+            found[total, 1] = p1 if i == 0 else p2
+            found[total, 2] = sense * (q1 if i == 0 else q2)
+            total += 1
+    return total, free, 0.0 if total else short
+
+
+@lean_kernel  # (6,) f8 x 3, vector, vector -> i8, i8, f8; writes (4, 3) f8
+def turns_of_crossing(a, b, c, start, goal, found, spare):
+    """Turns about three axes, a and b crossing, that take a point to a point: how many, what is free, missing [m]."""
+    s = meeting_point(a, b)
+    h = direction(c)
+    u, v, end = plus(start, -1.0, origin(c)), plus(s, -1.0, origin(c)), plus(goal, -1.0, s)
+    up, vp = plus(u, -dot(h, u), h), plus(v, -dot(h, v), h)
+    apart, rise = dot(end, end), dot(h, u) - dot(h, v)
+    lu, lv = norm(up), norm(vp)
+    # |turned(u) - v|^2 = lu^2 + lv^2 + rise^2 - 2 up·vp(t): what the third axis can do about the distance
+    value = 0.5 * (lu * lu + lv * lv + rise * rise - apart)
+    count, first, second, missing = cosine_angles(dot(vp, up), dot(vp, cross(h, up)), value)
+    if count == 0:
+        far, near = np.sqrt((lu + lv) ** 2 + rise * rise), np.sqrt((lu - lv) ** 2 + rise * rise)
+        return 0, 0, max(np.sqrt(apart) - far, near - np.sqrt(apart), missing / max(lu + lv, SMALL))
+    total, free, short = 0, 0, np.inf
+    if count < 0:
+        count, first, free = 1, spare, ON_THIRD_AXIS
+    for k in range(count):
+        t = first if k == 0 else second
+        begin = plus(carried(c, t, start), -1.0, s)
+        number, p1, q1, p2, q2, missing = two_turns(direction(a), direction(b), begin, end, spare)
+        short = min(short, missing)
+        if norm(cross(direction(b), begin)) <= FREE:
+            free = free | ON_SECOND_AXIS
+        if number < 0:
+            number, free = 1, free | ON_FIRST_AXIS
+        for i in range(number):
+            found[total, 0] = p1 if i == 0 else p2
+            found[total, 1] = q1 if i == 0 else q2
+            found[total, 2] = t
+            total += 1
+    return total, free, 0.0 if total else short
+
+
+@lean_kernel  # i8, bool, (m, 6) f8, (3, 6) f8, vector, vector, (4, 3) f8 -> i8, i8, f8
+def turns_to_point(placing, mirrored, axes, swapped, start, goal, found, spare):
+    """Turns about the first three axes that take a point to a point; mirrored: looked at from the goal."""
+    if not mirrored:
+        if placing == PARALLEL:
+            return turns_of_parallel(axes[0], axes[1], axes[2], start, goal, found, spare)
+        return turns_of_crossing(axes[0], axes[1], axes[2], start, goal, found, spare)
+    for i in range(3):
+        for k in range(3):
+            swapped[i, k], swapped[i, 3 + k] = -axes[2 - i, k], axes[2 - i, 3 + k]
+    if placing == PARALLEL:
+        answer = turns_of_parallel(swapped[0], swapped[1], swapped[2], goal, start, found, spare)
+    else:
+        answer = turns_of_crossing(swapped[0], swapped[1], swapped[2], goal, start, found, spare)
+    for i in range(answer[0]):
+        found[i, 0], found[i, 2] = found[i, 2], found[i, 0]
+    return answer
+
+
+@lean_kernel  # (6, 6) f8, (12,) f8, i8, bool, (4, 3) f8, (3, 6) f8 -> i8, f8; writes (MOST, 6) f8, (MOST,) i8
+def solve_spherical(axes, motion, placing, mirrored, found, swapped, turns, free, spare):
+    """Axes 4, 5 and 6 meet: the first three place that point, the others turn the end [K A.3, six axes]."""
+    centre = meeting_point(axes[4], axes[3])
+    count, unbound, missing = turns_to_point(
+        placing, mirrored, axes, swapped, centre, moved_point(motion, centre), found, spare
+    )
+    z4, z5, z6 = direction(axes[3]), direction(axes[4]), direction(axes[5])
+    mark = across(z6)
+    singular, total = unbound, 0
+    for i in range(count):
+        y, m = moved_direction(motion, z6), moved_direction(motion, mark)
+        for k in range(3):
+            h = direction(axes[k])
+            y, m = turned(h, -found[i, k], y), turned(h, -found[i, k], m)
+        number, p1, q1, p2, q2, _ = two_turns(z4, z5, z6, y, spare)
+        aligned = WRIST_ALIGNED if number < 0 else 0
+        singular = singular | aligned
+        for j in range(abs(number)):
+            p, q = (p1, q1) if j == 0 else (p2, q2)
+            for k in range(3):
+                turns[total, k] = found[i, k]
+            turns[total, 3], turns[total, 4] = p, q
+            turns[total, 5] = angle_between(z6, mark, turned(z5, -q, turned(z4, -p, m)))
+            free[total] = unbound | aligned
+            total += 1
+    return total, singular, missing
+
+
+@lean_kernel  # (m, 6) f8, (12,) f8, f8 x 4, i8, i8 -> i8, f8; writes turns, free
+def bend(axes, motion, first, whole, fifth, sixth, unbound, total, turns, free, spare):
+    """Writes the turns of the three parallel axes that are left when the others, and the sum of theirs, are known."""
+    n, m = direction(axes[1]), axes.shape[0]
+    p = carried(axes[4], -fifth, origin(axes[3]))
+    if m == 6:
+        p = carried(axes[5], -sixth, p)
+    p = carried(axes[0], -first, moved_point(motion, p))
+    upper, lower = plus(origin(axes[2]), -1.0, origin(axes[1])), plus(origin(axes[3]), -1.0, origin(axes[2]))
+    number, a1, b1, a2, b2, missing = two_links(n, upper, lower, plus(p, -1.0, origin(axes[1])), spare)
+    s3 = 1.0 if dot(n, direction(axes[2])) > 0.0 else -1.0
+    s4 = 1.0 if dot(n, direction(axes[3])) > 0.0 else -1.0
+    for i in range(abs(number)):
+        a, b = (a1, b1) if i == 0 else (a2, b2)
+        turns[total, 0], turns[total, 1], turns[total, 2] = first, a, s3 * b
+        turns[total, 3], turns[total, 4] = s4 * (whole - a - b), fifth
+        if m == 6:
+            turns[total, 5] = sixth
+        free[total] = unbound | (ON_SECOND_AXIS if number < 0 else 0)
+        total += 1
+    return total, missing
+
+
+@lean_kernel  # (6, 6) f8, (12,) f8 -> i8, f8; writes (MOST, 6) f8, (MOST,) i8
+def solve_three_parallel(axes, motion, turns, free, spare):
+    """Axes 2, 3 and 4 are parallel, 5 and 6 meet [Hawkins 2013]: the first by where they meet, then the hand."""
+    n, z5, z6 = direction(axes[1]), direction(axes[4]), direction(axes[5])
+    centre, mark = meeting_point(axes[4], axes[5]), across(z6)
+    count, first, second, missing = angles_to_plane(
+        axes[0], moved_point(motion, centre), n, dot(n, plus(centre, -1.0, origin(axes[0])))
+    )
+    unbound, singular, total, short = 0, 0, 0, missing if count == 0 else np.inf
+    if count < 0:
+        count, first, unbound = 1, spare, ON_FIRST_AXIS
+    for k in range(count):
+        t = first if k == 0 else second
+        h = direction(axes[0])
+        y, m = turned(h, -t, moved_direction(motion, z6)), turned(h, -t, moved_direction(motion, mark))
+        number, p1, q1, p2, q2, _ = two_turns(n, z5, z6, y, spare)
+        aligned = WRIST_ALIGNED if number < 0 else 0
+        singular = singular | unbound | aligned
+        for j in range(abs(number)):
+            p, q = (p1, q1) if j == 0 else (p2, q2)
+            sixth = angle_between(z6, mark, turned(z5, -q, turned(n, -p, m)))
+            total, missing = bend(axes, motion, t, p, q, sixth, unbound | aligned, total, turns, free, spare)
+            short = min(short, missing)
+    return total, singular, 0.0 if total else short
+
+
+@lean_kernel  # (5, 6) f8, (12,) f8 -> i8, f8, f8; writes (MOST, 6) f8, (MOST,) i8
+def solve_five(axes, motion, turns, free, spare):
+    """Axes 2, 3 and 4 are parallel, axis 5 turns the end [K A.3, five axes]; also how far the end is tilted [rad].
+
+    Five axes reach every point with any pitch and roll, but the end's last axis must lie as the first one lets it.
+    """
+    n, z5 = direction(axes[1]), direction(axes[4])
+    point, mark, y0 = origin(axes[4]), across(direction(axes[4])), moved_direction(motion, direction(axes[4]))
+    base, h = origin(axes[0]), direction(axes[0])
+    count, first, second, missing = angles_to_plane(
+        axes[0], moved_point(motion, point), n, dot(n, plus(point, -1.0, base))
+    )
+    unbound, total, tilt, short = 0, 0, np.inf, missing if count == 0 else np.inf
+    if count < 0:  # the point lies on the first axis: only the direction tells
+        count, first, second, missing = angles_to_plane(axes[0], plus(base, 1.0, y0), n, dot(n, z5))
+        tilt, short = missing if count == 0 else tilt, 0.0 if count == 0 else short
+        if count < 0:
+            count, first, unbound = 1, spare, ON_FIRST_AXIS
+    for k in range(count):
+        t = first if k == 0 else second
+        y = turned(h, -t, y0)
+        lean = abs(dot(n, y) - dot(n, z5))
+        if lean > LEANS:
+            tilt = min(tilt, lean)
+        else:
+            whole = angle_between(n, z5, y)
+            m = turned(n, -whole, turned(h, -t, moved_direction(motion, mark)))
+            fifth = angle_between(z5, mark, m)
+            total, missing = bend(axes, motion, t, whole, fifth, 0.0, unbound, total, turns, free, spare)
+            short, tilt = min(short, missing), lean if total else tilt
+    return total, unbound, 0.0 if total or short == np.inf else short, 0.0 if tilt == np.inf else tilt
