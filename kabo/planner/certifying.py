@@ -5,7 +5,7 @@ several values, each of them is a place of its own.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,28 +18,20 @@ from kabo.plan import (
     Certificate,
     Clearance,
     Node,
-    ObjectPose,
     PairProof,
     Plan,
     StretchProof,
     topological_order,
 )
-from kabo.planner.component_values import ComponentValues, Value
-from kabo.planner.motion_stretches import MotionStretch, stretches
+from kabo.planner.component_values import ComponentValues
+from kabo.planner.motion_situation import MotionSituation
+from kabo.planner.motion_stretches import MotionStretch, joined, stretches
 from kabo.scene import KinematicTree, Robot, link_poses
-from kabo.scene.transforms import flat, inverse, transform, unflat
+from kabo.scene.transforms import flat
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 DECIMALS = 6  # of a clearance in metres; rounded down
-
-
-class Mounted(NamedTuple):
-    """An object on a robot that moves in this node: the joint of its tree, and the pose there."""
-
-    robot: str
-    joint: int
-    joint_T: Array  # (4, 4)
 
 
 class Thing(NamedTuple):
@@ -81,15 +73,6 @@ def certify(plan: Plan, surroundings: Surroundings, near: float | None = None) -
         ValueError: the plan moves what may be in several places, or says nothing of its start.
     """
     return _Certifying(plan, surroundings, near or surroundings.budget.epsilon).made()
-
-
-@dataclass
-class _Moment:
-    """Where everything is while a node's motion goes on: robots that move in it, and the places of objects."""
-
-    q: dict[str, Array]
-    objects: dict[str, list[Mounted | Array]]  # one entry for each place; arrays (4, 4) stand in the world
-    hangs_on: dict[str, str] = field(default_factory=dict)
 
 
 class _Certifying:
@@ -177,89 +160,19 @@ class _Certifying:
     # ------------------------------------------------------------------------------------------------- a node
     def _node(self, name: str, node: Node) -> Iterator[tuple[StretchProof, float, tuple[str, str] | None]]:
         moving = list(dict.fromkeys(segment.robot for segment in node.motion))
-        moment = self._moment(name, moving)
-        start = moment.q
-        for stretch in stretches(node.motion, dict(self.scene.robots), start):
-            yield self._stretch(name, node, stretch, moment)
+        situation = MotionSituation.at(name, self.values, self.scene, moving)
+        for stretch in stretches(node.motion, dict(self.scene.robots), situation.q):
+            yield self._stretch(name, node, stretch, situation)
             for i in stretch.ending:
-                for held, link in node.motion[i].attach:
-                    self._attach(moment, held, link, node)
-                for held in node.motion[i].detach:
-                    self._detach(moment, held)
-
-    def _moment(self, name: str, moving: Sequence[str]) -> _Moment:
-        q = {}
-        for robot in moving:
-            values = self.values.configurations(name, robot)
-            if len(values) != 1:
-                raise ValueError(f"{name}: {robot} moves, but has {len(values)} configurations")
-            q[robot] = np.array(values[0])
-        objects: dict[str, list[Mounted | Array]] = {}
-        hangs_on: dict[str, str] = {}
-        for thing in self.scene.movable:
-            states = self.values.states(name, thing)
-            keyed = sorted({repr(key := _key(thing, state)): (key, state) for state in states}.items())
-            objects[thing] = [self._placed(thing, state, moving) for _, (_, state) in keyed]
-            parents = {state[thing].parent for state in states}  # type: ignore[union-attr]
-            if len(parents) == 1:
-                hangs_on[thing] = parents.pop()
-            if len(objects[thing]) > 1 and any(isinstance(where, Mounted) for where in objects[thing]):
-                raise ValueError(f"{name}: {thing} may hang on a robot that moves, or be elsewhere")
-        return _Moment(q, objects, hangs_on)
-
-    def _placed(self, name: str, state: Mapping[str, Value], moving: Sequence[str]) -> Mounted | Array:
-        if name in self.scene.fixed_poses:
-            return self.scene.fixed_poses[name]
-        pose = state[name]
-        assert isinstance(pose, ObjectPose)
-        own = transform(pose.position, pose.quaternion)
-        if pose.parent == "world":
-            return own
-        robot, dot, link = pose.parent.partition(".")
-        if not dot:
-            below = self._placed(pose.parent, state, moving)
-            return Mounted(*below[:2], below.joint_T @ own) if isinstance(below, Mounted) else below @ own
-        on = self.scene.robots[robot].links[link]
-        if robot in moving:
-            return Mounted(robot, on.joint, on.joint_T_link @ own)
-        q = state[robot]
-        assert isinstance(q, tuple)
-        return np.asarray(link_poses(self.scene.robots[robot], q)[link] @ own)
-
-    def _pose(self, moment: _Moment, where: Mounted | Array) -> Array:
-        if not isinstance(where, Mounted):
-            return where
-        robot = self.scene.robots[where.robot]
-        return np.asarray(_joint_pose(robot, moment.q[where.robot], where.joint) @ where.joint_T)
-
-    def _attach(self, moment: _Moment, held: str, link: str, node: Node) -> None:
-        """The object, and all that hangs on it or will by what the node records, goes on the link."""
-        robot, _, own = link.partition(".")
-        on = self.scene.robots[robot].links[own]
-        joint_T_world = inverse(_joint_pose(self.scene.robots[robot], moment.q[robot], on.joint))
-        recorded = {} if node.after is None else {n: pose.parent for n, pose in node.after.objects.items()}
-        for name in self.scene.movable:
-            if name == held or _descends(name, held, recorded) or _descends(name, held, moment.hangs_on):
-                (where,) = moment.objects[name]
-                moment.objects[name] = [Mounted(robot, on.joint, joint_T_world @ self._pose(moment, where))]
-                moment.hangs_on[name] = (
-                    link if name == held else recorded.get(name, moment.hangs_on.get(name, held))
-                )
-
-    def _detach(self, moment: _Moment, held: str) -> None:
-        moment.hangs_on[held] = "world"
-        for name in self.scene.movable:
-            if name == held or _descends(name, held, moment.hangs_on):
-                (where,) = moment.objects[name]
-                moment.objects[name] = [self._pose(moment, where)]
+                situation.end(node.motion[i])
 
     # ---------------------------------------------------------------------------------------------- a stretch
     def _stretch(
-        self, name: str, node: Node, stretch: MotionStretch, moment: _Moment
+        self, name: str, node: Node, stretch: MotionStretch, situation: MotionSituation
     ) -> tuple[StretchProof, float, tuple[str, str] | None]:
         robots = [self.scene.robots[robot] for robot in stretch.waypoints]
         first_joint, tree = joined([robot.tree for robot in robots])
-        moving, standing = self._things(name, moment, dict(zip(stretch.waypoints, first_joint, strict=True)))
+        moving, standing = self._things(name, situation, dict(zip(stretch.waypoints, first_joint, strict=True)))
         things = [*moving, *standing]
         permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
         numbers, pairs = self._chosen(things, len(moving), permitted, tree)
@@ -289,7 +202,9 @@ class _Certifying:
                     least, between = witness.margin, (first.name, second.name)
         return StretchProof(name, stretch.segments, tuple(proofs)), least, between
 
-    def _things(self, name: str, moment: _Moment, first: Mapping[str, int]) -> tuple[list[Thing], list[Thing]]:
+    def _things(
+        self, name: str, situation: MotionSituation, first: Mapping[str, int]
+    ) -> tuple[list[Thing], list[Thing]]:
         """What moves, on the joints of the joined tree, and what stands."""
         moving: list[Thing] = []
         standing = list(self._fixed)
@@ -299,19 +214,20 @@ class _Certifying:
                 moving.extend(
                     link._replace(joint=link.joint + shift if link.joint else 0) for link in self._links[robot]
                 )
-            elif robot in moment.q:
-                standing.extend(self._links_at(robot, tuple(moment.q[robot].tolist()), 0))
+            elif robot in situation.q:
+                standing.extend(self._links_at(robot, tuple(situation.q[robot].tolist()), 0))
             else:
                 for place, q in enumerate(self.values.configurations(name, robot)):
                     standing.extend(self._links_at(robot, q, place))
-        for body, places in moment.objects.items():
-            for place, where in enumerate(places):
-                mesh = self.scene.bodies[body].mesh.digest
-                if isinstance(where, Mounted) and where.robot in first:
-                    joint = where.joint + first[where.robot] if where.joint else 0
-                    moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T)))
-                else:
-                    standing.append(Thing(body, place, mesh, None, 0, flat(self._pose(moment, where))))
+        for body in self.scene.movable:
+            mesh = self.scene.bodies[body].mesh.digest
+            where = situation.mounted(body) if body in situation.hung else None
+            if where is not None and where.robot in first:
+                joint = where.joint + first[where.robot] if where.joint else 0
+                moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T)))
+            else:
+                poses = situation.places[body] if body in situation.places else [situation.pose(body)]
+                standing.extend(Thing(body, p, mesh, None, 0, flat(pose)) for p, pose in enumerate(poses))
         return moving, standing
 
     def _chosen(
@@ -352,37 +268,6 @@ class _Certifying:
         return numbers, np.array(rows, np.int64).reshape(-1, 3), by_names
 
 
-def _key(name: str, state: Mapping[str, Value]) -> tuple[object, ...]:
-    """What decides where an object is, in numbers of the plan."""
-    pose = state[name]
-    assert isinstance(pose, ObjectPose)
-    parent, dot, _ = pose.parent.partition(".")
-    below: object = state[parent] if dot else _key(parent, state) if parent in state else ()
-    return pose.parent, pose.position, pose.quaternion, below
-
-
-def _descends(name: str, ancestor: str, hangs_on: Mapping[str, str]) -> bool:
-    """Whether one object hangs on another, directly or through others."""
-    seen = {name}
-    while (parent := hangs_on.get(name)) is not None and parent not in seen:
-        if parent == ancestor:
-            return True
-        seen.add(parent)
-        name = parent
-    return False
-
-
-def _joint_pose(robot: Robot, q: Array, joint: int) -> Array:
-    """The pose (4, 4) of a joint of the robot's tree."""
-    from kabo.scene.kernels.poses import forward_kinematics
-
-    tree = robot.tree
-    world_T = np.zeros((len(tree.parent), 12))
-    world_T[0, [0, 4, 8]] = 1.0
-    forward_kinematics(q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T)
-    return unflat(world_T[joint])
-
-
 def _chain(tree: KinematicTree, joint: int) -> dict[int, None]:
     """The joints from one to the base; the first that is also in another chain is the last that carries both."""
     chain: dict[int, None] = {}
@@ -390,31 +275,3 @@ def _chain(tree: KinematicTree, joint: int) -> dict[int, None]:
         chain[joint] = None
         joint = int(tree.parent[joint])
     return chain
-
-
-def joined(trees: Sequence[KinematicTree]) -> tuple[list[int], KinematicTree]:
-    """Several trees as one whose configuration is theirs one after the other; by how much the joints of each shift."""
-    if len(trees) == 1:
-        return [0], trees[0]
-    shifts, parents, sources = [], [np.zeros(1, np.int64)], [np.zeros(1, np.int64)]
-    joints, values = 1, 0
-    for tree in trees:
-        shift = joints - 1
-        shifts.append(shift)
-        own = np.asarray(tree.parent[1:])
-        parents.append(np.where(own > 0, own + shift, 0))
-        sources.append(np.asarray(tree.source[1:]) + values)
-        joints += len(own)
-        values += tree.size
-    first = trees[0]
-    return shifts, KinematicTree(
-        np.concatenate(parents),
-        np.concatenate([first.kind[:1], *(tree.kind[1:] for tree in trees)]),
-        np.concatenate(sources),
-        np.concatenate([first.ratio[:1], *(tree.ratio[1:] for tree in trees)]),
-        np.concatenate([first.shift[:1], *(tree.shift[1:] for tree in trees)]),
-        np.concatenate([first.placement[:1], *(tree.placement[1:] for tree in trees)]),
-        np.concatenate([tree.lower for tree in trees]),
-        np.concatenate([tree.upper for tree in trees]),
-        np.concatenate([tree.velocity for tree in trees]),
-    )

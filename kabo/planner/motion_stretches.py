@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.plan import Segment
-from kabo.scene import Robot
+from kabo.scene import KinematicTree, Robot
 
 Array = npt.NDArray[np.float64]
 
@@ -74,3 +74,31 @@ def _whole(segment: Segment, robot: Robot, start: Array, rows: Array) -> Array:
     whole = np.tile(start, (len(rows), 1))
     whole[:, [robot.joint_names.index(joint) for joint in segment.joints]] = rows
     return whole
+
+
+def joined(trees: Sequence[KinematicTree]) -> tuple[list[int], KinematicTree]:
+    """Several trees as one whose configuration is theirs one after the other; by how much the joints of each shift."""
+    if len(trees) == 1:
+        return [0], trees[0]
+    shifts, parents, sources = [], [np.zeros(1, np.int64)], [np.zeros(1, np.int64)]
+    joints, values = 1, 0
+    for tree in trees:
+        shift = joints - 1
+        shifts.append(shift)
+        own = np.asarray(tree.parent[1:])
+        parents.append(np.where(own > 0, own + shift, 0))
+        sources.append(np.asarray(tree.source[1:]) + values)
+        joints += len(own)
+        values += tree.size
+    first = trees[0]
+    return shifts, KinematicTree(
+        np.concatenate(parents),
+        np.concatenate([first.kind[:1], *(tree.kind[1:] for tree in trees)]),
+        np.concatenate(sources),
+        np.concatenate([first.ratio[:1], *(tree.ratio[1:] for tree in trees)]),
+        np.concatenate([first.shift[:1], *(tree.shift[1:] for tree in trees)]),
+        np.concatenate([first.placement[:1], *(tree.placement[1:] for tree in trees)]),
+        np.concatenate([tree.lower for tree in trees]),
+        np.concatenate([tree.upper for tree in trees]),
+        np.concatenate([tree.velocity for tree in trees]),
+    )
