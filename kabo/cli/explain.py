@@ -1,4 +1,4 @@
-"""`kabo explain`: why a problem has no plan, and what in it is of no use."""
+"""`kabo explain`: why a problem has no plan, what would help, and what in it is of no use."""
 
 import argparse
 
@@ -8,8 +8,9 @@ from kabo.cli.terminal import clean_standard_output, print_json, tell
 from kabo.errors import InputError
 
 NAME = "explain"
-HELP = "say why a problem has no plan, and which actions, rules and facts are of no use"
+HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
 
+GIVEN = ("search", "seed", "epsilon", "max_expansions", "max_samples", "timeout")
 EXIT_CODES = {
     "solvable": exit_codes.DONE,
     "proved": exit_codes.PROVEN_NO_PLAN,
@@ -22,7 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo explain`."""
     add_problem_argument(parser)
     parser.add_argument("--search", choices=SEARCHES, help="how to search for a plan (default: best)")
+    parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
+    parser.add_argument(
+        "--epsilon", type=positive, metavar="E", help="tolerance of geometric predicates in metres"
+    )
+    parser.add_argument("--geometry", choices=("bounding", "none"), help="whether to look for motions, too")
     parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
+    parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")
     parser.add_argument(
         "--timeout", type=positive, metavar="S", help="seconds after which the search gives up (default: 60)"
     )
@@ -37,9 +44,8 @@ def run(options: argparse.Namespace) -> int:
     try:
         with clean_standard_output():
             problem = load_problem(options.problem, options.domain)
-            found = explain(
-                problem, search=options.search, max_expansions=options.max_expansions, timeout=options.timeout
-            )
+            given = {name: getattr(options, name) for name in GIVEN if getattr(options, name) is not None}
+            found = explain(problem, geometry=options.geometry != "none", **given)
     except InputError as error:
         found = invalid_explanation(error)
         tell(str(error))

@@ -1,14 +1,15 @@
-"""Why a problem has no plan, or what in it is of no use, on the knowledge level: sentences that a person can act on.
+"""Why a problem has no plan, or what in it is of no use: sentences that a person can act on.
 
 `explain` grounds the problem whole and asks the delete relaxation first: what can never hold even if nothing were
 ever lost is proven to be out of reach, whatever geometry says, and has causes. Only then does it search; and only where
-knowledge has a plan does it ask whether there are motions for one.
+knowledge has a plan does it ask whether there are motions for one. If there are none, it looks at the procedures that
+failed, and at what one change would do.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from time import perf_counter
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from kabo.errors import InputError
 from kabo.knowledge import ground
@@ -21,12 +22,16 @@ from kabo.planner.dead_ends import dead_ends
 from kabo.planner.makers import Makers
 from kabo.planner.origins import Origins
 from kabo.planner.procedures import Procedures
-from kabo.planner.result import Result
 from kabo.planner.settled import why_false
 from kabo.planner.skeleton import Exhausted, Found, Limits
-from kabo.planner.solve import solve
+from kabo.planner.telling import report
 from kabo.planner.unused import Unused
 from kabo.planner.wording import Words, counted, listed
+
+if TYPE_CHECKING:
+    from kabo.planner.autopsy import Finding
+    from kabo.planner.counterfactuals import Counterfactual
+    from kabo.planner.obstacles import Obstacles
 
 MAX_EXPANSIONS, SECONDS = 2_000_000, 60.0
 
@@ -50,7 +55,8 @@ class Explanation:
 
     `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or the budget was spent (`exhausted`);
     `invalid` if the files cannot be read. `summary` are one to three sentences. `layers` counts those of the delete
-    relaxation; `reachable` says whether all of the goal is in the last one; `refused` are refusals of geometry.
+    relaxation; `reachable` says whether all of the goal is in the last one. `findings` tell of procedures that failed,
+    `counterfactuals` of changes that were tried.
     """
 
     verdict: Verdict
@@ -60,7 +66,8 @@ class Explanation:
     unreachable_goals: tuple[UnreachableGoal, ...] = ()
     unused_actions: tuple[str, ...] = ()
     never_known: tuple[str, ...] = ()
-    refused: tuple[str, ...] = ()
+    findings: "tuple[Finding, ...]" = ()
+    counterfactuals: "tuple[Counterfactual, ...]" = ()
 
     def __str__(self) -> str:
         lines = list(self.summary)
@@ -69,8 +76,8 @@ class Explanation:
         for goal in self.unreachable_goals:
             lines.append(f"  - {goal.text}, {self.nearest(goal)}:")
             lines += [f"      {sentence}" for sentence in goal.why]
+        lines += report(self.findings, self.counterfactuals)
         for title, sentences in (
-            ("Refused by geometry", self.refused),
             ("Of no use", self.unused_actions),
             ("Never known", self.never_known),
         ):
@@ -94,6 +101,7 @@ def explain(
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     geometry: bool = True,
+    **options: Any,
 ) -> Explanation:
     """What is out of reach in a problem and why, what is of no use in it, and whether there is a plan.
 
@@ -106,6 +114,7 @@ def explain(
         procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
             procedure is then taken to succeed.
         geometry: whether to look for motions, too, if the problem has a scene; else procedures are taken to succeed.
+        options: `seed`, `epsilon`, `max_samples`, and `geometry_order` of that looking, as for `solve`.
 
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
@@ -118,37 +127,27 @@ def explain(
     goals = _unreachable(blocked)
     unused = Unused(blocked)
     idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
-    refused: tuple[str, ...] = ()
+    found: Obstacles | None = None
     if goals:
         verdict: Verdict = "proved"
         summary = _proved(goals)
     else:
         seconds = SECONDS if timeout is None else timeout
         late = lambda: perf_counter() - began > seconds or (cancelled is not None and cancelled())  # noqa: E731
-        limits = Limits(MAX_EXPANSIONS if max_expansions is None else max_expansions, late)
-        verdict, summary = _searched(problem, search, limits)
+        expansions = MAX_EXPANSIONS if max_expansions is None else max_expansions
+        verdict, summary = _searched(problem, search, Limits(expansions, late))
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
+            from kabo.planner.obstacles import obstacles  # symbolic problems never pay for geometry
+
             left = max(0.0, seconds - (perf_counter() - began))
-            result = solve(
-                problem, search=search, max_expansions=max_expansions, timeout=left, cancelled=cancelled
-            )
-            verdict, summary, refused = _with_motions(result)
-    return Explanation(
-        verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown, refused
-    )
+            found = obstacles(problem, left, cancelled, expansions, search=search, **options)
+            verdict, summary = found.verdict, list(found.summary)
+    said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
+    return Explanation(*said) if found is None else Explanation(*said, found.findings, found.counterfactuals)
 
 
 def _has_motions(problem: Problem) -> bool:
     return problem.scene is not None and problem.options.geometry != "none"
-
-
-def _with_motions(result: Result) -> tuple[Verdict, list[str], tuple[str, ...]]:
-    """What asking geometry adds to a problem that knowledge can solve."""
-    reason = result.reason
-    if reason is None:
-        return "solvable", ["There is a plan, with a motion for every action."], ()
-    summary = [f"There is a plan as far as knowledge goes, but not for geometry: {reason.message}."]
-    return "proved" if result.status == "no_plan" else "exhausted", summary, reason.details
 
 
 def unreachable_because(problem: Problem) -> list[UnreachableGoal]:
@@ -222,8 +221,20 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
             "unused_actions": list(explanation.unused_actions),
             "never_known": list(explanation.never_known),
         },
-        "procedures": [],
-        "counterfactuals": [],
+        "procedures": [_finding_to_json(finding) for finding in explanation.findings],
+        "counterfactuals": [each.json() for each in explanation.counterfactuals],
+    }
+
+
+def _finding_to_json(finding: "Finding") -> dict[str, Any]:
+    arguments = [*finding.call.arguments, *(f"{name} = {value}" for name, value in finding.call.options)]
+    failures = [asdict(row) | {"between": row.between and list(row.between)} for row in finding.rows]
+    return {
+        "procedure": finding.call.procedure,
+        "arguments": [str(each) for each in arguments],
+        "calls": finding.attempts,
+        "successes": finding.successes,
+        "failures": failures,
     }
 
 

@@ -212,7 +212,8 @@ class GeometricProcedures:
                 answer = made[0]
                 self.statistics.add(made[1])
             self._answers[key, attempt] = answer
-            self.records.note(call, situation, attempt, effort, answer)
+            if isinstance(answer, Success) or not self.stop():  # what was cut off is no answer
+                self.records.note(call, situation, attempt, effort, answer)
             if isinstance(answer, Success):
                 self.identify(situation.replace(answer.changes).first)
         return self._answers[key, attempt]

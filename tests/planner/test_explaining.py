@@ -262,9 +262,9 @@ def test_what_geometry_refuses_is_told():
     found = explain(given, timeout=600.0)
     jsonschema.validate(explanation_to_json(found), SCHEMA)
     assert found.verdict == "proved"
-    assert "as far as knowledge goes, but not for geometry" in found.summary[0]
-    assert any("dishwasher" in text and "out of reach" in text for text in found.refused)
-    assert "Refused by geometry:" in str(found)
+    assert found.summary[0].startswith("There is no plan, which is proven: place(")
+    assert "It is out of reach by" in found.summary[1]
+    assert "Procedures that failed:" in str(found)
     assert explain(given, geometry=False).verdict == "solvable"
 
 

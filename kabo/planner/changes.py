@@ -1,0 +1,145 @@
+"""One change of a problem, the rest left as it is: a body taken out, a smaller epsilon, a robot's base elsewhere."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
+
+from kabo.language.formulas import Change as Facts
+from kabo.language.formulas import Constant, Effect, Exists, Forall, Variable
+from kabo.language.problem import Problem
+from kabo.language.scene_description import SceneDescription
+from kabo.scene import Scene, world_T
+
+
+@dataclass(frozen=True)
+class Removed:
+    """Without a body."""
+
+    body: str
+
+    def __str__(self) -> str:
+        return f"without {self.body}"
+
+    def json(self) -> dict[str, Any]:
+        """As the schema `kabo-explain-1` wants it."""
+        return {"remove": self.body}
+
+
+@dataclass(frozen=True)
+class Finer:
+    """With another epsilon [m]."""
+
+    epsilon: float
+
+    def __str__(self) -> str:
+        return f"with epsilon = {self.epsilon:g}"
+
+    def json(self) -> dict[str, Any]:
+        """As the schema `kabo-explain-1` wants it."""
+        return {"epsilon": self.epsilon}
+
+
+@dataclass(frozen=True)
+class Moved:
+    """With a robot's base moved by so much [m] in the world."""
+
+    robot: str
+    by: tuple[float, float, float]
+
+    def __str__(self) -> str:
+        x, y, z = (f"{value:g}" for value in self.by)
+        return f"with the base of {self.robot} moved by ({x}, {y}, {z}) m"
+
+    def json(self) -> dict[str, Any]:
+        """As the schema `kabo-explain-1` wants it."""
+        return {"move_base": {"robot": self.robot, "by": list(self.by)}}
+
+
+Change = Removed | Finer | Moved
+
+
+def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
+    """The problem with one change; its `epsilon` in the options, so that nothing overrules it.
+
+    Args:
+        problem: with a scene.
+        scene: that scene, loaded.
+        change: a body that `removable` gives, a robot of the scene.
+
+    Raises:
+        ValueError: the problem has no scene.
+    """
+    given = problem.scene
+    if given is None:
+        raise ValueError("only a problem with a scene has bodies, an epsilon and bases")
+    match change:
+        case Removed(body):
+            objects = {name: kind for name, kind in problem.objects.items() if name != body}
+            initial = tuple(_without(body, problem.initial))
+            return replace(problem, scene=_scene_without(given, body), objects=objects, initial=initial)
+        case Finer(epsilon):
+            return replace(problem, options=replace(problem.options, epsilon=epsilon))
+        case Moved(name, by):
+            robot = given.robots[name]
+            turn = world_T(scene, scene.start, robot.base.frame)[:3, :3]
+            shift = turn.T @ by
+            x, y, z = (float(old + new) for old, new in zip(robot.base.position, shift, strict=True))
+            moved = replace(robot, base=replace(robot.base, position=(x, y, z)))
+            return replace(problem, scene=replace(given, robots={**given.robots, name: moved}))
+
+
+def removable(problem: Problem, body: str) -> bool:
+    """Whether a body may be thought away: neither the goal nor an action names it, and nothing stands on it.
+
+    What the goal quantifies over counts as named, and so does the support of a region.
+    """
+    scene = problem.scene
+    if scene is None or body not in scene.bodies:
+        return False
+    carried = [each.pose.frame for each in scene.bodies.values()] + [r.pose.frame for r in scene.regions.values()]
+    based = [robot.base.frame for robot in scene.robots.values()]
+    held = [region.support for region in scene.regions.values()]
+    mated = [name for mate in scene.mates.values() for name in (mate.moving, mate.fixed)]
+    named = {*_named(problem.goal, problem), *_named(tuple(problem.domain.actions.values()), problem, own=False)}
+    return body not in {*carried, *based, *held, *mated, *named, *problem.domain.constants}
+
+
+def _named(tree: Any, problem: Problem, *, own: bool = True) -> Iterator[str]:
+    """The objects that a tree names; with `own`, those of quantified types as well."""
+    for each in _walk(tree):
+        if isinstance(each, Constant):
+            yield each.name
+        elif own and isinstance(each, (Forall, Exists)):
+            for variable in each.variables:
+                yield from problem.of_type(variable.type)
+
+
+def _walk(tree: Any) -> Iterator[Any]:
+    yield tree
+    if isinstance(tree, (tuple, list)):
+        for each in tree:
+            yield from _walk(each)
+    elif is_dataclass(tree) and not isinstance(tree, Variable):
+        for part in fields(tree):
+            yield from _walk(getattr(tree, part.name))
+
+
+def _mentions(tree: Any, name: str) -> bool:
+    return any(isinstance(each, Constant) and each.name == name for each in _walk(tree))
+
+
+def _without(name: str, effects: tuple[Effect, ...]) -> Iterator[Effect]:
+    """Effects without the facts that name an object; what else names it is left out whole."""
+    for effect in effects:
+        if isinstance(effect, Facts):
+            facts = tuple(fact for fact in effect.facts if not _mentions(fact, name))
+            if facts:
+                yield replace(effect, facts=facts)
+        elif not _mentions(effect, name):
+            yield effect
+
+
+def _scene_without(given: SceneDescription, body: str) -> SceneDescription:
+    bodies = {name: each for name, each in given.bodies.items() if name != body}
+    contacts = tuple(pair for pair in given.allowed_contacts if body not in pair)
+    return replace(given, bodies=bodies, allowed_contacts=contacts)
