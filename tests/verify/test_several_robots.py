@@ -111,7 +111,7 @@ def test_arms_that_move_at_once_are_judged_where_they_are_at_that_time(bench):
     for delay in (0.0, 0.2):
         told = report(bench, *pair, by_hand.insert_bimanual(delay=delay))
         assert told.ok, str(told)
-    crossing = [meeting(0.0), meeting(2.0)]
+    crossing = [meeting(0.1), meeting(2.0)]
     assert report(bench, by_hand.take_peg(), crossing[1], by_hand.hand_over()).ok
     told = report(bench, by_hand.take_peg(), crossing[0], by_hand.hand_over())
     found(told, "left.* and right.*collide|right.* and left.*collide", "n1")
