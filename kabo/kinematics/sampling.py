@@ -62,8 +62,10 @@ def sample(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Configurations that fulfil the rows, samples `first` … (count, n), and which of them are right, (count,).
 
-    Seeds are uniform between the limits. A row with an interval aims at a value inside it, evenly spread over the
-    samples, and so does each row of `free`, which need not hold in the end. Sample i depends on (key, i) only.
+    Seeds are uniform between the limits. A joint that ends outside its limits, after whole turns, goes back to its
+    seed and stays there, and the others make up for it: no sample piles up on a limit. A row with an interval aims
+    at a value inside it, evenly spread over the samples, and so does each row of `free`, which need not hold in the
+    end. Sample i depends on (key, i) only.
 
     Args:
         tree, rows, lower, upper, active: as for `project`.
@@ -83,7 +85,7 @@ def sample(
     succeeded = np.zeros(count, np.bool_)
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
-    rule = ITERATIONS, kernels.WRAPS
+    rule = ITERATIONS, kernels.WRAPS | kernels.RETURNS
     kernels.project_seeds(
         Q, succeeded, every, len(rows), aims, 2 * TOLERANCE, low, high, moving, *arrays_of(tree), *rule
     )

@@ -172,7 +172,9 @@ def test_the_descent_runs_as_plain_python_with_the_same_result():
     for q in drawn(tree, 4):
         compiled, plain = q.copy(), q.copy()
         answers = [
-            run(way, less, low, high, tree.lower, tree.upper, ALL.copy(), turning, arrays, signs, scratch, 50, 1)
+            run(
+                way, q, less, low, high, tree.lower, tree.upper, ALL.copy(), turning, arrays, signs, scratch, 50, 1
+            )
             for run, way, scratch in (
                 (kernels.descend, compiled, kernels.scratch(len(less), len(arrays[0]), 7)),
                 (kernels.descend.py_func, plain, kernels.scratch.py_func(len(less), len(arrays[0]), 7)),

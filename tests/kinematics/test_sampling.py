@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from kabo.kinematics import FrameFeature, rows_of, sample, seeds, stacked, stream_key, uniform, values
+from kabo.kinematics import (
+    FrameFeature,
+    project,
+    rows_of,
+    sample,
+    satisfied,
+    seeds,
+    stacked,
+    stream_key,
+    uniform,
+    values,
+)
 from kabo.kinematics.kernels import streams
 from tests.kinematics.trees import seven_axes
 
@@ -27,6 +38,7 @@ SIDE_GRASP = stacked(
         rows_of("height", TIP, FOOT, 0.05, 0.12),
     ]
 )
+POINTING = stacked([rows_of("height", TIP, FOOT, 0.1, 0.1), rows_of("opposed", APPROACH, AXIS)])
 KEY = stream_key("test", 7)
 
 
@@ -116,3 +128,17 @@ def test_streams_run_as_plain_python_with_the_same_bits():
         for i, k in [(0, 0), (1, 0), (0, 1), (123456789, 13)]:
             assert streams.uniform.py_func(KEY, np.int64(i), np.int64(k)) == streams.uniform(KEY, i, k)
             assert streams.stratified.py_func(KEY, i, k, 3) == pytest.approx(streams.stratified(KEY, i, k, 3))
+
+
+def test_joints_that_end_outside_their_limits_return_to_their_seed_and_the_others_make_up_for_it():
+    """More samples are right than without, none stops at a limit, and those that were right stay as they are."""
+    drawn = seeds(TREE.lower, TREE.upper, KEY, 0, 400)
+    plain, without = project(TREE, POINTING, drawn, TREE.lower, TREE.upper, ALL)
+    Q, right = sample(TREE, POINTING, KEY, 0, 400, TREE.lower, TREE.upper, ALL)
+    assert right.sum() >= 1.3 * without.sum()
+    assert np.all(right[without])
+    assert np.array_equal(Q[without], plain[without])
+    assert all(satisfied(POINTING, q, TREE) for q in Q[right])
+    assert np.all((TREE.lower < Q[right]) & (Q[right] < TREE.upper))
+    returned = Q[right & ~without] == drawn[right & ~without]
+    assert np.all(returned.any(axis=1)), "a sample was found with no joint where its seed had it"

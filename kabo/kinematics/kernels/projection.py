@@ -1,12 +1,13 @@
 """Projection onto constraint rows: damped Gauss-Newton with a capped step, many seeds in one call [K Algorithm 3].
 
 What differs from the thesis, and why [docs/decisions/001-kernels.md]: Jacobians are analytic; the damping vanishes
-with the error instead of a pseudo-inverse that jumps; the step is capped, since full steps end outside the limits.
+with the error instead of a pseudo-inverse that jumps; the step is capped, since full steps end outside the limits;
+what ends outside all the same goes back to its seed, and the other joints make up for it.
 """
 
 import numpy as np
 
-from kabo.compilation import kernel
+from kabo.compilation import kernel, lean_kernel
 from kabo.kinematics.kernels.rows import (
     FIRST,
     LOWER,
@@ -23,7 +24,9 @@ from kabo.scene.kernels.poses import forward_kinematics
 
 STEP = 0.5  # the largest change of a joint in one iteration [rad or m]
 BASE_DAMPING, DAMPING = 1e-9, 1e-3  # lambda = base + damping * min(|F|^2, 1) [m^2]
-WRAPS, FREEZES = 1, 2  # what to do with a joint outside its limits: whole turns back; hold it at the limit
+# What to do with a joint outside its limits: whole turns back; then hold it at the limit, or at its seed.
+WRAPS, FREEZES, RETURNS = 1, 2, 4
+PATIENCE = 8  # iterations that the others have, each time joints were returned to their seed
 
 
 @kernel  # (R, W) f8, tree -> (R, W) f8, tree of the joints that the rows depend on
@@ -82,9 +85,9 @@ def scratch(rows, joints, size):
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
     return (
         world_T,
-        np.zeros((joints, 6)),
         np.empty(rows),
         np.empty((rows, 6)),
+        np.arange(rows),
         np.empty(rows),
         np.zeros((rows, size)),
         np.empty((rows, rows)),
@@ -92,33 +95,34 @@ def scratch(rows, joints, size):
     )
 
 
-@kernel  # (R, W) f8, (R,) f8, (R,) f8, (R,) f8, (R,) f8 -> bool, f8; writes residuals
-def find_residuals(rows, values, inner_lower, inner_upper, residuals):
-    """Writes how far each row is from its inner bounds [m]; answers whether all hold, and the sum of squares.
+@lean_kernel  # (R, W) f8, (R,) f8 x 3, (R,) i8, (R,) f8 -> bool, f8, i8; writes held and residuals
+def find_residuals(rows, values, inner_lower, inner_upper, held, residuals):
+    """Writes which rows hold something, and how far each of those is from its inner bounds [m].
 
-    A row is at rest (NaN, it holds nothing) inside an interval; outside it aims at the inner bounds.
+    A row is at rest inside an interval; outside it aims at the inner bounds. Answers whether all rows are fulfilled,
+    the sum of squares, and how many rows hold something.
     """
-    fulfilled, square = True, 0.0
+    fulfilled, square, count = True, 0.0, 0
     for i in range(rows.shape[0]):
         value, low, high = values[i], rows[i, LOWER], rows[i, UPPER]
         if low < high and low <= value <= high:
-            residuals[i] = np.nan
             continue
         if not (low - rows[i, TOLERANCE] <= value <= high + rows[i, TOLERANCE]):
             fulfilled = False
-        residuals[i] = rows[i, SCALE] * (value - min(max(value, inner_lower[i]), inner_upper[i]))
-        square += residuals[i] * residuals[i]
-    return fulfilled, square
+        held[count] = i
+        residuals[count] = rows[i, SCALE] * (value - min(max(value, inner_lower[i]), inner_upper[i]))
+        square += residuals[count] * residuals[count]
+        count += 1
+    return fulfilled, square, count
 
 
-@kernel  # (R, n) f8, (R,) f8, f8, (R, R) f8 -> writes residuals: (J J^T + damping I)^-1 residuals
-def solve_damped(jacobian, residuals, damping, factor):
-    """Solves the damped normal equations in place, by the factor L of L L^T."""
-    rows, size = jacobian.shape
+@lean_kernel  # (R, n) f8, i8, (R,) f8, f8, (R, R) f8 -> writes residuals: (J J^T + damping I)^-1 residuals
+def solve_damped(jacobian, rows, residuals, damping, factor):
+    """Solves the damped normal equations of the first `rows` rows in place, by the factor L of L L^T."""
     for i in range(rows):
         for k in range(i + 1):
             total = damping if i == k else 0.0
-            for j in range(size):
+            for j in range(jacobian.shape[1]):
                 total += jacobian[i, j] * jacobian[k, j]
             for j in range(k):
                 total -= factor[i, j] * factor[k, j]
@@ -133,13 +137,13 @@ def solve_damped(jacobian, residuals, damping, factor):
         residuals[i] /= factor[i, i]
 
 
-@kernel  # (n,) f8, (R, n) f8, (R,) f8, (n,) f8, f8 -> writes q and steps
-def move(q, jacobian, weights, steps, cap):
+@lean_kernel  # (n,) f8, (R, n) f8, i8, (R,) f8, (n,) f8, f8 -> writes q and steps
+def move(q, jacobian, rows, weights, steps, cap):
     """Takes the step -J^T weights, shortened so that no value changes by more than `cap`."""
     largest = 0.0
     for j in range(q.shape[0]):
         total = 0.0
-        for i in range(weights.shape[0]):
+        for i in range(rows):
             total += jacobian[i, j] * weights[i]
         steps[j] = total
         largest = max(largest, abs(total))
@@ -148,63 +152,83 @@ def move(q, jacobian, weights, steps, cap):
         q[j] -= share * steps[j]
 
 
-@kernel  # (n,) f8 x 3, (n,) bool, (n,) bool, i8 -> bool; writes q and free
-def bring_within_limits(q, lower, upper, free, turning, policy):
-    """Whether q is within its limits, after whole turns; if `policy` freezes, what is not stops at its limit."""
-    inside = True
+@lean_kernel  # (n,) f8 x 4, (n,) bool, (n,) bool, i8 -> bool, i8; writes q and free
+def bring_within_limits(q, seed, lower, upper, free, turning, policy):
+    """Whether q is within its limits, after whole turns, and how many values are free then.
+
+    As `policy` says, what is outside stops at its limit, or goes back to where it was in the seed, and is free no more.
+    """
+    inside, count = True, 0
     for j in range(q.shape[0]):
-        if not free[j] or lower[j] <= q[j] <= upper[j]:
+        if not free[j]:
+            continue
+        if lower[j] <= q[j] <= upper[j]:
+            count += 1
             continue
         if policy & WRAPS and turning[j]:
             if q[j] < lower[j]:
                 q[j] += 2.0 * np.pi * np.ceil((lower[j] - q[j]) / (2.0 * np.pi))
             else:
                 q[j] -= 2.0 * np.pi * np.ceil((q[j] - upper[j]) / (2.0 * np.pi))
-        if not (lower[j] <= q[j] <= upper[j]):
-            inside = False
-            if policy & FREEZES:
-                q[j] = min(max(q[j], lower[j]), upper[j])
-                free[j] = False
-    return inside
+        if lower[j] <= q[j] <= upper[j]:
+            count += 1
+            continue
+        inside = False
+        if policy & FREEZES:
+            q[j] = min(max(q[j], lower[j]), upper[j])
+            free[j] = False
+        elif policy & RETURNS:
+            q[j] = seed[j]
+            free[j] = False
+    return inside, count
 
 
-@kernel  # (n,) f8, (R, W) f8, (R,) f8 x 2, (n,) f8 x 2, (n,) bool x 2, tuples, i8, i8 -> bool; writes q, free
-def descend(q, rows, inner_lower, inner_upper, lower, upper, free, turning, tree, signs, work, iterations, policy):
+@kernel  # (n,) f8 x 2, (R, W) f8, (R,) f8 x 2, (n,) f8 x 2, (n,) bool x 2, tuples, i8, i8 -> bool; writes q, free
+def descend(
+    q, seed, rows, inner_lower, inner_upper, lower, upper, free, turning, tree, signs, work, iterations, policy
+):
     """Moves q until every row holds within its own tolerance and q is within its limits; whether it got there.
 
-    Only values that are `free` move. With `policy` FREEZES, `free` is written: what reached a limit stays there.
+    Only values that are `free` move. Where `policy` is not content with whole turns, `free` is written: what came
+    outside its limits stays at the limit (FREEZES) or where it was in `seed` (RETURNS), and the others make up for it.
     """
     parent, kind, source, ratio, shift, placement = tree
-    world_T, screws, values, wrenches, residuals, jacobian, factor, steps = work
-    for _ in range(iterations):
+    world_T, values, wrenches, held, residuals, jacobian, factor, steps = work
+    left = iterations
+    while left > 0:
+        left -= 1
         forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
         evaluate(rows, world_T, values, wrenches)
-        fulfilled, square = find_residuals(rows, values, inner_lower, inner_upper, residuals)
+        fulfilled, square, count = find_residuals(rows, values, inner_lower, inner_upper, held, residuals)
         if fulfilled:
-            if bring_within_limits(q, lower, upper, free, turning, policy):
+            inside, able = bring_within_limits(q, seed, lower, upper, free, turning, policy)
+            if inside:
                 return True
-            if not policy & FREEZES:
+            if policy & RETURNS and able > count:
+                left = PATIENCE
+            elif not policy & FREEZES:
                 return False
             continue
-        differentiate(wrenches, signs, kind, source, world_T, screws, jacobian)
-        for i in range(rows.shape[0]):
-            weight = rows[i, SCALE]
-            if np.isnan(residuals[i]):
-                residuals[i], weight = 0.0, 0.0
-            for j in range(q.shape[0]):
-                jacobian[i, j] = weight * jacobian[i, j] if free[j] else 0.0
-        solve_damped(jacobian, residuals, BASE_DAMPING + DAMPING * min(square, 1.0), factor)
-        move(q, jacobian, residuals, steps, STEP)
+        for k in range(count):
+            for c in range(6):
+                wrenches[held[k], c] *= rows[held[k], SCALE]
+        differentiate(wrenches, held, count, signs, kind, source, world_T, jacobian)
+        for j in range(q.shape[0]):
+            if not free[j]:
+                for k in range(count):
+                    jacobian[k, j] = 0.0
+        solve_damped(jacobian, count, residuals, BASE_DAMPING + DAMPING * min(square, 1.0), factor)
+        move(q, jacobian, count, residuals, steps, STEP)
     return False
 
 
-@kernel  # (W,) f8 -> bool
+@lean_kernel  # (W,) f8 -> bool
 def is_interval(row):
     """Whether the row may take any value between two bounds: what can be aimed at."""
     return row[LOWER] < row[UPPER] and row[UPPER] - row[LOWER] < np.inf
 
 
-@kernel  # u8, i8, (R, W) f8, (N, R) f8 -> writes aims
+@lean_kernel  # u8, i8, (R, W) f8, (N, R) f8 -> writes aims
 def draw_aims(key, first, rows, aims):
     """Writes a value inside each interval, evenly spread over samples from `first` on; NaN for no interval."""
     intervals = 0
@@ -221,7 +245,7 @@ def draw_aims(key, first, rows, aims):
             number += 1
 
 
-@kernel  # (R, W) f8, i8, (R,) f8, f8, i8 -> bool; writes aimed, low, high
+@lean_kernel  # (R, W) f8, i8, (R,) f8, f8, i8 -> bool; writes aimed, low, high
 def set_bounds(rows, required, aims, inset, aimed, low, high):
     """Writes the bounds that one descent works towards: of each row its aim if it has one, else its own, moved in.
 
@@ -268,17 +292,19 @@ def project_seeds(
     rows, tree = restricted(rows, parent, kind, source, ratio, shift, placement)
     signs = np.zeros((rows.shape[0], tree[0].shape[0]))
     find_signs(rows, tree[0], tree[3], signs)
-    work = scratch(rows.shape[0], tree[0].shape[0], Q.shape[1])
+    work, seed = scratch(rows.shape[0], tree[0].shape[0], Q.shape[1]), np.empty(Q.shape[1])
     aimed, free, no_aims = rows.copy(), active.copy(), np.full(rows.shape[0], np.nan)
     low, high = np.empty(rows.shape[0]), np.empty(rows.shape[0])
     for i in range(Q.shape[0]):
         succeeded[i] = False
+        for j in range(free.shape[0]):
+            seed[j] = Q[i, j]
         for attempt in range(2):
             aiming = set_bounds(rows, required, aims[i] if attempt == 0 else no_aims, inset, aimed, low, high)
             for j in range(free.shape[0]):
                 free[j] = active[j]
             succeeded[i] = descend(
-                Q[i], aimed, low, high, lower, upper, free, turning, tree, signs, work, iterations, policy
+                Q[i], seed, aimed, low, high, lower, upper, free, turning, tree, signs, work, iterations, policy
             )
             if succeeded[i] or not aiming:
                 break
@@ -289,8 +315,8 @@ def row_values(q, rows, parent, kind, source, ratio, shift, placement):
     """The value of every row at q, in its own unit."""
     work = scratch(rows.shape[0], parent.shape[0], q.shape[0])
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, work[0])
-    evaluate(rows, work[0], work[2], work[3])
-    return work[2]
+    evaluate(rows, work[0], work[1], work[2])
+    return work[1]
 
 
 @kernel  # (n,) f8, (R, W) f8, tree x 6 -> (R, n) f8
@@ -300,6 +326,6 @@ def row_jacobian(q, rows, parent, kind, source, ratio, shift, placement):
     signs = np.zeros((rows.shape[0], parent.shape[0]))
     find_signs(rows, parent, ratio, signs)
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, work[0])
-    evaluate(rows, work[0], work[2], work[3])
-    differentiate(work[3], signs, kind, source, work[0], work[1], work[5])
+    evaluate(rows, work[0], work[1], work[2])
+    differentiate(work[2], work[3], rows.shape[0], signs, kind, source, work[0], work[5])
     return work[5]

@@ -8,7 +8,7 @@ with a plus, one on the second's with a minus, and common ancestors nothing.
 
 import numpy as np
 
-from kabo.compilation import kernel
+from kabo.compilation import lean_kernel
 
 # Columns. For ALIGNED the origin of the first holds its direction, and its direction a normal to that; for AZIMUTH
 # the origin of the second holds the direction of angle zero.
@@ -25,7 +25,7 @@ ALIGNED = 6  # 2 sin(angle / 2), component along a normal of d1; zero at the sam
 AZIMUTH = 7  # of d1 about the second line         [rad], -pi to pi
 
 
-@kernel  # (J, 12) f8, i8, f8 x 3 -> f8 x 3
+@lean_kernel  # (J, 12) f8, i8, f8 x 3 -> f8 x 3
 def turned(world_T, j, x, y, z):
     """The direction (x, y, z), from the frame of joint j to the world."""
     return (
@@ -35,13 +35,13 @@ def turned(world_T, j, x, y, z):
     )
 
 
-@kernel  # f8 x 6 -> f8 x 3
+@lean_kernel  # f8 x 6 -> f8 x 3
 def crossed(ax, ay, az, bx, by, bz):
     """The cross product a x b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@kernel  # f8 x 3 -> f8 x 3
+@lean_kernel  # f8 x 3 -> f8 x 3
 def any_normal(x, y, z):
     """A unit vector normal to the unit vector (x, y, z)."""
     if abs(x) < 0.6:
@@ -54,7 +54,7 @@ def any_normal(x, y, z):
     return nx / norm, ny / norm, nz / norm
 
 
-@kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
+@lean_kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
 def position_value(row, world_T, wrench):
     """The value of a row about a point; its wrench is the force g, then m = p1 x g about the world's origin."""
     kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
@@ -83,7 +83,7 @@ def position_value(row, world_T, wrench):
     return value
 
 
-@kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
+@lean_kernel  # (W,) f8, (J, 12) f8, (6,) f8 -> f8, writes wrench
 def direction_value(row, world_T, wrench):
     """The value of a row about directions, and its wrench (force zero, moment m)."""
     kind, a, b = int(row[KIND]), int(row[FIRST]), int(row[SECOND])
@@ -124,7 +124,7 @@ def direction_value(row, world_T, wrench):
     return value
 
 
-@kernel  # (R, W) f8, (J, 12) f8, (R,) f8, (R, 6) f8 -> writes values and wrenches
+@lean_kernel  # (R, W) f8, (J, 12) f8, (R,) f8, (R, 6) f8 -> writes values and wrenches
 def evaluate(rows, world_T, values, wrenches):
     """Writes the value and the wrench of every row, at the given poses of the joints."""
     for i in range(rows.shape[0]):
@@ -134,29 +134,28 @@ def evaluate(rows, world_T, values, wrenches):
             values[i] = direction_value(rows[i], world_T, wrenches[i])
 
 
-@kernel  # (R, 6) f8, (R, J) f8, (J,) i8, (J,) i8, (J, 12) f8, (J, 6) f8, (R, n) f8 -> writes screws and jacobian
-def differentiate(wrenches, signs, kind, source, world_T, screws, jacobian):
-    """Writes the derivative of every row by every value of q; `signs` holds the ratios of mimic joints."""
-    for j in range(1, kind.shape[0]):
-        zx, zy, zz = world_T[j, 2], world_T[j, 5], world_T[j, 8]
-        if kind[j] == 0:
-            screws[j, 3], screws[j, 4], screws[j, 5] = zx, zy, zz
-            zx, zy, zz = crossed(world_T[j, 9], world_T[j, 10], world_T[j, 11], zx, zy, zz)
-        else:
-            screws[j, 3], screws[j, 4], screws[j, 5] = 0.0, 0.0, 0.0
-        screws[j, 0], screws[j, 1], screws[j, 2] = zx, zy, zz
-    for i in range(wrenches.shape[0]):
+@lean_kernel  # (R, 6) f8, (R,) i8, i8, (R, J) f8, (J,) i8, (J,) i8, (J, 12) f8, (R, n) f8 -> writes jacobian
+def differentiate(wrenches, chosen, count, signs, kind, source, world_T, jacobian):
+    """Writes the derivative of the rows `chosen[:count]` by every value of q; `signs` holds the ratios of mimic joints."""
+    for k in range(count):
         for j in range(jacobian.shape[1]):
-            jacobian[i, j] = 0.0
-        for j in range(1, kind.shape[0]):
+            jacobian[k, j] = 0.0
+    for j in range(1, kind.shape[0]):
+        # The joint's screw: the velocity of the point at the world's origin, and the turn.
+        vx, vy, vz = world_T[j, 2], world_T[j, 5], world_T[j, 8]
+        wx, wy, wz = 0.0, 0.0, 0.0
+        if kind[j] == 0:
+            wx, wy, wz = vx, vy, vz
+            vx, vy, vz = crossed(world_T[j, 9], world_T[j, 10], world_T[j, 11], wx, wy, wz)
+        for k in range(count):
+            i = chosen[k]
             if signs[i, j] != 0.0:
-                total = 0.0
-                for k in range(6):
-                    total += screws[j, k] * wrenches[i, k]
-                jacobian[i, source[j]] += signs[i, j] * total
+                force = vx * wrenches[i, 0] + vy * wrenches[i, 1] + vz * wrenches[i, 2]
+                moment = wx * wrenches[i, 3] + wy * wrenches[i, 4] + wz * wrenches[i, 5]
+                jacobian[k, source[j]] += signs[i, j] * (force + moment)
 
 
-@kernel  # (R, W) f8, (J,) i8, (J,) f8, (R, J) f8 -> writes signs
+@lean_kernel  # (R, W) f8, (J,) i8, (J,) f8, (R, J) f8 -> writes signs
 def find_signs(rows, parent, ratio, signs):
     """Writes how each joint moves the first frame of each row relative to the second: + ratio, - ratio or 0."""
     for i in range(rows.shape[0]):
