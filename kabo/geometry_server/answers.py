@@ -28,7 +28,7 @@ class Failure:
 
     `between` counts refusals by the pair of things (`robot.link` or a body) that came too close. `reads` names the
     components on which the failure rests: it holds wherever they have the same values. `proof`: no number of
-    samples would have helped. `missing` [m]: how far out of reach.
+    samples would have helped. `missing` [m]: how far out of reach. `attempts`: how many of them were refused.
     """
 
     reason: Reason
@@ -37,6 +37,7 @@ class Failure:
     between: tuple[tuple[Pair, int], ...] = ()
     proof: bool = False
     missing: float | None = None
+    attempts: int = 0
 
 
 Answer = Success | Failure

@@ -58,7 +58,7 @@ class Refusals:
         text = f"{what}{' in yet another way' if again else ''}: {self._why(between)}"
         read = frozenset(self.reads) if proof else reads | self.reads | movable
         missing = self.missing if proof else None
-        return Failure(reason, text, read, between, proof, missing)  # type: ignore[arg-type]
+        return Failure(reason, text, read, between, proof, missing, sum(counts.values()))  # type: ignore[arg-type]
 
     def _why(self, between: Iterable[tuple[Pair, int]]) -> str:
         if not self.reasons:
