@@ -12,9 +12,20 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
-from kabo.kinematics import project, rows_of, sample, stacked, stream_key
+from kabo.kinematics import (
+    Reached,
+    is_carried,
+    project,
+    reaching,
+    rows_of,
+    sample,
+    stacked,
+    stream_key,
+    with_the_same_pose,
+)
+from kabo.kinematics.kernels import rows as columns
 from kabo.language.scene_description import Feature, GraspFamily, PlacementFamily
-from kabo.scene import Attachment, Body, KinematicTree, Region, Robot
+from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 
@@ -66,12 +77,26 @@ class Stream:
         return self.samples(number * size, size)
 
     def samples(self, first: int, count: int) -> list[Candidate]:
-        """The valid ones of `count` samples from number `first` on, in order of their number."""
+        """The valid ones of `count` samples from number `first` on, in order of their number.
+
+        In closed form each stands for all branches of the arm with the hand at the same place: elbow up and down,
+        wrist turned over.
+        """
         robot = self.robot
         base = np.concatenate([np.zeros(robot.planned), self.hand])
         limits = robot.tree.lower, robot.tree.upper
         found, valid = sample(robot.tree, self.rows, self.key, first, count, *limits, self._active, base=base)
-        return [candidate(robot, np.round(q, 9) + 0.0) for q in found[valid]]
+        return [candidate(robot, np.round(q, 9) + 0.0) for q in self._branches(found[valid])]
+
+    def _branches(self, found: Array) -> Array:
+        """The configurations (M, n), or in closed form all that have the hand where one of them has it."""
+        robot, structure = self.robot, closed_form_of(self.robot)
+        if structure is None:
+            return found
+        joints = {int(j) for j in self.rows[:, (columns.FIRST, columns.SECOND)].ravel()} - {0}
+        if not all(is_carried(robot, structure, joint) for joint in joints):
+            return found
+        return with_the_same_pose(robot.tree, structure, found)[0]
 
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
         """The one candidate to which a configuration (n,) leads; none if it leads nowhere."""
@@ -79,9 +104,25 @@ class Stream:
         found, valid = project(tree, self.rows, [q], tree.lower, tree.upper, self._active)
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
+    def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | None:
+        """Every candidate with a frame of the tree at a pose (4, 4), in closed form; None where there is none."""
+        robot, structure = self.robot, closed_form_of(self.robot)
+        if structure is None or structure.lock >= 0 or not is_carried(robot, structure, frame.joint):
+            return None
+        found = reaching(robot, frame.joint, frame.joint_T_frame, world_T_frame, self.key, 1, hand=self.hand)
+        if not isinstance(found, Reached):
+            return []
+        return [candidate(robot, np.round(q, 9) + 0.0) for q in found.configurations]
+
     @property
     def _active(self) -> npt.NDArray[np.bool_]:
         return np.arange(self.robot.tree.size) < self.robot.planned
+
+
+def closed_form_of(robot: Robot) -> Structure | None:
+    """The structure by which the scene wants a robot's inverse kinematics to be solved; None: by projection."""
+    structure = robot.structure if robot.inverse_kinematics == "analytic" else None
+    return structure if isinstance(structure, Structure) else None
 
 
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:

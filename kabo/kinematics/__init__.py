@@ -1,7 +1,8 @@
 """Kinematics: constraints between features, configurations that fulfil them, straight lines of the tool.
 
 A constraint becomes flat scalar rows (`rows_of`), rows are sampled and projected onto by one kernel (`sample`,
-`project`), and a motion is proven to keep them (`keeps`). Knows trees of joints; knows no obstacles and no goals.
+`project`), and a motion is proven to keep them (`keeps`). A pose becomes configurations (`solutions`), in closed form
+where the axes allow it. Knows trees of joints; knows no obstacles and no goals.
 """
 
 from importlib import import_module
@@ -29,6 +30,7 @@ _HOME = {
     "Reached": "closed_form",
     "with_the_same_pose": "closed_form",
     "with_turns": "closed_form",
+    "is_carried": "inverse",
     "reaching": "inverse",
     "solutions": "inverse",
     "OffLine": "line",

@@ -37,23 +37,18 @@ class RobotReader:
         urdf = read_file_path(reader, node, "URDF", self.packages)
         base = read_pose(reader, mapping.get("base"))
         joints = self._words(mapping.get("joints"), "joint")
-        self._inverse_kinematics(mapping.get("inverse_kinematics"))
+        node = mapping.get("inverse_kinematics")
+        word = reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
+        analytic = None if node is None or word != "analytic" else node.place
         gripper = self._gripper(mapping.get("gripper"))
         frame, features = self._tool(mapping.get("tool"))
         self.tools[name] = Owner(name, features)
         configurations = self._configurations(mapping.get("configurations"), joints)
         return RobotDescription(
-            name, urdf or Path(), base, joints, "projection", gripper, frame, sound_features(features),
-            configurations, model, mapping.place, self._limits(mapping.get("limits")),
+            name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
+            sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
+            analytic,
         )  # fmt: skip
-
-    def _inverse_kinematics(self, node: Node | None) -> None:
-        word = self.reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
-        if word == "analytic" and node is not None:
-            hint = "write `projection`, or leave the key out"
-            self.reader.findings.add(
-                node.place, "closed-form inverse kinematics (`analytic`) do not exist yet", hint
-            )
 
     def _words(self, node: Node | None, what: str) -> tuple[str, ...] | None:
         """Names that other programs gave, each once; None if absent."""

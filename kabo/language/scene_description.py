@@ -141,7 +141,10 @@ class GripperDescription:
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot; `joints` None: all movable ones that are not mimic and not the gripper's. `limits` only narrow."""
+    """A robot; `joints` None: all movable ones that are not mimic and not the gripper's. `limits` only narrow.
+
+    `analytic` is where closed-form inverse kinematics are asked for.
+    """
 
     name: str
     urdf: Path
@@ -155,6 +158,7 @@ class RobotDescription:
     model: str | None = None
     place: Place | None = field(default=None, compare=False, repr=False)
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    analytic: Place | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

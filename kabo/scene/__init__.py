@@ -9,6 +9,7 @@ from kabo.scene.robots import Gripper, Link, Robot, Tool, link_poses
 from kabo.scene.scene import Body, Region, Scene, attachment, load_scene, world_T
 from kabo.scene.shapes import mesh_of
 from kabo.scene.state import Attachment, Component, Configuration, GeometricState
+from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 __all__ = [
@@ -23,14 +24,17 @@ __all__ = [
     "KinematicTree",
     "Link",
     "Mesh",
+    "NoStructure",
     "Region",
     "Robot",
     "Scene",
+    "Structure",
     "Tool",
     "attachment",
     "link_poses",
     "load_mesh",
     "load_scene",
     "mesh_of",
+    "structure_of",
     "world_T",
 ]

@@ -16,6 +16,7 @@ from kabo.language.scene_description import RobotDescription, Shape
 from kabo.meshes import Mesh, load_mesh
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.shapes import primitive
+from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 Array = npt.NDArray[np.float64]
@@ -257,6 +258,7 @@ def _assemble(
         description.inverse_kinematics,
     )
     _check_configurations(description, robot)
+    _check_structure(description, robot)
     return robot
 
 
@@ -364,3 +366,10 @@ def _check_configurations(description: RobotDescription, robot: Robot) -> None:
                 limits = f"[{low:.6g}, {high:.6g}]"
                 text = f'configuration "{name}": {joint} = {value:.6g} is outside its limits {limits}'
                 raise _refuse(description.place, text)
+
+
+def _check_structure(description: RobotDescription, robot: Robot) -> None:
+    if robot.inverse_kinematics == "analytic" and isinstance(robot.structure, NoStructure):
+        text = f'no closed form (`analytic`) of the inverse kinematics of "{robot.name}" is known: '
+        hint = "write `projection`, or leave the key out"
+        raise _refuse(description.analytic or description.place, text + robot.structure.reason, hint)

@@ -14,12 +14,6 @@ WRONG_ROBOTS = [
     ),
     (
         "    urdf: arm.urdf\n",
-        "    urdf: arm.urdf\n    inverse_kinematics: «analytic»\n",
-        "closed-form inverse kinematics (`analytic`) do not exist yet",
-        "write `projection`, or leave the key out",
-    ),
-    (
-        "    urdf: arm.urdf\n",
         "    urdf: arm.urdf\n    inverse_kinematics: «fast»\n",
         '`inverse_kinematics` must be one of projection, analytic, not "fast"',
         "there are projection, analytic",

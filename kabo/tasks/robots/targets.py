@@ -42,7 +42,7 @@ class Target(Protocol):
         ...
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """Its configurations, batch by batch, for ever."""
+        """Its configurations, batch by batch, for ever, or until there are no more."""
         ...
 
     def blocked(self, scene: TaskScene) -> Pair | None:
@@ -115,13 +115,23 @@ class PoseTarget:
     near: Configuration
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """The one to which the robot is led from where it stands, then samples, of each batch the nearest first."""
-        n, near, first = self.stream.robot.planned, np.array(self.near), 0
-        yield self.stream.near(near)
+        """The one to which the robot is led from where it stands, then samples, of each batch the nearest first.
+
+        In closed form there is one batch, with all of them.
+        """
+        every = self.stream.at_pose(self.frame, self.world_T_frame)
+        if every is not None:
+            yield self._nearest_first(every)
+            return
+        first = 0
+        yield self.stream.near(np.array(self.near))
         for count in chain(FEW, repeat(BATCH)):
-            found = self.stream.samples(first, count)
-            yield sorted(found, key=lambda c: (round(float(np.abs(c.q[:n] - near[:n]).sum()), 6), *c.q))
+            yield self._nearest_first(self.stream.samples(first, count))
             first += count
+
+    def _nearest_first(self, found: list[Candidate]) -> list[Candidate]:
+        n, near = self.stream.robot.planned, np.array(self.near)
+        return sorted(found, key=lambda c: (round(float(np.abs(c.q[:n] - near[:n]).sum()), 6), *c.q))
 
     def blocked(self, scene: TaskScene) -> Pair | None:
         """The hand, and what it holds, are looked at where they would be: the arm may do what it likes."""
