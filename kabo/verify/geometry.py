@@ -12,6 +12,7 @@ from kabo.verify.calls import Calls
 from kabo.verify.collision import Tally
 from kabo.verify.components import Components
 from kabo.verify.motions import check_motion
+from kabo.verify.overlaps import Motion, check_overlaps, sharing_time
 from kabo.verify.report import Finding
 from kabo.verify.situation import check_start
 from kabo.verify.world import World
@@ -36,12 +37,15 @@ def check_geometry(
     findings = list(check_start(components))
     if findings:
         return files, findings, {}, []
-    motions = 0
+    motions, together = 0, sharing_time(plan)
+    walked: dict[str, Motion] = {}
     for name in order:
         node = plan.nodes[name]
         if node.action is not None:
-            findings += check_motion(name, node, calls, world, components, tally)
+            kept = walked if name in together else None
+            findings += check_motion(name, node, calls, world, components, tally, kept)
             motions += bool(node.motion)
+    findings += check_overlaps(plan, order, walked, world)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
     return files, findings, figures, calls.notes()
 

@@ -6,6 +6,7 @@ from kabo.plan import Node
 from kabo.verify.calls import Call, Calls
 from kabo.verify.collision import Tally
 from kabo.verify.components import Components
+from kabo.verify.overlaps import Motion
 from kabo.verify.report import Finding
 from kabo.verify.situation import Ambiguous, Situation, situation
 from kabo.verify.walk import Walk, is_at
@@ -13,9 +14,15 @@ from kabo.verify.world import World
 
 
 def check_motion(
-    node: str, content: Node, calls: Calls, world: World, components: Components, tally: Tally
+    node: str,
+    content: Node,
+    calls: Calls,
+    world: World,
+    components: Components,
+    tally: Tally,
+    walked: dict[str, Motion] | None = None,
 ) -> Iterator[Finding]:
-    """Everything that is wrong with the motion of a node, in the order of time."""
+    """Everything that is wrong with the motion of a node, in the order of time; `walked` takes what it swept."""
     try:
         call = calls.of(content)
     except ValueError as error:
@@ -41,7 +48,10 @@ def check_motion(
         yield Finding(node, str(error))
         return
     if start is not None and content.motion:
-        yield from Walk(node, call, world, start, content.motion, tally).check(content)
+        walk = Walk(node, call, world, start, content.motion, tally)
+        yield from walk.check(content)
+        if walked is not None:
+            walked[node] = walk.motion()
     elif start is not None:
         yield from _check_still(node, content, call, world, start)
 

@@ -189,7 +189,7 @@ def open_stretches(path: Path, couples: Sequence[tuple[Thing, Thing]]) -> tuple[
     moving = [int(i) for i in np.flatnonzero((path.steps @ bounds.T).sum(axis=0) > 0.0)]
     if not moving:
         return 0, []
-    places = _stations(path, bounds.max(axis=0))
+    places = stations(path, path.steps @ bounds.max(axis=0))
     apart = _apart(path, [couples[i] for i in moving], places)  # (P, stations)
     travelled = np.concatenate([np.zeros((1, path.steps.shape[1])), np.cumsum(path.steps, axis=0)])
     passed = np.array([travelled[k] + share * path.steps[k] for k, share in places])
@@ -205,9 +205,8 @@ def open_stretches(path: Path, couples: Sequence[tuple[Thing, Thing]]) -> tuple[
     return len(moving), result
 
 
-def _stations(path: Path, bound: Array) -> list[tuple[int, float]]:
-    """Places along the path about `SPACING` of motion apart, every way point among them."""
-    lengths = path.steps @ bound
+def stations(path: Path, lengths: Array) -> list[tuple[int, float]]:
+    """Places along a path, every way point among them, about `SPACING` apart by the lengths (m - 1,) of its pieces."""
     spacing = max(SPACING, float(lengths.sum()) / STATIONS)
     result: list[tuple[int, float]] = []
     for piece, length in enumerate(lengths):

@@ -19,6 +19,7 @@ from kabo.verify.holding import Holding
 from kabo.verify.keeping import Lapse, Owners, check_kept
 from kabo.verify.limits import JOINED, check_joints, check_numbers, check_times
 from kabo.verify.mating import inserting
+from kabo.verify.overlaps import Motion, Sweep
 from kabo.verify.recorded import Recorded
 from kabo.verify.report import Finding
 from kabo.verify.situation import Situation
@@ -42,6 +43,7 @@ class Walk:
     segments: Sequence[Segment]
     tally: Tally
     refused: set[tuple[int, tuple[str, str]]] = field(default_factory=set)  # said of a segment already
+    sweeps: list[Sweep] = field(default_factory=list)  # what moved, window by window
     now: float = 0.0  # [s]
 
     def __post_init__(self) -> None:
@@ -82,6 +84,12 @@ class Walk:
         yield from check_end(self.node, self.call, self.world, self.taking, ended)
         yield from Recorded(self.node, self.world, self.moved, self.before, self.taking, ended).check(content)
 
+    def motion(self) -> Motion:
+        """What was walked."""
+        objects = {thing.name for sweep in self.sweeps for thing in sweep.things} & self.holding.hung.keys()
+        changed = {name for name, hung in self.holding.hung.items() if hung is not self.before.hung[name]}
+        return Motion(tuple(self.sweeps), frozenset(objects | changed), frozenset(self.call.bodies))
+
     # ------------------------------------------------------------------------------------------------- numbers
     def _in_time(self) -> list[Segment]:
         return sorted(self.segments, key=lambda segment: segment.times[0])
@@ -121,6 +129,7 @@ class Walk:
     def _check_collision(self, window: Window, path: Path) -> Iterator[Finding]:
         self.now = window.start
         moving, standing = self._things(path)
+        self.sweeps.append(Sweep(path, moving))
         granted = Permits()
         for i in window.running:
             own = self._permits(i, window, path, standing)

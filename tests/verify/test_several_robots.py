@@ -236,3 +236,47 @@ def test_a_task_of_the_domain_s_own_is_judged_as_far_as_it_can_be(bench):
     found(report(bench, lost, by_hand.insert()), "does not record where peg is", "n0")
     foreign = replace(node, arguments={"r": "right", "o": "peg"})
     found(report(bench, foreign, by_hand.insert()), "moves left, which it does not name", "n0")
+
+
+# -------------------------------------------------------------------------------------- motions that begin early
+def early(node: Node, seconds: float) -> Node:
+    """The node, begun before the one before has ended."""
+    return replace(node, overlap=seconds)
+
+
+def test_a_motion_may_begin_early_if_nothing_can_meet_however_late_either_runs(bench):
+    nodes = [by_hand.take_peg(), early(by_hand.take_socket(), 1.0), by_hand.insert_bimanual()]
+    told = report(bench, *nodes)
+    assert told.ok, str(told)
+
+
+def test_a_motion_that_begins_early_may_not_come_where_the_one_before_still_is(bench):
+    """Right swings through where left passes: one after the other that is free, at once it need not be."""
+    left, right = [meeting_of(robot) for robot in ("left", "right")]
+    told = report(bench, by_hand.take_peg(), left, right, by_hand.hand_over())
+    assert told.ok, str(told)
+    told = report(bench, by_hand.take_peg(), left, early(right, 0.01), by_hand.hand_over())
+    assert told.ok, str(told)  # by then left is back above where it began
+    told = report(bench, by_hand.take_peg(), left, early(right, 1.5), by_hand.hand_over())
+    found(told, "can meet, as it begins before n1 has ended", "n2")
+    assert {f.node for f in told.findings} == {"n2"}
+
+
+def meeting_of(robot: str) -> Node:
+    """One arm of `meeting`."""
+    node = meeting(0.0)
+    motion = tuple(segment for segment in node.motion if segment.robot == robot)
+    return replace(node, motion=motion, after=StateChange({robot: node.after.robots[robot]}))
+
+
+def test_who_may_begin_early(bench):
+    start = by_hand.take_peg()
+    cases = [
+        ([early(start, 0.5), by_hand.hand_over()], "not after exactly one node that goes on with it alone", "n0"),
+        ([start, early(by_hand.hand_over(), 0.5)], "both move or use left", "n1"),
+        ([start, early(by_hand.take_socket(), 9.0), by_hand.insert_bimanual()], "n0 lasts 1.89 s only", "n1"),
+        ([start, early(by_hand.take_socket(), 1.5), early(meeting_of("left"), 1.5), by_hand.insert_bimanual()],
+         "begins before what comes before n1 has ended", "n2"),
+    ]  # fmt: skip
+    for nodes, text, place in cases:
+        found(report(bench, *nodes), text, place)
