@@ -20,6 +20,7 @@ _HOME = {
     "Stream": "candidates",
     "BATCH": "candidates",
     "candidate": "candidates",
+    "from_home": "candidates",
     "grasp_roles": "candidates",
     "grasp_stream": "candidates",
     "Context": "context",

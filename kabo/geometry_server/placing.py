@@ -34,7 +34,7 @@ def placement_streams(
     context: Context, robot: Robot, name: str, target: Place, situation: Situation, wanted: str = "any"
 ) -> list[PlacementStream]:
     """The streams of all placement families of what the robot holds that fit the target."""
-    body, held = context.scene.bodies[name], situation.attachment(name)
+    body, held = context.scene.bodies[name], situation.held(name)
     support = None
     if target.support is not None:
         (pose,) = context.surroundings.poses(situation, target.support)
@@ -52,7 +52,7 @@ def placement_streams(
 
 def recognised(context: Context, robot: Robot, name: str, situation: Situation) -> GraspFamily | None:
     """The grasp family by which a robot holds an object; None if no family declares this hold."""
-    body, held = context.scene.bodies[name], situation.attachment(name)
+    body, held = context.scene.bodies[name], situation.held(name)
     roles = {"tool": tool_frame(robot), "this": carried_frame(robot, body, held), "world": WORLD}
     q = np.array(situation.configuration(robot.name))
     for family in body.grasps.values():

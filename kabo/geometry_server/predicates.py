@@ -55,8 +55,9 @@ class ScenePredicates:
                 arrays = link.mesh.vertices, link.mesh.faces
                 enclosure = self.surroundings.enclosure(f"{robot}.{link.name}")
                 groups.append(MovingGroup(link.joint, flat(link.joint_T_link), enclosure, arrays))
-        for name in Situation.of(self.state).carried(robot):
-            held, mesh = self.state.objects[name], self.surroundings.scene.bodies[name].mesh
+        situation = Situation.of(self.state)
+        for name in situation.carried(robot):
+            held, mesh = situation.held(name), self.surroundings.scene.bodies[name].mesh
             link = chosen.links[held.parent.partition(".")[2]]
             pose = link.joint_T_link @ transform(held.position, held.quaternion)
             enclosure = self.surroundings.enclosure(name)

@@ -6,8 +6,10 @@ a procedure answers for all of them at once. With one value each, a situation is
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from kabo.scene import Attachment, Component, Configuration, GeometricState
+from kabo.scene.transforms import quaternion, transform
 
 
 @dataclass(frozen=True)
@@ -37,11 +39,43 @@ class Situation:
         return only
 
     def carried(self, robot: str) -> tuple[str, ...]:
-        """The objects that the robot may be holding."""
+        """The objects that the robot may be holding, and those that hang on them."""
         prefix = robot + "."
-        return tuple(n for n, values in self.objects.items() if any(a.parent.startswith(prefix) for a in values))
+        return tuple(name for name in self.objects if any(end.startswith(prefix) for end in self._ends(name)))
 
-    @property
+    def held(self, name: str) -> Attachment:
+        """What the group of an object hangs on (`world`, `robot.link` or a body that stands), and its pose there."""
+        own = self.attachment(name)
+        if own.parent not in self.objects:
+            return own
+        below = self.held(own.parent)
+        pose = transform(below.position, below.quaternion) @ transform(own.position, own.quaternion)
+        x, y, z = (float(v) for v in pose[:3, 3])
+        return Attachment(below.parent, (x, y, z), quaternion(pose))
+
+    def root(self, name: str) -> str:
+        """The object of a group on which the others hang: it stands, or is held."""
+        parent = self.attachment(name).parent
+        return self.root(parent) if parent in self.objects else name
+
+    def group(self, name: str) -> tuple[str, ...]:
+        """An object, and all that may hang together with it, in order of the scene."""
+        if not self.nested:
+            return (name,)
+        root = self.root(name)
+        return tuple(other for other in self.objects if root in self._above(other))
+
+    def _above(self, name: str) -> tuple[str, ...]:
+        """An object, and every one on which it may hang, directly or not."""
+        parents = (a.parent for a in self.objects[name] if a.parent in self.objects)
+        return (name, *(above for parent in dict.fromkeys(parents) for above in self._above(parent)))
+
+    def _ends(self, name: str) -> tuple[str, ...]:
+        """What is not an object itself and carries an object, directly or through others."""
+        ends = (a.parent for each in self._above(name) for a in self.objects[each])
+        return tuple(end for end in ends if end not in self.objects)
+
+    @cached_property
     def nested(self) -> bool:
         """Whether an object may hang on another one."""
         return any(a.parent in self.objects for values in self.objects.values() for a in values)

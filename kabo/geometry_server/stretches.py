@@ -80,7 +80,7 @@ def keep_constraint(
     for each in situation.carried(robot.name):
         if held is not None and each not in held:
             continue
-        this = carried_frame(robot, context.scene.bodies[each], situation.attachment(each))
+        this = carried_frame(robot, context.scene.bodies[each], situation.held(each))
         roles = {"this": this, "tool": tool_frame(robot), "world": WORLD}
         if fits(constraints, roles):
             return Keep(name, robot, rows(constraints, roles))

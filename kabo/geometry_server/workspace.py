@@ -54,8 +54,8 @@ class Workspace:
         permitted: Contacts = frozenset(),
         extras: tuple[Extra, ...] = (),
     ) -> "Workspace":
-        """The workspace of a robot with what it holds in the situation."""
-        carried = {name: situation.attachment(name) for name in situation.carried(robot)}
+        """The workspace of a robot with what it holds in the situation, and what hangs on that."""
+        carried = {name: situation.held(name) for name in situation.carried(robot)}
         return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
     def felt(self, permitted: Contacts) -> Contacts:
@@ -73,9 +73,11 @@ class Workspace:
         return contacts(pair for name in self.carried for pair in self.touching(name))
 
     def touching(self, name: str) -> tuple[Pair, ...]:
-        """The contacts of the gripper's touch links with an object."""
+        """The contacts of the gripper's touch links with an object in it; what hangs on that is not touched."""
         gripper = self.robot.gripper
-        return () if gripper is None else tuple((link, name) for link in gripper.touch_links)
+        if gripper is None or self.situation.root(name) != name:
+            return ()
+        return tuple((link, name) for link in gripper.touch_links)
 
     def first_hit(self, q: Array) -> Pair | None:
         """The first pair that is not proven apart at configuration q (n,), or None if all are."""
@@ -298,11 +300,10 @@ def workspace_of(
 ) -> "Workspace":
     """The workspace of a robot in a situation; one that was made lately is made once.
 
-    Where the robot itself stands does not matter to it, unless things hang on things.
+    Where the robot itself stands does not matter to it.
     """
-    own = situation.robots[robot] if situation.nested else None
     others = tuple(item for item in situation.robots.items() if item[0] != robot)
-    key = robot, own, others, tuple(situation.objects.items()), extras
+    key = robot, others, tuple(situation.objects.items()), extras
     plain: Workspace = surroundings.remembered(
         (*key, None), lambda: Workspace.of(surroundings, robot, situation, extras=extras)
     )

@@ -4,12 +4,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from kabo.geometry_server import Pair, candidate, supports, tool_frame
-from kabo.scene import attachment
-from kabo.scene.transforms import inverse
 from kabo.tasks.core import PARENT, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
+from kabo.tasks.robots.groups import hung
 from kabo.tasks.robots.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
@@ -20,16 +21,19 @@ class Attach(RobotStage, Propagator):
     """Hangs an object on a robot's tool, where it is; backward it was standing there before."""
 
     MOVES = ("object",)
-    PROPERTIES = {"object": OBJECT, "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`")}
+    PROPERTIES = {
+        "object": OBJECT,
+        "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`"),
+        "of": Property((str, type(None)), None, "the robot that may hold it now, and hands it over"),
+    }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object in the hand."""
+        """The scene with the object in the hand; what hangs together with it hangs on it."""
         name, robot, link = properties["object"], *_link(scene, properties["to"])
-        if scene.holder(name) is not None:
+        if scene.holder(name) not in (None, properties["of"]):
             return [refusal("constraint", f"{scene.holder(name)} holds {name} already", reads=frozenset({name}))]
-        held = attachment(f"{robot}.{link}", inverse(_link_pose(scene, robot, link)) @ scene.pose(name))
-        after = scene.placing(name, held)
-        motion = (_still(scene, robot, attach=((name, held.parent),)),)
+        after = hung(scene, name, f"{robot}.{link}", _link_pose(scene, robot, link))
+        motion = (_still(scene, robot, attach=((name, f"{robot}.{link}"),)),)
         return _checked(_standing(after, name), [robot], Result(after, motion=motion))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -37,7 +41,7 @@ class Attach(RobotStage, Propagator):
         name, robot, link = properties["object"], *_link(scene, properties["to"])
         if scene.holder(name) != robot:
             return [refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}))]
-        before = scene.placing(name, attachment("world", scene.pose(name)))
+        before = hung(scene, name, "world", np.eye(4))
         motion = (_still(scene, robot, attach=((name, f"{robot}.{link}"),)),)
         return _checked(before, [robot], Result(before, motion=motion))
 
@@ -49,18 +53,20 @@ class Detach(RobotStage, Propagator):
     PROPERTIES = {
         "object": OBJECT,
         "of": Property(
-            (str, type(None)), None, "backward: the robot (or `robot.link`) that had it; else whoever has it"
+            (str, type(None)), None, "the robot (backward: or `robot.link`) that lets it go; else whoever has it"
         ),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object standing in the world."""
-        name = properties["object"]
+        """The scene with the object standing in the world; it stays in the hand of a robot that has taken it over."""
+        name, given = properties["object"], properties["of"]
         robot = scene.holder(name)
         if robot is None:
             return [refusal("constraint", f"nobody holds {name}", reads=frozenset({name}))]
-        after = scene.placing(name, attachment("world", scene.pose(name)))
-        return _checked(after, [robot], Result(after, motion=(_still(scene, robot, detach=(name,)),)))
+        taken = given is not None and robot != given
+        after = scene if taken else hung(scene, name, "world", np.eye(4))
+        who = given if taken else robot
+        return _checked(after, [who], Result(after, motion=(_still(scene, who, detach=(name,)),)))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the object in the hand that is there."""
@@ -68,11 +74,32 @@ class Detach(RobotStage, Propagator):
         if given is None or scene.holder(name) is not None:
             return [refusal("constraint", f"say of which robot {name} is let go", reads=frozenset({name}))]
         robot, link = _link(scene, given)
-        held = attachment(f"{robot}.{link}", inverse(_link_pose(scene, robot, link)) @ scene.pose(name))
-        before = scene.placing(name, held)
+        before = hung(scene, name, f"{robot}.{link}", _link_pose(scene, robot, link))
         return _checked(
             _standing(before, name), [robot], Result(before, motion=(_still(scene, robot, detach=(name,)),))
         )
+
+
+class Join(RobotStage, Propagator):
+    """Lets the part in a robot's hand go, so that it hangs on the part with which it is put together."""
+
+    MOVES = ("object",)
+    READS = ("onto",)
+    PROPERTIES = {
+        "object": OBJECT,
+        "onto": Property(str, PARENT, "the other part: it stands, or another robot has it"),
+    }
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the parts hanging together, each where it is."""
+        name, onto = properties["object"], properties["onto"]
+        robot = scene.holder(name)
+        if robot is None or scene.holder(onto) == robot:
+            text = f"nobody brings {name} to {onto}"
+            return [refusal("constraint", text, reads=frozenset({name, onto}))]
+        after = hung(scene, name, onto, scene.pose(onto))
+        still = _still(scene, robot, attach=((name, onto),), detach=(name,))
+        return _checked(after, [robot], Result(after, motion=(still,)))
 
 
 class _Contacts(RobotStage, Propagator):
@@ -153,8 +180,8 @@ def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers
 
 
 def _standing(scene: TaskScene, name: str) -> TaskScene:
-    """The scene in which an object in a hand may touch what it stands on: nothing has moved yet."""
-    return scene.permitting((name, other) for other in supports(scene.context.surroundings, scene.situation, name))
+    """The scene in which an object in a hand may touch what its group stands on: nothing has moved yet."""
+    return scene.permitting(_supported(scene, name, standing=True))
 
 
 def _movers(scene: TaskScene, pair: Pair) -> list[str]:
@@ -175,17 +202,30 @@ def _pairs(scene: TaskScene, properties: Values, *, standing: bool) -> list[Pair
     """
     found: list[Pair] = []
     for first, second in properties["pairs"]:
-        for a in _things(scene, str(first), str(second), properties["links"], standing):
-            found.extend((a, b) for b in _things(scene, str(second), str(first), properties["links"], standing))
+        if SUPPORTS in (first, second):
+            found.extend(_supported(scene, str(second if first == SUPPORTS else first), standing=standing))
+            continue
+        for a in _things(scene, str(first), properties["links"]):
+            found.extend((a, b) for b in _things(scene, str(second), properties["links"]))
     return list(dict.fromkeys(found))
 
 
-def _things(scene: TaskScene, name: str, other: str, links: str, standing: bool) -> Sequence[str]:
-    if name == SUPPORTS and standing:
-        return supports(scene.context.surroundings, scene.situation, other)
-    if name == SUPPORTS:
-        touched = {next(iter(pair - {other})) for pair in scene.permitted if other in pair and len(pair) == 2}
-        return sorted(thing for thing in touched if "." not in thing)
+def _supported(scene: TaskScene, name: str, *, standing: bool) -> list[Pair]:
+    """The members of an object's group, each with what carries it (`standing`), or with what it may touch."""
+    group, found = scene.situation.group(name), []
+    for member in group:
+        if standing:
+            others: Iterable[str] = supports(scene.context.surroundings, scene.situation, member)
+        else:
+            touched = {
+                next(iter(pair - {member})) for pair in scene.permitted if member in pair and len(pair) == 2
+            }
+            others = sorted(thing for thing in touched if "." not in thing)
+        found.extend((member, other) for other in others if other not in group)
+    return found
+
+
+def _things(scene: TaskScene, name: str, links: str) -> Sequence[str]:
     robots = scene.context.scene.robots
     if name not in robots:
         return (name,)

@@ -55,7 +55,9 @@ _THINGS = ("robot", "body", "region", "motion constraint", "mate")
 _NAMED = {
     "robot": "robot",
     "to": "robot",
+    "partner": "robot",
     "object": "body",
+    "part": "body",
     "support": "body",
     "onto": "body",
     "region": "region",

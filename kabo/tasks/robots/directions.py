@@ -72,7 +72,7 @@ def frame_of(scene: TaskScene, robot: str, name: str) -> Frame:
     """The frame of a body as the robot's tree has it: on a joint if the robot holds it, else in the world."""
     body = scene.context.scene.bodies[name]
     if scene.holder(name) == robot:
-        return carried_frame(scene.robot(robot), body, scene.situation.attachment(name))
+        return carried_frame(scene.robot(robot), body, scene.situation.held(name))
     return standing_frame(body, scene.pose(name))
 
 

@@ -76,6 +76,9 @@ class SampleGrasp(RobotStage, Monitor):
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
         if robot not in context.scene.robots or name not in situation.objects:
             return None
+        holders = (r for r in context.scene.robots if name in situation.carried(r))
+        if any(holder != robot for holder in holders):
+            return None  # it is brought first
         return _refuted(context, situation, context.scene.robots[robot], name, family or ANY)
 
     def wanted(self, context: Context, situation: Situation) -> list[Stream]:

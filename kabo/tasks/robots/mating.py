@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kabo.geometry_server import WORLD, Candidate, Pair, Stream, fits, rows, tool_frame
+from kabo.geometry_server import WORLD, Candidate, Pair, Stream, fits, from_home, rows, tool_frame
 from kabo.kinematics import stream_key
 from kabo.language.scene_description import Mate
 from kabo.scene import Robot
@@ -19,10 +19,10 @@ class MateTarget:
     stream: Stream
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """In the order of the stream."""
+        """Those near to home first."""
         number = 0
         while True:
-            yield self.stream.batch(number)
+            yield from_home(self.stream.robot, self.stream.batch(number))
             number += 1
 
     def blocked(self, scene: TaskScene) -> Pair | None:
@@ -45,7 +45,7 @@ def mate_target(scene: TaskScene, robot: Robot, moving: str, fixed: str, mate: M
         roles["tool"] = tool_frame(robot)
     if not fits(mate.constraints, roles):
         return None
-    held, where = scene.situation.attachment(moving), scene.pose(fixed)
+    held, where = scene.situation.held(moving), scene.pose(fixed)
     numbers = [float(v) for v in (*held.position, *held.quaternion, *where[:3].round(9).ravel())]
     key = stream_key(scene.context.seed, "mate", robot.name, moving, fixed, mate.name, *numbers)
     hand = tuple(scene.situation.configuration(robot.name)[robot.planned :])

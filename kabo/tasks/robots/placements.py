@@ -138,7 +138,7 @@ class SampleMate(RobotStage, Monitor):
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"
             return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
-        mate = _mate(scene, properties["mate"])
+        mate = mate_of(scene, properties["mate"])
         target = mate_target(scene, robot, name, onto, mate)
         if target is None:
             return [refusal("empty_family", f"{mate.name} does not fit {name} and {onto}", proof=True)]
@@ -154,7 +154,12 @@ class SampleMate(RobotStage, Monitor):
         ]
 
 
-def _mate(scene: TaskScene, name: str) -> Mate:
+def mate_of(scene: TaskScene, name: str) -> Mate:
+    """The mate of that name.
+
+    Raises:
+        ValueError: the scene has no such mate.
+    """
     mates = scene.context.scene.mates
     if name not in mates:
         raise ValueError(f"the scene has no mate {name!r}; it has {', '.join(mates) or 'none'}")

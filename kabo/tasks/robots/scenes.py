@@ -62,10 +62,10 @@ class TaskScene:
         return pose
 
     def holder(self, name: str) -> str | None:
-        """The robot that holds an object; None if none does."""
+        """The robot that holds an object, or that on which the object hangs; None if none does."""
         if name not in self.situation.objects:
             return None
-        robot, dot, _ = self.situation.attachment(name).parent.partition(".")
+        robot, dot, _ = self.situation.attachment(self.situation.root(name)).parent.partition(".")
         return robot if dot else None
 
     def workspace(self, robot: str) -> Workspace:
@@ -89,7 +89,7 @@ class TaskScene:
         """This scene with a robot elsewhere; what is known of its surroundings stays known."""
         situation = self.situation.replace({robot: configuration(q)})
         known = self._known.get(robot)
-        kept = {} if known is None or situation.nested else {robot: known}
+        kept = {} if known is None else {robot: known}
         return replace(self, situation=situation, _known=kept)
 
     def placing(self, name: str, attachment: Attachment) -> "TaskScene":

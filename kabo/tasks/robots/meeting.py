@@ -1,0 +1,147 @@
+"""Where two robots meet: one brings what it holds to where the other one can take it, or put something onto it.
+
+Both robots are sampled at once, on the constraints of a mate or of a grasp family between their tools; how the other
+one comes there is planned for afterwards.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Candidate, Contacts, Pair, Team, TeamStream, candidate
+from kabo.kinematics import stream_key
+from kabo.language.scene_description import Constraint
+from kabo.scene import Configuration, Robot
+from kabo.tasks.core import Monitor, Property, Result
+from kabo.tasks.core.results import Answers
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.grasps import ANY
+from kabo.tasks.robots.placements import mate_of
+from kabo.tasks.robots.scenes import TaskScene
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Meeting(Candidate):
+    """A configuration of the one robot, and where the other one is then."""
+
+    other: Configuration
+
+
+@dataclass(frozen=True)
+class MeetingTarget:
+    """All ways of two robots to meet, as configurations of the one that comes first."""
+
+    robot: str
+    partner: str
+    stream: TeamStream
+    touching: Contacts  # what may touch when they have met
+
+    def batches(self) -> Iterator[list[Candidate]]:
+        """Those in which both are near to home first: they leave room to move."""
+        number, team = 0, self.stream.team
+        homes = [_home(robot) for robot in team.robots]
+        while True:
+            made: list[tuple[float, Sequence[float], Candidate]] = []
+            for found in self.stream.batch(number):
+                q = team.configurations(found.q)
+                arms = [np.array(q[robot.name])[: robot.planned] for robot in team.robots]
+                away = sum(float(np.linalg.norm(a - b)) for a, b in zip(arms, homes, strict=True))
+                first = candidate(team.robots[0], q[self.robot])
+                made.append((round(away, 6), tuple(found.q), Meeting(first.q, first.joints, q[self.partner])))
+            yield [each for _, _, each in sorted(made, key=lambda one: one[:2])]
+            number += 1
+
+    def blocked(self, scene: TaskScene) -> Pair | None:
+        """Not known: there is room to choose."""
+        return None
+
+    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
+        """The other robot must be free where it comes to."""
+        assert isinstance(at, Meeting)
+        there = scene.permitting(tuple(sorted(pair)) for pair in self.touching)  # type: ignore[misc]
+        hit = there.at(self.robot, at.q).at(self.partner, at.other).hit(self.partner)
+        return None if hit is None else f"where they meet, {hit[0]} would be too near to {hit[1]}"
+
+
+class SampleMeeting(RobotStage, Monitor):
+    """Where a robot brings what it holds, so that another one reaches it; writes `target` for the first.
+
+    The other one is either to put what it holds (`part`) onto it, as the `mate` says, or to take it by a grasp of
+    `family`. It is for the stages that follow to plan how it does.
+    """
+
+    READS = ("object", "part")
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "partner": Property(str, doc="the other robot"),
+        "part": Property(
+            (str, type(None)), None, "what the other robot holds, the moving part of the mate; none: it takes"
+        ),
+        "mate": Property((str, type(None)), None, "a mate of the scene"),
+        "family": Property(str, ANY, "a grasp family of the object, or `any`: all that fit the other robot"),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene, once for each family, or for the mate."""
+        robot, partner, name = (properties[key] for key in ("robot", "partner", "object"))
+        for each, holder in ((name, robot), (properties["part"], partner)):
+            if each is not None and scene.holder(each) != holder:
+                text = f"{holder} does not hold {each}"
+                return [refusal("constraint", text, reads=frozenset({each}), proof=True)]
+        results = []
+        for label, constraints, roles, touching in _ways(scene, properties):
+            target = _target(scene, robot, partner, (label, constraints), roles, touching)
+            if target is not None:
+                results.append(Result(scene, properties={"target": target}, comment=label))
+        if not results:
+            text = f"{name} and {partner} do not fit together"
+            return [refusal("empty_family", text, reads=frozenset({name}), proof=True)]
+        return results
+
+
+Way = tuple[str, tuple[Constraint, ...], Mapping[str, str], list[Pair]]
+
+
+def _ways(scene: TaskScene, properties: Values) -> Iterator[Way]:
+    """The mate, or the grasp families of the partner: name, constraints, roles, and what will touch."""
+    partner, name, part = (properties[key] for key in ("partner", "object", "part"))
+    if part is not None:
+        mate = mate_of(scene, properties["mate"])
+        yield mate.name, mate.constraints, {"moving": part, "fixed": name}, [(part, name)]
+        return
+    wanted, gripper = properties["family"], scene.robot(partner).gripper
+    touching = [(link, name) for link in (() if gripper is None else gripper.touch_links)]
+    for family in scene.context.scene.bodies[name].grasps.values():
+        if wanted in (ANY, family.name) and (family.robots is None or partner in family.robots):
+            yield family.name, family.constraints, {"tool": f"{partner}.tool", "this": name}, touching
+
+
+def _target(
+    scene: TaskScene,
+    robot: str,
+    partner: str,
+    what: tuple[str, tuple[Constraint, ...]],
+    roles: Mapping[str, str],
+    touching: list[Pair],
+) -> MeetingTarget | None:
+    """The target; None if somebody lacks a feature that the constraints name."""
+    label, constraints = what
+    state = scene.situation.first
+    held = [scene.situation.held(each) for each in roles.values() if each in scene.situation.objects]
+    numbers = [value for each in held for value in (*each.position, *each.quaternion)]
+    key = stream_key(scene.context.seed, "meeting", robot, partner, label, *sorted(roles.values()), *numbers)
+    team = Team.of(scene.context.scene, (robot, partner))
+    try:
+        stream = TeamStream.of(team, constraints, state, key, roles)
+    except ValueError:
+        return None
+    return MeetingTarget(robot, partner, stream, frozenset(frozenset(pair) for pair in touching))
+
+
+def _home(robot: Robot) -> Array:
+    return np.array(robot.configurations.get("home", np.zeros(robot.planned)))
