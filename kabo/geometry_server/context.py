@@ -27,7 +27,7 @@ def shared(number: int) -> "Context":
 class Context:
     """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
 
-    `stop` says that time or budget is spent; an answer that was cut off is not an answer, and its asker knows.
+    `patience`: how many candidates in a row may be blocked by what can be moved away; None: any number. `stop` says that time or budget is spent; an answer that was cut off is not an answer, and its asker knows.
     """
 
     surroundings: Surroundings
@@ -35,6 +35,7 @@ class Context:
     batches: int
     path_samples: int
     stop: Callable[[], bool]
+    patience: int | None = None
 
     def __post_init__(self) -> None:
         """Scenes of tasks travel between processes; what is around them does not."""

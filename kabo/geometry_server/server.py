@@ -28,6 +28,8 @@ Array = npt.NDArray[np.float64]
 BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
 PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way
 
+PATIENCE = 40  # candidates in a row that movable things block, at effort 0: these had better be moved
+
 
 @dataclass
 class GeometryServer:
@@ -123,4 +125,5 @@ class GeometryServer:
     def context(self, effort: int = 0) -> Context:
         """What procedures and stages are given to work with, with more to try at each level of effort."""
         batches, samples = BATCHES * MORE_BATCHES**effort, PATH_SAMPLES * MORE_PATH_SAMPLES**effort
-        return Context(self.surroundings, self.seed, batches, samples, self.stop)
+        patience = PATIENCE if effort == 0 else None
+        return Context(self.surroundings, self.seed, batches, samples, self.stop, patience)

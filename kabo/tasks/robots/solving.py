@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server import Candidate, tool_frame
-from kabo.tasks.core import INTERFACE, Property, Result, Solution, Wrapper
+from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answer
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, Values, refusal
 from kabo.tasks.robots.questions import Question, along
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -50,13 +50,16 @@ class ComputeIK(RobotStage, Wrapper):
 
     def _reached(self, scene: TaskScene, target: Any, properties: Values, solution: Solution) -> Iterator[Answer]:
         name, most = properties["robot"], properties["max_ik_solutions"]
-        robot, tried = scene.robot(name), 0
+        robot, tried, blocked = scene.robot(name), 0, 0
         found: list[Array] = []
         for at in scene.context.drawn(target.batches()):
             tried += 1
             failure = self._refused(scene, target, name, at, properties["ignore_collisions"])
+            blocked = blocked + 1 if failure is not None and _is_movable(scene, name, failure) else 0
             if failure is not None:
                 yield failure
+                if blocked == scene.context.patience:
+                    return
                 continue
             if any(np.abs(at.q - other).sum() < properties["min_distance"] for other in found):
                 continue
@@ -77,6 +80,14 @@ class ComputeIK(RobotStage, Wrapper):
             return refusal("constraint", reason)
         hit = None if ignore else scene.workspace(name).first_hit(at.q)
         return None if hit is None else refusal("collision", hit=hit, question=along(scene, name, at.q))
+
+
+def _is_movable(scene: TaskScene, robot: str, failure: Failure) -> bool:
+    """Whether what was in the way is another robot, or an object that this one does not hold."""
+    details = failure.details if isinstance(failure.details, Details) else Details()
+    owners = {name.partition(".")[0] for pair, _ in details.pairs for name in pair}
+    others = {*scene.situation.robots, *scene.situation.objects} - {robot, *scene.situation.carried(robot)}
+    return not owners.isdisjoint(others)
 
 
 def _away(scene: TaskScene, name: str, at: Candidate) -> float:
