@@ -4,16 +4,16 @@ Both robots are sampled at once, on the constraints of a mate or of a grasp fami
 one comes there is planned for afterwards.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server import Candidate, Contacts, Pair, Team, TeamStream, candidate
-from kabo.kinematics import stream_key
+from kabo.kinematics import project, stream_key, uniform
 from kabo.language.scene_description import Constraint
-from kabo.scene import Configuration, Robot
+from kabo.scene import Configuration
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
@@ -22,6 +22,9 @@ from kabo.tasks.robots.placements import mate_of
 from kabo.tasks.robots.scenes import TaskScene
 
 Array = npt.NDArray[np.float64]
+
+SPREADS = (0.25, 0.5, 1.0)  # rad: from how far around home the arms are led to the constraints
+FEW = 16  # times for each
 
 
 @dataclass(frozen=True)
@@ -41,19 +44,41 @@ class MeetingTarget:
     touching: Contacts  # what may touch when they have met
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """Those in which both are near to home first: they leave room to move."""
-        number, team = 0, self.stream.team
-        homes = [_home(robot) for robot in team.robots]
+        """First those to which the arms are led from around home, then samples, of each batch those near to home first."""
+        for spread in SPREADS:
+            yield self._ordered(self._led(spread))
+        number = 0
         while True:
-            made: list[tuple[float, Sequence[float], Candidate]] = []
-            for found in self.stream.batch(number):
-                q = team.configurations(found.q)
-                arms = [np.array(q[robot.name])[: robot.planned] for robot in team.robots]
-                away = sum(float(np.linalg.norm(a - b)) for a, b in zip(arms, homes, strict=True))
-                first = candidate(team.robots[0], q[self.robot])
-                made.append((round(away, 6), tuple(found.q), Meeting(first.q, first.joints, q[self.partner])))
-            yield [each for _, _, each in sorted(made, key=lambda one: one[:2])]
+            yield self._ordered(self.stream.batch(number))
             number += 1
+
+    def _led(self, spread: float) -> list[Candidate]:
+        """Where projection leads from configurations up to `spread` [rad or m] from home: they leave room to move."""
+        team, first = self.stream.team, FEW * round(spread / SPREADS[0])
+        seeds = np.tile(self._home, (FEW, 1))
+        for k, seed in enumerate(seeds):
+            noise = [2.0 * uniform(self.stream.key, first + k, i) - 1.0 for i in range(len(seed))]
+            seed += spread * np.array(noise) * team.moving
+        limits = team.tree.lower, team.tree.upper
+        found, valid = project(team.tree, self.stream.rows, np.clip(seeds, *limits), *limits, team.moving)
+        return [self.stream.candidate(q) for q in found[valid]]
+
+    def _ordered(self, found: list[Candidate]) -> list[Candidate]:
+        team, home, made = self.stream.team, self._home, []
+        for each in found:
+            q = team.configurations(each.q)
+            away = float(np.abs((each.q - home) * team.moving).max())
+            first = candidate(team.robots[0], q[self.robot])
+            made.append((round(away, 6), tuple(each.q), Meeting(first.q, first.joints, q[self.partner])))
+        return [each for _, _, each in sorted(made, key=lambda one: one[:2])]
+
+    @property
+    def _home(self) -> Array:
+        """Both arms at home, the hands as they are (n,)."""
+        home = self.stream.base.copy()
+        for robot, place in zip(self.stream.team.robots, self.stream.team.joined.values, strict=False):
+            home[place][: robot.planned] = robot.configurations.get("home", np.zeros(robot.planned))
+        return home
 
     def blocked(self, scene: TaskScene) -> Pair | None:
         """Not known: there is room to choose."""
@@ -141,7 +166,3 @@ def _target(
     except ValueError:
         return None
     return MeetingTarget(robot, partner, stream, frozenset(frozenset(pair) for pair in touching))
-
-
-def _home(robot: Robot) -> Array:
-    return np.array(robot.configurations.get("home", np.zeros(robot.planned)))
