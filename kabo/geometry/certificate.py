@@ -136,7 +136,7 @@ class Prover:
             *(course.pairs, self.limits, offset, course.waypoints, chain.joints, chain.factors, chain.placement),
             *(np.linalg.norm(chain.placement[:, 9:], axis=1), np.zeros(joints), frames),
             *(np.zeros((3, course.waypoints.shape[1])), things, radii, joint_T, np.zeros((2, rows, 2))),
-            *(self.blocks, self.sizes, self.boxes, np.zeros((2, rows + 2, 12)), np.zeros((1, 12)), np.zeros(6)),
+            *(self.blocks, self.sizes, self.boxes, np.zeros((2, rows + 2, 12)), np.zeros((2, 12)), np.zeros(6)),
             *(np.zeros((2, 6)), np.zeros(2), np.zeros((2, 2)), np.zeros(2, np.bool_), np.zeros(3)),
             *(np.zeros((2, 3)), np.zeros((4, 3)), self._stack, np.zeros((2, 4), np.int64)),
             *(self._codes, self._axes, where, margins),

@@ -42,11 +42,12 @@ class _Room(ModuleType):
         *,
         knowledge_only: bool = False,
         procedures: "Mapping[str, Callable[..., Any]] | None" = None,
+        paranoid: bool = False,
     ) -> Report:
         """As `verify_plan`."""
         from kabo.verify.verification import verify_plan
 
-        return verify_plan(problem, plan, knowledge_only=knowledge_only, procedures=procedures)
+        return verify_plan(problem, plan, knowledge_only=knowledge_only, procedures=procedures, paranoid=paranoid)
 
 
 sys.modules[__name__].__class__ = _Room

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kabo.verify.contacts import RAISED, Permits
+from kabo.verify.courses import Course
 from kabo.verify.report import Finding, Least
 from kabo.verify.surfaces import hull_depth
 from kabo.verify.sweep import Contact, Pair, Path, Proof, Stretches, Thing, open_stretches
@@ -21,6 +22,7 @@ class Tally:
     distances: int = 0
     least: Least | None = None
     known: dict[bytes, Proof] = field(default_factory=dict)
+    courses: list[Course] = field(default_factory=list)  # what was walked, for certificates
 
 
 def check_collision(

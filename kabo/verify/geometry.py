@@ -9,6 +9,7 @@ from kabo.language import Problem
 from kabo.plan import Plan
 from kabo.scene import load_scene
 from kabo.verify.calls import Calls
+from kabo.verify.certificate import check_certificate
 from kabo.verify.collision import Tally
 from kabo.verify.components import Components
 from kabo.verify.motions import check_motion
@@ -19,9 +20,11 @@ from kabo.verify.world import World
 
 
 def check_geometry(
-    problem: Problem, plan: Plan, order: Sequence[str]
+    problem: Problem, plan: Plan, order: Sequence[str], *, paranoid: bool = False
 ) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
     """All files that were read with their hashes, what is wrong with the motions, the report's figures, and notes.
+
+    With `paranoid` the certificate is checked in exact arithmetic.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load.
@@ -46,8 +49,9 @@ def check_geometry(
             findings += check_motion(name, node, calls, world, components, tally, kept)
             motions += bool(node.motion)
     findings += check_overlaps(plan, order, walked, world)
+    wrong, certificate = check_certificate(plan, world, order, tally.courses, paranoid=paranoid)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
-    return files, findings, figures, calls.notes()
+    return files, [*findings, *wrong], {**figures, "certificate": certificate}, calls.notes()
 
 
 def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from kabo.verify.certificate_report import CertificateReport
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -102,7 +104,8 @@ class Report:
     `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`:
     knowledge states replayed; `worlds`: what running the plan in possible worlds came to; `motions`: nodes with
     motion that were proven; `pairs`: pairs of bodies that were proven apart along a motion; `distances`: how many
-    of these needed distances between meshes. `notes` say what was *not* verified.
+    of these needed distances between meshes; `certificate`: what the plan's own certificate proves. `notes` say what was
+    *not* verified.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -116,6 +119,7 @@ class Report:
     pairs: int = 0
     distances: int = 0
     least: Least | None = None
+    certificate: CertificateReport | None = None
 
     @property
     def ok(self) -> bool:
@@ -133,6 +137,7 @@ class Report:
             "pairs": self.pairs,
             "distances": self.distances,
             "least_distance": None if self.least is None else self.least.to_dict(),
+            "certificate": None if self.certificate is None else self.certificate.to_dict(),
             "findings": [finding.to_dict() for finding in self.findings],
             "notes": list(self.notes),
         }
@@ -153,6 +158,10 @@ class Report:
             first, second = self.least.bodies
             where = f"{first} and {second}, {self.least.node} at {self.least.time:.3f} s"
             lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm ({where})")
+        if self.certificate is not None:
+            lines.extend(self.certificate.lines())
+        elif self.motions:
+            lines.append("certificate: none; the motions were checked against the meshes alone")
         lines.extend(f"note: {note}" for note in self.notes)
         lines.extend(f"- {finding}" for finding in self.findings)
         return "\n".join(lines) + "\n"

@@ -21,6 +21,7 @@ def verify_plan(
     *,
     knowledge_only: bool = False,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
+    paranoid: bool = False,
 ) -> Report:
     """Whether a plan solves a problem: every branch and world reaches the goal, every motion is its action's and free.
 
@@ -29,6 +30,7 @@ def verify_plan(
         plan: the plan to judge.
         knowledge_only: leave geometry out; the report says so.
         procedures: functions by the names of procedures, as for `kabo.solve`.
+        paranoid: check the plan's certificate in exact arithmetic; takes much longer.
 
     Raises:
         InputError: the scene's meshes or URDFs do not load, or a procedure's answer is not as the domain declares it.
@@ -54,7 +56,7 @@ def verify_plan(
     if geometry:
         from kabo.verify.geometry import check_geometry
 
-        files, more, figures, told = check_geometry(problem, plan, order)
+        files, more, figures, told = check_geometry(problem, plan, order, paranoid=paranoid)
         findings, notes = [*findings, *more], [*notes, *told]
     elif problem.scene is None and (plan.start is not None or any(n.motion for n in plan.nodes.values())):
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))

@@ -14,6 +14,7 @@ from kabo.verify.calls import Call
 from kabo.verify.collision import Tally, check_collision
 from kabo.verify.constraints import UnknownFeatureError
 from kabo.verify.contacts import RAISED, Permits, is_first, is_last, permits
+from kabo.verify.courses import Course
 from kabo.verify.families import check_placement
 from kabo.verify.holding import Holding
 from kabo.verify.keeping import Lapse, Owners, check_kept
@@ -130,6 +131,7 @@ class Walk:
         self.now = window.start
         moving, standing = self._things(path)
         self.sweeps.append(Sweep(path, moving))
+        self.tally.courses.append(Course(self.node, window.running, path, moving, standing))
         granted = Permits()
         for i in window.running:
             own = self._permits(i, window, path, standing)

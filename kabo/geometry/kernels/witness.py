@@ -38,9 +38,19 @@ NEAR, WANTED, NEEDED = 0, 1, 2  # places of `limits`
 
 
 @lean_kernel
-def _body_pose(world_T, frame, joint, joint_T, thing, poses, row, scratch):
-    """Writes frame_T_body."""
-    pose_in(world_T, joint, frame, scratch, 0)
+def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scratch):
+    """Writes the pose of a body in the world, with the frame held where it is at the start."""
+    pose_in(world_T, joint, frame, scratch, 1)
+    for r in range(3):
+        a, b, c, d = (
+            start_T[frame, 3 * r],
+            start_T[frame, 3 * r + 1],
+            start_T[frame, 3 * r + 2],
+            start_T[frame, 9 + r],
+        )
+        for k in range(3):
+            scratch[0, 3 * r + k] = a * scratch[1, k] + b * scratch[1, 3 + k] + c * scratch[1, 6 + k]
+        scratch[0, 9 + r] = a * scratch[1, 9] + b * scratch[1, 10] + c * scratch[1, 11] + d
     for r in range(3):
         a, b, c = scratch[0, 3 * r], scratch[0, 3 * r + 1], scratch[0, 3 * r + 2]
         for k in range(3):
@@ -215,7 +225,7 @@ def _place(
         )
         for e in range(2):
             joint = things[JOINT, pair[e]]
-            _body_pose(frames[count], pair[2], joint, joint_T, pair[e], poses[e], count + c, scratch)
+            _body_pose(frames[0], frames[count], pair[2], joint, joint_T, pair[e], poses[e], count + c, scratch)
     for e in range(2):
         ends[e, START] = count if inside else s0 >> BITS
         ends[e, END] = ends[e, START] if still[e] else count + 1 if inside else s1 >> BITS
@@ -322,7 +332,7 @@ def prove_pairs(
         for e in range(2):
             t, path = pairs[p, e], 0.0
             for k in range(count):
-                _body_pose(frames[k], pairs[p, 2], things[JOINT, t], joint_T, t, poses[e], k, scratch)
+                _body_pose(frames[0], frames[k], pairs[p, 2], things[JOINT, t], joint_T, t, poses[e], k, scratch)
                 path += bounds[e, k, PATH] if k + 1 < count else 0.0
             still[e] = path == 0.0
         after = _prove(

@@ -1,0 +1,94 @@
+"""Whether convex parts cover every triangle of a mesh: what no part holds is cut off piece by piece, until nothing is left.
+
+A triangle with its corners in one part lies in it. From any other, each part in turn takes what is in it: a polygon is
+cut along the planes of the part's faces, and what lies outside any of them goes on to the next part.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+SHRUNK = 1e-10  # [m] so much inside a part's faces counts as inside: more than planes and cuts are rounded by
+
+
+class Faces(NamedTuple):
+    """The planes of a convex part, moved inwards: n @ x <= offset; and its box."""
+
+    normals: Array  # (F, 3)
+    offsets: Array  # (F,)
+    low: Array  # (3,)
+    high: Array
+
+
+def faces_of(part: Array) -> Faces | None:
+    """The faces of the hull of vertices (V, 3); None if it has no volume, so that nothing is inside."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(part)
+    except (QhullError, ValueError):
+        return None
+    normals = hull.equations[:, :3]
+    # An offset is where the farthest vertex is, never farther: qhull's own may lie outside of all.
+    offsets = (part @ normals.T).max(axis=0) - SHRUNK
+    return Faces(normals, offsets, part.min(axis=0), part.max(axis=0))
+
+
+def uncovered(vertices: Array, triangles: npt.NDArray[np.int64], parts: Sequence[Array]) -> int | None:
+    """The first triangle (F, 3) that the parts do not cover, or None if they cover all."""
+    faces = [found for found in map(faces_of, parts) if found is not None]
+    held = np.zeros(len(triangles), bool)
+    for part in faces:
+        inside = (vertices @ part.normals.T <= part.offsets).all(axis=1)
+        held |= inside[triangles].all(axis=1)
+    for index in np.flatnonzero(~held):
+        if not covered(vertices[triangles[index]], faces):
+            return int(index)
+    return None
+
+
+def covered(polygon: Array, parts: Sequence[Faces]) -> bool:
+    """Whether a convex polygon (C, 3) lies in the union of parts."""
+    low, high = polygon.min(axis=0), polygon.max(axis=0)
+    left = [polygon]
+    for part in parts:
+        if (low <= part.high).all() and (high >= part.low).all():
+            left = [piece for before in left for piece in outside(before, part)]
+            if not left:
+                return True
+    return False
+
+
+def outside(polygon: Array, part: Faces) -> list[Array]:
+    """Convex polygons that make up what of a polygon a part does not hold."""
+    heights = polygon @ part.normals.T - part.offsets
+    if (heights > 0.0).all(axis=0).any():
+        return [polygon]
+    cut = []
+    for face in np.flatnonzero((heights > 0.0).any(axis=0)):
+        height = polygon @ part.normals[face] - part.offsets[face]
+        if (height > 0.0).any():
+            above, below = _split(polygon, height)
+            cut.append(above)
+            if len(below) < 3:
+                break
+            polygon = below
+    return cut
+
+
+def _split(polygon: Array, height: Array) -> tuple[Array, Array]:
+    """The parts of a polygon above and below a plane."""
+    above: list[Array] = []
+    below: list[Array] = []
+    for k, corner in enumerate(polygon):
+        following = (k + 1) % len(polygon)
+        (above if height[k] > 0.0 else below).append(corner)
+        if (height[k] > 0.0) != (height[following] > 0.0):
+            share = height[k] / (height[k] - height[following])
+            crossing = corner + share * (polygon[following] - corner)
+            above.append(crossing)
+            below.append(crossing)
+    return np.array(above), np.array(below)

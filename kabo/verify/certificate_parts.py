@@ -1,0 +1,47 @@
+"""The convex parts that a certificate speaks of: that they enclose a mesh is proven here, triangle by triangle."""
+
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import BodyParts
+from kabo.scene import Mesh
+from kabo.verify.certificate_cover import uncovered
+
+Array = npt.NDArray[np.float64]
+FAR = 1e6  # [m] a vertex farther away is no part of a scene
+
+
+class Parts:
+    """Convex parts of one body, in its frame."""
+
+    def __init__(self, given: BodyParts) -> None:
+        """Raises ValueError: a part is empty, a vertex is no number or far away."""
+        self.vertices = np.frombuffer(given.vertices, "<f8").astype(np.float64).reshape(-1, 3)
+        self.starts = np.concatenate([[0], np.cumsum(given.sizes)]).astype(int)
+        if min(given.sizes, default=0) < 1 or self.starts[-1] != len(self.vertices):
+            raise ValueError("a part without vertices, or of more than there are")
+        if not (np.abs(self.vertices) <= FAR).all():
+            raise ValueError("a vertex that is no finite number, or far away")
+        self.lower = np.minimum.reduceat(self.vertices, self.starts[:-1])
+        self.upper = np.maximum.reduceat(self.vertices, self.starts[:-1])
+
+    @property
+    def all(self) -> tuple[int, int]:
+        """The range of all parts."""
+        return 0, len(self.lower)
+
+    @cached_property
+    def radius(self) -> float:
+        """How far a vertex is at most from the origin of the body's frame [m]."""
+        return float(np.linalg.norm(self.vertices, axis=1).max())
+
+    def range(self, low: int, high: int) -> Array:
+        """The vertices (V, 3) of parts low to high - 1."""
+        return self.vertices[self.starts[low] : self.starts[high]]
+
+    def missing(self, mesh: Mesh) -> int | None:
+        """The first triangle of a mesh that the parts do not cover, or None."""
+        parts = [self.range(i, i + 1) for i in range(len(self.lower))]
+        return uncovered(mesh.vertices, mesh.faces, parts)

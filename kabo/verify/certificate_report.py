@@ -1,0 +1,100 @@
+"""What the check of a certificate came to: what was proven, and how far each object may be displaced."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+SHOWN = 12  # objects that the report for people names
+
+
+@dataclass(frozen=True)
+class ObjectClearance:
+    """How far one object may be displaced before a proof breaks: by less than `distance` [m] in any direction.
+
+    None where all proofs leave more than they look at. A turn by an angle about the object's origin counts as that
+    angle times `radius` [m].
+    """
+
+    name: str
+    radius: float
+    distance: float | None = None
+    other: str | None = None
+    node: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The clearance as JSON values."""
+        return {
+            "object": self.name,
+            "radius": self.radius,
+            "distance": self.distance,
+            "other": self.other,
+            "node": self.node,
+        }
+
+    def __str__(self) -> str:
+        if self.distance is None:
+            return self.name
+        return f"{self.name} {1000 * self.distance:.2f} mm ({self.other}, {self.node})"
+
+
+@dataclass(frozen=True)
+class BranchClearance:
+    """The same for one way from the root to the goal: its outcomes in order, and the distance of every object [m]."""
+
+    outcomes: tuple[str, ...]
+    distances: Mapping[str, float | None]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The clearances as JSON values."""
+        return {"outcomes": list(self.outcomes), "distances": dict(self.distances)}
+
+
+@dataclass(frozen=True)
+class CertificateReport:
+    """What was proven by the certificate alone.
+
+    `stretches` of motion, `pairs` that needed a proof, `axes` that were evaluated, `meshes` whose enclosing parts were
+    proven to cover them, `near` [m]: more than that no clearance says. `branches` is None where there are too many.
+    """
+
+    proven: bool
+    near: float
+    stretches: int = 0
+    pairs: int = 0
+    axes: int = 0
+    meshes: int = 0
+    paranoid: bool = False
+    objects: tuple[ObjectClearance, ...] = ()
+    branches: tuple[BranchClearance, ...] | None = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The figures as JSON values; the findings stand among those of the whole report."""
+        return {
+            "proven": self.proven,
+            "near": self.near,
+            "stretches": self.stretches,
+            "pairs": self.pairs,
+            "axes": self.axes,
+            "meshes": self.meshes,
+            "paranoid": self.paranoid,
+            "clearance": [each.to_dict() for each in self.objects],
+            "branches": None if self.branches is None else [each.to_dict() for each in self.branches],
+        }
+
+    def lines(self) -> list[str]:
+        """The lines of the report for people."""
+        if not self.proven:
+            return ["certificate: does not hold"]
+        how = ", in exact arithmetic" if self.paranoid else ""
+        figures = (
+            f"{self.stretches} stretches of motion, {self.pairs} pairs by {self.axes} axes, the rest by boxes"
+        )
+        result = [f"certificate: holds{how}: {figures}; the parts of {self.meshes} meshes enclose them"]
+        told = sorted((o for o in self.objects if o.distance is not None), key=lambda o: (o.distance, o.name))
+        if told:
+            more = f", {len(told) - SHOWN} more" if len(told) > SHOWN else ""
+            result.append(f"may be displaced by less than: {', '.join(map(str, told[:SHOWN]))}{more}")
+        rest = [o.name for o in self.objects if o.distance is None]
+        if rest:
+            result.append(f"may be displaced by {1000 * self.near:.3g} mm: {', '.join(rest)}")
+        return result

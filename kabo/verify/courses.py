@@ -1,0 +1,17 @@
+"""One stretch of a node's motion as it was walked: what moves along one path, and what stands meanwhile."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from kabo.verify.sweep import Path, Thing
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A stretch in which the same segments are under way: their numbers, the path, what moves along it, what stands."""
+
+    node: str
+    segments: tuple[int, ...]
+    path: Path
+    moving: Sequence[Thing]
+    standing: Sequence[Thing]
