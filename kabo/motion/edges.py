@@ -16,7 +16,7 @@ FreeSegment = Callable[[Floats, Floats], int]  # -1: proven free; else the numbe
 FreeConfigurations = Callable[[Floats], NDArray[np.int64]]  # (N, n) -> (N,), each as above
 Projection = Callable[[Floats], Floats | None]  # pulls a configuration onto a constraint
 
-SPACING = 0.2  # between configurations that are looked at before the proof [rad, L2]
+SPACING = 0.4  # between configurations that are looked at before the proof [rad, L2]
 STEP = 0.15  # the longest edge under a constraint: a longer chord would leave it
 DECIMALS = 9  # plans store as many: what is proven is what is stored
 
