@@ -11,6 +11,7 @@ import numpy.typing as npt
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
 from kabo.geometry_server.answers import Pair, Statistics
 from kabo.geometry_server.situation import Situation
+from kabo.meshes import hull_of
 from kabo.scene import Configuration, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
@@ -58,7 +59,13 @@ class Surroundings:
         mesh = self.mesh(name)
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
-        return self.enclosed(mesh)
+        robot, dot, _ = name.partition(".")
+        if not dot or self.scene.robots[robot].link_shapes == "mesh":
+            return self.enclosed(mesh)
+        key = f"hull of {mesh.digest}"
+        if key not in self._enclosures:
+            self._enclosures[key] = self.enclosed(hull_of(mesh))
+        return self._enclosures[key]
 
     def enclosed(self, mesh: Mesh) -> Enclosure:
         """The convex parts that enclose a mesh, made once."""

@@ -14,7 +14,7 @@ from kabo.language.scene_description import Feature, GripperDescription, RobotDe
 from kabo.language.values import Reader
 
 ROBOT_MODEL_KEYS = (
-    "urdf", "base", "joints", "limits", "inverse_kinematics", "gripper", "tool", "configurations"
+    "urdf", "base", "joints", "limits", "inverse_kinematics", "link_shapes", "gripper", "tool", "configurations"
 )  # fmt: skip
 ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
 GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
@@ -40,6 +40,7 @@ class RobotReader:
         node = mapping.get("inverse_kinematics")
         word = reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
         analytic = None if node is None or word != "analytic" else node.place
+        shapes = reader.choice(mapping.get("link_shapes"), ("mesh", "hull"), "`link_shapes`")
         gripper = self._gripper(mapping.get("gripper"))
         frame, features = self._tool(mapping.get("tool"))
         self.tools[name] = Owner(name, features)
@@ -47,7 +48,7 @@ class RobotReader:
         return RobotDescription(
             name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
             sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
-            analytic,
+            analytic, "hull" if shapes == "hull" else "mesh",
         )  # fmt: skip
 
     def _words(self, node: Node | None, what: str) -> tuple[str, ...] | None:

@@ -143,7 +143,8 @@ class GripperDescription:
 class RobotDescription:
     """A robot; `joints` None: all movable ones that are not mimic and not the gripper's. `limits` only narrow.
 
-    `analytic` is where closed-form inverse kinematics are asked for.
+    `analytic` is where closed-form inverse kinematics are asked for. `link_shapes`: what stands for the links in
+    bounded predicates.
     """
 
     name: str
@@ -159,6 +160,7 @@ class RobotDescription:
     place: Place | None = field(default=None, compare=False, repr=False)
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     analytic: Place | None = field(default=None, compare=False, repr=False)
+    link_shapes: Literal["mesh", "hull"] = "mesh"
 
 
 @dataclass(frozen=True)

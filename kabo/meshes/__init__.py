@@ -4,7 +4,7 @@ It knows arrays, metres and file formats; it knows nothing of epsilon, convex pa
 checked and told in one sentence; what is written is read back and compared bit by bit.
 """
 
-from kabo.meshes.hulls import hull_faces
+from kabo.meshes.hulls import hull_faces, hull_of
 from kabo.meshes.mesh import Mesh
 from kabo.meshes.reading import FORMATS, load_mesh
 from kabo.meshes.refusals import refuse, require_numbers
@@ -20,6 +20,7 @@ __all__ = [
     "Soundness",
     "examine",
     "hull_faces",
+    "hull_of",
     "load_mesh",
     "refuse",
     "repaired",

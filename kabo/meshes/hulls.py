@@ -3,7 +3,18 @@
 import numpy as np
 
 from kabo.errors import KaboError
-from kabo.meshes.mesh import Faces, Vertices
+from kabo.meshes.mesh import Faces, Mesh, Vertices
+
+
+def hull_of(mesh: Mesh) -> Mesh:
+    """The convex hull of a mesh, closed whatever the mesh is, without the file it came from.
+
+    Raises:
+        KaboError: its vertices lie in a plane.
+    """
+    faces = hull_faces(mesh.vertices)
+    used, faces = np.unique(faces, return_inverse=True)
+    return Mesh(mesh.vertices[used], faces.reshape(-1, 3))
 
 
 def hull_faces(vertices: Vertices) -> Faces:

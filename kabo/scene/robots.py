@@ -75,6 +75,7 @@ class Robot:
 
     `model` is pinocchio's, with gripper and base placement. `joint_names` lists all actuated joints, the first
     `planned` of them are the arm's, the others the gripper's; a Configuration has their values in this order.
+    `link_shapes`: in bounded predicates its links are their meshes, or the convex hulls of them ("hull").
     """
 
     name: str
@@ -88,6 +89,7 @@ class Robot:
     gripper: Gripper | None
     configurations: Mapping[str, tuple[float, ...]]
     inverse_kinematics: str = "projection"
+    link_shapes: str = "mesh"
 
     def __post_init__(self) -> None:
         """Takes a number."""

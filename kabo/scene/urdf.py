@@ -256,6 +256,7 @@ def _assemble(
         _gripper(description, gripper_joints, links),
         description.configurations,
         description.inverse_kinematics,
+        description.link_shapes,
     )
     _check_configurations(description, robot)
     _check_structure(description, robot)
