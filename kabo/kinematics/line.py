@@ -16,7 +16,7 @@ from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, st
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.kernels.keeping import first_row_not_kept
 from kabo.kinematics.kernels.projection import FREEZES, project_seeds
-from kabo.kinematics.projection import Floats, arrays_of, checked, storable_limits, values
+from kabo.kinematics.projection import NO_AIMS, Floats, arrays_of, checked, storable_limits, values
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.tree import KinematicTree
 
@@ -118,9 +118,10 @@ class _Follower:
         """
         self._set_progress(progress, progress)
         Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
+        rule = ITERATIONS, FREEZES, *NO_AIMS
         lower, upper = self.limits if limited else (-self.wide, self.wide)
         task = self.rows, len(self.rows), self.no_aims, 0.0
-        project_seeds(Q, succeeded, *task, lower, upper, self.active, *self.arrays, ITERATIONS, FREEZES)
+        project_seeds(Q, succeeded, *task, lower, upper, self.active, *self.arrays, *rule)
         return np.round(Q[0], DECIMALS) if succeeded[0] else None
 
     def fault(self, q0: Floats, q1: Floats | None, progress0: float, progress1: float) -> OffLine | None:

@@ -11,6 +11,7 @@ from kabo.kinematics.kernels import rows as columns
 from kabo.scene.tree import KinematicTree
 
 Floats = NDArray[np.float64]
+NO_AIMS = np.uint64(0), 0, 0  # stream, sample and tries for projections that aim at nothing
 ITERATIONS = 50  # what does not arrive by then almost never does
 
 
@@ -49,7 +50,19 @@ def project(
     policy = kernels.WRAPS | (kernels.FREEZES if hold_limits else 0)
     aims = np.full((len(Q), len(rows)), np.nan)
     kernels.project_seeds(
-        Q, succeeded, rows, len(rows), aims, float(inset), low, high, moving, *arrays_of(tree), ITERATIONS, policy
+        Q,
+        succeeded,
+        rows,
+        len(rows),
+        aims,
+        float(inset),
+        low,
+        high,
+        moving,
+        *arrays_of(tree),
+        ITERATIONS,
+        policy,
+        *NO_AIMS,
     )
     return Q, succeeded
 

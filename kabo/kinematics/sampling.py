@@ -13,6 +13,7 @@ from kabo.kinematics.projection import ITERATIONS, Floats, arrays_of, checked
 from kabo.scene.tree import KinematicTree
 
 Key = np.uint64
+TRIES = 4  # seeds from which a sample tries to meet its aims: nine of ten that can be met are
 
 
 def stream_key(*parts: str | int | float | bytes) -> Key:
@@ -85,7 +86,7 @@ def sample(
     succeeded = np.zeros(count, np.bool_)
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
-    rule = ITERATIONS, kernels.WRAPS | kernels.RETURNS
+    rule = ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, TRIES
     kernels.project_seeds(
         Q, succeeded, every, len(rows), aims, 2 * TOLERANCE, low, high, moving, *arrays_of(tree), *rule
     )

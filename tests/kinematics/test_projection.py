@@ -156,7 +156,8 @@ def test_kernels_run_as_plain_python_with_the_same_result():
     for run in (kernels.project_seeds, kernels.project_seeds.py_func):
         Q, right = start.copy(), np.zeros(5, bool)
         aims = np.full((5, len(rows)), np.nan)
-        run(Q, right, rows, len(rows), aims, 1e-6, tree.lower, tree.upper, ALL, *arrays_of(tree), 50, 1)
+        more = 50, 1, np.uint64(0), 0, 0
+        run(Q, right, rows, len(rows), aims, 1e-6, tree.lower, tree.upper, ALL, *arrays_of(tree), *more)
         answers.append((Q, right))
     assert np.array_equal(answers[0][0], answers[1][0])
     assert np.array_equal(answers[0][1], answers[1][1])

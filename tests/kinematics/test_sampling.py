@@ -39,6 +39,7 @@ SIDE_GRASP = stacked(
     ]
 )
 POINTING = stacked([rows_of("height", TIP, FOOT, 0.1, 0.1), rows_of("opposed", APPROACH, AXIS)])
+SIDE, ACROSS = FrameFeature(7, "line", (0, 0, 0.2), (1, 0, 0)), FrameFeature(7, "plane", (0, 0, 0.2), (1, 0, 0))
 KEY = stream_key("test", 7)
 
 
@@ -142,3 +143,69 @@ def test_joints_that_end_outside_their_limits_return_to_their_seed_and_the_other
     assert np.all((TREE.lower < Q[right]) & (Q[right] < TREE.upper))
     returned = Q[right & ~without] == drawn[right & ~without]
     assert np.all(returned.any(axis=1)), "a sample was found with no joint where its seed had it"
+
+
+def shares(found, low, high, bins):
+    """How full each bin is, relative to the mean."""
+    counts, _ = np.histogram(found, bins, (low, high))
+    return counts / counts.mean()
+
+
+RIM = stacked(
+    [
+        rows_of("distance", TIP, AXIS, 0.05, 0.05),
+        rows_of("height", TIP, FOOT, 0.15, 0.15),
+        rows_of("opposed", APPROACH, AXIS),
+        rows_of("perpendicular", SIDE, AXIS),
+        rows_of("coincident", FrameFeature(0, "point", AXIS.origin), ACROSS),
+    ]
+)
+ANGLE = rows_of("azimuth", CLOSING, AXIS)
+IN_REGION = [rows_of("height", TIP, FrameFeature(0, "plane", (0.45, 0, 0), (1, 0, 0)), -0.1, 0.1)]
+ACROSS_TABLE = rows_of("height", TIP, FrameFeature(0, "plane", (0, 0, 0), (0, 1, 0)), -0.4, 0.4)
+
+
+def drawn(rows, free=None, count=4000):
+    Q, right = sample(TREE, rows, stream_key("even"), 0, count, TREE.lower, TREE.upper, ALL, free)
+    return Q[right]
+
+
+def test_every_angle_of_a_rim_grasp_is_hit_and_with_the_angle_aimed_at_about_equally_often():
+    """[K Fig. 5.4b]: with the fingers swapped, all of ]-pi, pi] is covered; evening out takes the peak away."""
+    plain = shares([values(ANGLE, q, TREE)[0] for q in drawn(RIM)], -np.pi, np.pi, 36)
+    even = shares([values(ANGLE, q, TREE)[0] for q in drawn(RIM, ANGLE)], -np.pi, np.pi, 36)
+    assert plain.min() > 0.0
+    assert even.min() > plain.min()
+    assert even.min() > 0.6
+    assert even.max() < 1.3
+
+
+def test_every_place_across_the_table_is_hit_and_with_a_region_about_equally_often():
+    """[K Fig. 5.4a]: the y-coordinate on the table."""
+    on_table = stacked([POINTING, *IN_REGION])
+    found = np.array([values(ACROSS_TABLE, q, TREE)[0] for q in drawn(on_table)])
+    plain = shares(found[np.abs(found) <= 0.4], -0.4, 0.4, 32)
+    inside = stacked([on_table, ACROSS_TABLE])
+    even = shares([values(ACROSS_TABLE, q, TREE)[0] for q in drawn(inside)], -0.4, 0.4, 32)
+    assert plain.min() > 0.0
+    assert even.min() > 0.8
+    assert even.max() < 1.25
+
+
+def test_every_cell_of_a_place_and_its_turn_is_hit():
+    """Three free parameters at once: x, y and the turn of what is put down, 6 x 8 x 8 cells."""
+    inside, turn = stacked([POINTING, *IN_REGION, ACROSS_TABLE]), rows_of("azimuth", CLOSING, AXIS)
+    Q = drawn(inside, turn, 6000)
+    found = np.array(
+        [[*values(IN_REGION[0], q, TREE), *values(ACROSS_TABLE, q, TREE), *values(turn, q, TREE)] for q in Q]
+    )
+    counts, _ = np.histogramdd(found, (6, 8, 8), ((-0.1, 0.1), (-0.4, 0.4), (-np.pi, np.pi)))
+    assert counts.min() >= 1
+
+
+def test_aims_out_of_reach_cost_no_sample_that_is_right_without_them():
+    far = rows_of("height", TIP, FOOT, 3.0, 3.1)
+    Q, right = sample(TREE, POINTING, KEY, 0, 100, TREE.lower, TREE.upper, ALL, far)
+    plain, also = sample(TREE, POINTING, KEY, 0, 100, TREE.lower, TREE.upper, ALL)
+    assert np.array_equal(right, also)
+    assert np.array_equal(Q[right], plain[right])

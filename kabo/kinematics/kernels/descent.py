@@ -1,0 +1,166 @@
+"""One descent onto constraint rows: damped Gauss-Newton with a capped step [K Algorithm 3].
+
+What differs from the thesis, and why [docs/decisions/001-kernels.md]: Jacobians are analytic; the damping vanishes
+with the error instead of a pseudo-inverse that jumps; the step is capped, since full steps end outside the limits;
+what ends outside all the same goes back to its seed, and the other joints make up for it.
+"""
+
+import numpy as np
+
+from kabo.compilation import kernel, lean_kernel
+from kabo.kinematics.kernels.rows import LOWER, SCALE, TOLERANCE, UPPER, differentiate, evaluate
+from kabo.scene.kernels.poses import forward_kinematics
+
+STEP = 0.5  # the largest change of a joint in one iteration [rad or m]
+BASE_DAMPING, DAMPING = 1e-9, 1e-3  # lambda = base + damping * min(|F|^2, 1) [m^2]
+# What to do with a joint outside its limits: whole turns back; then hold it at the limit, or at its seed.
+WRAPS, FREEZES, RETURNS = 1, 2, 4
+LOST, OUTSIDE, ARRIVED = 0, 1, 2  # how far a seed got
+PATIENCE = 8  # iterations that the others have, each time joints were returned to their seed
+
+
+@kernel  # i8, i8, i8 -> tuple of arrays
+def scratch(rows, joints, size):
+    """The arrays that `descend` works in, for so many rows, joints and values of q."""
+    world_T = np.zeros((joints, 12))
+    world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
+    return (
+        world_T,
+        np.empty(rows),
+        np.empty((rows, 6)),
+        np.arange(rows),
+        np.empty(rows),
+        np.zeros((rows, size)),
+        np.empty((rows, rows)),
+        np.empty(size),
+    )
+
+
+@lean_kernel  # (R, W) f8, (R,) f8 x 3, (R,) i8, (R,) f8 -> bool, f8, i8; writes held and residuals
+def find_residuals(rows, values, inner_lower, inner_upper, held, residuals):
+    """Writes which rows hold something, and how far each of those is from its inner bounds [m].
+
+    A row is at rest inside an interval; outside it aims at the inner bounds. Answers whether all rows are fulfilled,
+    the sum of squares, and how many rows hold something.
+    """
+    fulfilled, square, count = True, 0.0, 0
+    for i in range(rows.shape[0]):
+        value, low, high = values[i], rows[i, LOWER], rows[i, UPPER]
+        if low < high and low <= value <= high:
+            continue
+        if not (low - rows[i, TOLERANCE] <= value <= high + rows[i, TOLERANCE]):
+            fulfilled = False
+        held[count] = i
+        residuals[count] = rows[i, SCALE] * (value - min(max(value, inner_lower[i]), inner_upper[i]))
+        square += residuals[count] * residuals[count]
+        count += 1
+    return fulfilled, square, count
+
+
+@lean_kernel  # (R, n) f8, i8, (R,) f8, f8, (R, R) f8 -> writes residuals: (J J^T + damping I)^-1 residuals
+def solve_damped(jacobian, rows, residuals, damping, factor):
+    """Solves the damped normal equations of the first `rows` rows in place, by the factor L of L L^T."""
+    for i in range(rows):
+        for k in range(i + 1):
+            total = damping if i == k else 0.0
+            for j in range(jacobian.shape[1]):
+                total += jacobian[i, j] * jacobian[k, j]
+            for j in range(k):
+                total -= factor[i, j] * factor[k, j]
+            factor[i, k] = np.sqrt(max(total, 1e-16)) if i == k else total / factor[k, k]
+    for i in range(rows):
+        for j in range(i):
+            residuals[i] -= factor[i, j] * residuals[j]
+        residuals[i] /= factor[i, i]
+    for i in range(rows - 1, -1, -1):
+        for j in range(i + 1, rows):
+            residuals[i] -= factor[j, i] * residuals[j]
+        residuals[i] /= factor[i, i]
+
+
+@lean_kernel  # (n,) f8, (R, n) f8, i8, (R,) f8, (n,) f8, f8 -> writes q and steps
+def move(q, jacobian, rows, weights, steps, cap):
+    """Takes the step -J^T weights, shortened so that no value changes by more than `cap`."""
+    largest = 0.0
+    for j in range(q.shape[0]):
+        total = 0.0
+        for i in range(rows):
+            total += jacobian[i, j] * weights[i]
+        steps[j] = total
+        largest = max(largest, abs(total))
+    share = 1.0 if largest <= cap else cap / largest
+    for j in range(q.shape[0]):
+        q[j] -= share * steps[j]
+
+
+@lean_kernel  # (n,) f8 x 4, (n,) bool, (n,) bool, i8 -> bool, i8; writes q and free
+def bring_within_limits(q, seed, lower, upper, free, turning, policy):
+    """Whether q is within its limits, after whole turns, and how many values are free then.
+
+    As `policy` says, what is outside stops at its limit, or goes back to where it was in the seed, and is free no more.
+    """
+    inside, count = True, 0
+    for j in range(q.shape[0]):
+        if not free[j]:
+            continue
+        if lower[j] <= q[j] <= upper[j]:
+            count += 1
+            continue
+        if policy & WRAPS and turning[j]:
+            if q[j] < lower[j]:
+                q[j] += 2.0 * np.pi * np.ceil((lower[j] - q[j]) / (2.0 * np.pi))
+            else:
+                q[j] -= 2.0 * np.pi * np.ceil((q[j] - upper[j]) / (2.0 * np.pi))
+        if lower[j] <= q[j] <= upper[j]:
+            count += 1
+            continue
+        inside = False
+        if policy & FREEZES:
+            q[j] = min(max(q[j], lower[j]), upper[j])
+            free[j] = False
+        elif policy & RETURNS:
+            q[j] = seed[j]
+            free[j] = False
+    return inside, count
+
+
+@kernel  # (n,) f8 x 2, (R, W) f8, (R,) f8 x 2, (n,) f8 x 2, (n,) bool x 2, tuples, i8, i8 -> i8; writes q, free
+def descend(
+    q, seed, rows, inner_lower, inner_upper, lower, upper, free, turning, tree, signs, work, iterations, policy
+):
+    """Moves q until every row holds within its own tolerance and q is within its limits; how far it got.
+
+    ARRIVED, OUTSIDE (the rows held, but not within the limits) or LOST (they never did).
+
+    Only values that are `free` move. Where `policy` is not content with whole turns, `free` is written: what came
+    outside its limits stays at the limit (FREEZES) or where it was in `seed` (RETURNS), and the others make up for it.
+    """
+    parent, kind, source, ratio, shift, placement = tree
+    world_T, values, wrenches, held, residuals, jacobian, factor, steps = work
+    left, reached = iterations, LOST
+    while left > 0:
+        left -= 1
+        forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
+        evaluate(rows, world_T, values, wrenches)
+        fulfilled, square, count = find_residuals(rows, values, inner_lower, inner_upper, held, residuals)
+        if fulfilled:
+            inside, able = bring_within_limits(q, seed, lower, upper, free, turning, policy)
+            if inside:
+                return ARRIVED
+            reached = OUTSIDE
+            if policy & RETURNS and able > count:
+                left = PATIENCE
+            elif not policy & FREEZES:
+                return OUTSIDE
+            continue
+        for k in range(count):
+            for c in range(6):
+                wrenches[held[k], c] *= rows[held[k], SCALE]
+        differentiate(wrenches, held, count, signs, kind, source, world_T, jacobian)
+        for j in range(q.shape[0]):
+            if not free[j]:
+                for k in range(count):
+                    jacobian[k, j] = 0.0
+        solve_damped(jacobian, count, residuals, BASE_DAMPING + DAMPING * min(square, 1.0), factor)
+        move(q, jacobian, count, residuals, steps, STEP)
+    return reached
