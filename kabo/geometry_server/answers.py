@@ -11,7 +11,7 @@ from kabo.scene import Component
 Reason = Literal["out_of_reach", "collision", "constraint", "no_path", "empty_family"]
 Pair = tuple[str, str]
 
-MAX_EFFORT = 2  # how often a procedure that was refused without a proof may be asked again with more samples
+MAX_EFFORT = 8  # how often more samples are drawn, each time four times as many: more than any budget has
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ Where branches of a plan have met, components that nobody moves there may have s
 a procedure answers for all of them at once. With one value each, a situation is a geometric state.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -74,6 +74,13 @@ class Situation:
         """What is not an object itself and carries an object, directly or through others."""
         ends = (a.parent for each in self._above(name) for a in self.objects[each])
         return tuple(end for end in ends if end not in self.objects)
+
+    def carriers(self, names: Iterable[str]) -> frozenset[str]:
+        """The objects on which some of these hang, directly or not, and the robots that hold them: they move these."""
+        objects = [name for name in names if name in self.objects]
+        above = {carrier for name in objects for carrier in self._above(name)}
+        holding = {end.partition(".")[0] for name in objects for end in self._ends(name)}
+        return frozenset(above | holding & {*self.robots})
 
     @cached_property
     def nested(self) -> bool:

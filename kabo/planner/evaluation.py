@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.planner.ledger import Trace
+from kabo.planner.ledger import Trace, answered
 from kabo.planner.skeleton import SkeletonNode
 from kabo.planner.workers import Question
 
@@ -32,6 +32,7 @@ class Variant:
     traces: frozenset[Trace]
     answer: Success | Failure | None = None  # None: nothing to ask
     following: dict[str | None, "Variant"] = field(default_factory=dict)
+    overlap: float = 0.0  # [s] by which its motion begins before the one before it has ended
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,7 @@ class Evaluator:
     stop: Callable[[], bool]
     share: bool = True
     expect: Expect | None = None  # told which questions come, as soon as they are known
+    moved: Callable[[GroundCall, Iterable[str]], None] | None = None  # told what a call has changed
 
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
         """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
@@ -111,7 +113,7 @@ class Evaluator:
         if self.expect is None:
             return
         questions = [
-            Question(node.action.call, self._together(group)[0], node.attempt, self.effort)
+            self._question(node.action.call, self._together(group)[0], node.attempt)
             for node in ready
             if node.action is not None and node.action.call is not None
             for group in self._meet(arrivals[node], live[node])
@@ -141,7 +143,8 @@ class Evaluator:
         return groups.values()
 
     def _held(self, situation: Situation, live: frozenset[str]) -> set[str]:
-        return {name for robot in live if robot in situation.robots for name in situation.carried(robot)}
+        held = {name for robot in live if robot in situation.robots for name in situation.carried(robot)}
+        return held | (situation.carriers({*live, *held}) if situation.nested else frozenset())
 
     def _ask(self, node: SkeletonNode, group: list[_Arrival]) -> list[tuple[Variant, list[_Arrival]]]:
         """One variant for the group, or one for each arrival where the group together is refused."""
@@ -153,8 +156,14 @@ class Evaluator:
     def _variant(self, node: SkeletonNode, group: list[_Arrival]) -> Variant:
         situation, traces = self._together(group)
         call = None if node.action is None else node.action.call
-        answer = None if call is None else self.server.call(call, situation, node.attempt, self.effort)
+        answer = None if call is None else answered(self.server, call, situation, node.attempt, self.effort)
         return Variant(node, situation, traces, answer)
+
+    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> Question:
+        """What will be asked first of all that is not remembered."""
+        efforts = range(self.effort + 1)
+        unknown = (effort for effort in efforts if not self.server.knows(call, situation, attempt, effort))
+        return Question(call, situation, attempt, next(unknown, self.effort))
 
     @staticmethod
     def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Trace]]:
@@ -174,6 +183,8 @@ class Evaluator:
         if isinstance(variant.answer, Success) and node.action is not None and node.action.call is not None:
             call = node.action.call
             situation = situation.replace(variant.answer.changes)
+            if self.moved is not None:
+                self.moved(call, variant.answer.changes)
             traces = frozenset(self.advance(call, node.attempt, trace) for trace in traces)
         for outcome, after in successors(node).items():
             arrivals[after].append(_Arrival(variant, outcome, situation, traces))

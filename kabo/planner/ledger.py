@@ -25,6 +25,7 @@ Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledg
 
 IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
 SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
+MORE_ATTEMPTS = 2  # answers of one call that are asked for besides at each level of effort, eagerly
 ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
 
 
@@ -153,7 +154,10 @@ class Ledger:
         self._options.clear()
         for trace in traces:
             pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
-            self.refusals.setdefault(call, []).append(Refusal(attempt, pattern, failure))
+            rows = self.refusals.setdefault(call, [])
+            if any(row.pattern == pattern and row.attempt <= attempt for row in rows):
+                pattern = frozenset(enumerate(trace))  # known, and asked all the same: at least not here once more
+            rows.append(Refusal(attempt, pattern, failure))
             self._taint(pattern)
             suspected = None if failure.proof or attempt else self._suspected(call, failure, trace)
             if suspected is not None:
@@ -180,8 +184,9 @@ class Ledger:
         return failures >= IN_VAIN and failures >= OFTEN * calls
 
     def proved(self) -> bool:
-        """Whether every refusal is a proof: no number of samples would help."""
-        return all(r.failure.proof for rows in self.refusals.values() for r in rows)
+        """Whether every refusal is a proof, and none of something that was sampled: no number of samples would help."""
+        rows = [row for each in self.refusals.values() for row in each]
+        return all(row.failure.proof and not any(line for _, line in row.pattern) for row in rows)
 
     def failures(self) -> list[tuple[GroundCall, Failure]]:
         """Every call that was refused with one reason each, proofs first, in order of first refusal."""
@@ -208,10 +213,12 @@ class Ledger:
 class Interleaved:
     """Eager geometry, as the thesis interleaves it [K Tables 6.2, 6.7]: asked when search meets a procedure.
 
-    The trace is the identifier of a geometric state.
+    The trace is the identifier of a geometric state. At first a call has one answer in each (a geometric branching
+    factor of one); where that leads nowhere, more answers are asked for, with more samples [K 6.1.2].
     """
 
     server: "GeometricProcedures"
+    effort: int = 0
     failed: dict[GroundCall, Failure] = field(default_factory=dict)
 
     @property
@@ -220,13 +227,15 @@ class Interleaved:
         return self.server.identify(self.server.scene.start)
 
     def options(self, call: GroundCall, trace: int) -> Sequence[tuple[int, int]]:
-        """The state after the call, if it succeeds."""
-        state = self.server.state(trace)
-        answer = self.server.call(call, Situation.of(state))
-        if isinstance(answer, Success):
-            return ((0, self.server.identify(state.replace(answer.changes))),)
-        self.failed.setdefault(call, answer)
-        return ()
+        """The states after the call's answers, each once."""
+        state, found = self.server.state(trace), dict[int, int]()
+        for attempt in range(1 + MORE_ATTEMPTS * self.effort):
+            answer = answered(self.server, call, Situation.of(state), attempt, self.effort)
+            if not isinstance(answer, Success):
+                self.failed.setdefault(call, answer)
+                break
+            found.setdefault(self.server.identify(state.replace(answer.changes)), attempt)
+        return [(attempt, after) for after, attempt in found.items()]
 
     def key(self, trace: int) -> int:
         """Every geometric state is a node of its own."""
@@ -243,10 +252,27 @@ class Interleaved:
     def learnt(self) -> None:
         """Nothing that could be compiled."""
 
+    def try_harder(self) -> bool:
+        """More answers of each call, from more samples; False at the highest effort."""
+        self.effort += 1
+        return self.effort <= MAX_EFFORT
+
     def failures(self) -> list[tuple[GroundCall, Failure]]:
         """Every call that failed somewhere, with its first failure."""
         return list(self.failed.items())
 
     def proved(self) -> bool:
-        """Whether every failure is a proof."""
-        return all(failure.proof for failure in self.failed.values())
+        """Never: other answers of the calls that succeed are not looked at."""
+        return False
+
+
+def answered(
+    server: "GeometricProcedures", call: GroundCall, situation: Situation, attempt: int, effort: int
+) -> Success | Failure:
+    """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
+    answer = server.call(call, situation, attempt, 0)
+    for more in range(1, effort + 1):
+        if isinstance(answer, Success) or answer.proof:
+            break
+        answer = server.call(call, situation, attempt, more)
+    return answer

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic p
     from kabo.tasks.procedures import GeometricProcedures
 
 MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
-DEFAULT_SEARCH = "best"
+DEFAULT_SEARCH, DEFAULT_QUALITY = "best", "fast"
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,12 @@ class Options:
     max_expansions: int
     max_samples: int
     timeout: float
+    quality: str = DEFAULT_QUALITY
 
     def written(self) -> dict[str, str | float | int | None]:
         """The options as the plan keeps them: what it depends on."""
         order = None if self.geometry == "none" else self.geometry_order
-        return {
+        written: dict[str, str | float | int | None] = {
             "search": self.search,
             "seed": self.seed,
             "epsilon": self.epsilon,
@@ -54,6 +55,7 @@ class Options:
             "max_expansions": self.max_expansions,
             "max_samples": self.max_samples,
         }
+        return written if self.quality == DEFAULT_QUALITY else {**written, "quality": self.quality}
 
 
 @dataclass
@@ -73,6 +75,7 @@ class Run:
     generated: int = 0
     rounds: int = 0
     packed: PackedTask | None = None
+    refined: Mapping[str, float] = field(default_factory=dict)
     witness: "Callable[[GeometricProcedures], None] | None" = None
 
     def stop(self) -> bool:
@@ -97,6 +100,7 @@ def solve(
     max_expansions: int | None = None,
     max_samples: int | None = None,
     timeout: float | None = None,
+    quality: str = DEFAULT_QUALITY,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -117,6 +121,8 @@ def solve(
         max_expansions: search nodes expanded at most.
         max_samples: samples of procedures at most.
         timeout: seconds after which the search gives up.
+        quality: `fast`: the motion as it was found; `good`: refined afterwards, which may take as long again. Without
+            geometry nothing moves, and both are the same.
         workers: processes that ask procedures of geometry; one: this one does.
         progress: told now and then what is done.
         cancelled: asked now and then whether to stop.
@@ -146,6 +152,7 @@ def solve(
         _first(max_expansions, given.max_expansions, MAX_EXPANSIONS),
         _first(max_samples, given.max_samples, MAX_SAMPLES),
         _first(timeout, given.seconds, SECONDS),
+        quality if has_geometry else DEFAULT_QUALITY,
     )
     if has_geometry:
         refuse_without_motion(problem)
@@ -245,17 +252,22 @@ def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "
     from kabo.planner.assembly import assemble, files_read
     from kabo.planner.ledger import Interleaved, Ledger
 
-    eager = run.options.geometry_order == "eager"
     ledger = Ledger(server)
-    if not eager:
+    geometry: Ledger | Interleaved = ledger
+    if run.options.geometry_order == "eager":
+        geometry = Interleaved(server)
+    else:
         _note_proofs(task, ledger)
-    geometry: Ledger | Interleaved = Interleaved(server) if eager else ledger
     while True:
-        if isinstance(geometry, Ledger) and run.options.geometry_order == "adaptive" and ledger.in_vain():
-            eager, geometry = True, Interleaved(server)
+        if geometry is ledger and run.options.geometry_order == "adaptive" and task.branchings and ledger.in_vain():
+            geometry = Interleaved(server)
         run.tell("searching", sum(server.statistics.calls.values()))
         found = _search(run, task, geometry)
-        if isinstance(found, Unreachable) and not eager and not ledger.proved() and ledger.try_harder():
+        if isinstance(found, Unreachable) and isinstance(geometry, Interleaved):
+            proof = _proved(run, task, ledger)
+            if proof is not None:
+                return _without_plan(run, task, proof, server, ledger)
+        if isinstance(found, Unreachable) and not geometry.proved() and geometry.try_harder():
             continue
         if not isinstance(found, Found):
             return _without_plan(run, task, found, server, geometry)
@@ -265,9 +277,26 @@ def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "
             over = "time" if run.stop() else "samples"
             return Result("exhausted", None, _statistics(run, server), exhausted(over, _failures(geometry)))
         if variants is not None:
+            if run.options.quality == "good":
+                run.tell("refining", sum(server.statistics.calls.values()))
+                run.refined = _refined(variants, server)
             files = files_read(run.problem, server)
             plan = assemble(run.problem, variants, server, files, run.options.written())
             return Result("solved", plan, _statistics(run, server))
+
+
+def _proved(run: Run, task: Task, ledger: "Ledger") -> Unreachable | None:
+    """The proof that there is no plan whatever is sampled, if there is one."""
+    if not ledger.refusals:
+        _note_proofs(task, ledger)
+    found = _search(run, task, ledger) if ledger.proved() else None
+    return found if isinstance(found, Unreachable) else None
+
+
+def _refined(variants: Any, server: "GeometricProcedures") -> Mapping[str, float]:
+    from kabo.planner.refining import refine
+
+    return refine(variants, server).written()
 
 
 def _server(run: Run) -> "GeometricProcedures":
@@ -309,9 +338,9 @@ def _evaluated(
     began = perf_counter()
     lazy = isinstance(geometry, Ledger)
     advance = geometry.after if isinstance(geometry, Ledger) else lambda _call, _attempt, trace: trace
-    effort = geometry.effort if isinstance(geometry, Ledger) else 0
+    moved = geometry.moved if isinstance(geometry, Ledger) else None
 
-    evaluator = Evaluator(server, advance, effort, server.stop, share=lazy, expect=workers.expect)
+    evaluator = Evaluator(server, advance, geometry.effort, server.stop, lazy, workers.expect, moved)
     evaluation = evaluator.evaluate(skeleton.root, cast("Any", geometry.start))
     for refused in evaluation.refused:
         if isinstance(geometry, Ledger):
@@ -361,5 +390,6 @@ def _statistics(run: Run, server: "GeometricProcedures | None") -> dict[str, Any
             "pair_checks": counted.pair_checks,
             "geometric_states": server.states_met,
             "procedures": counted.procedures,
+            **run.refined,
         }
     return figures

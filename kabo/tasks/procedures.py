@@ -2,10 +2,13 @@
 
 A call binds to a task file; it succeeds with the task's solution, the segments of its motion and the components that
 it changes. Asked again, it gives the task's next solution. It fails with what its stages were refused for.
+
+`GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): what was asked before, or in which
+process, changes when an answer is there, never which. So answers may be made elsewhere, ahead of time.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -238,7 +241,8 @@ class GeometricProcedures:
         what = _sentence(bound)
         if refused is not None:
             asked.refusals.observe(*refused)
-        return asked.refusals.failure(what, frozenset(bound.reads), self.scene, again=bool(asked.successes))
+        failure = asked.refusals.failure(what, frozenset(bound.reads), self.scene, again=bool(asked.successes))
+        return replace(failure, reads=failure.reads | situation.carriers(failure.reads) - {*bound.moves})
 
     def _ask(self, call: GroundCall) -> _Asked:
         bound = self.bind(call)
