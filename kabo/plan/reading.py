@@ -23,7 +23,7 @@ _ID = re.compile(r"n(0|[1-9][0-9]*)")
 _HASH = re.compile(r"sha256:[0-9a-f]{64}")
 _SEGMENT = ("robot", "joints", "waypoints", "times", "procedure", "stage", "attach", "detach", "allowed_contacts")
 _MOVING = ("motion", "after", "overlap")
-_OPTIONS = ("max_expansions", "max_samples", "geometry_order")
+_OPTIONS = ("max_expansions", "max_samples", "geometry_order", "quality")
 
 
 def load_plan(path: Path) -> Plan:
@@ -95,6 +95,8 @@ def _options(place: Place) -> dict[str, str | float | int | None]:
             result[name] = value.index()
         elif name == "geometry_order":
             result[name] = None if value.value is None else value.one_of("lazy", "eager", "adaptive")
+        elif name == "quality":
+            result[name] = value.one_of("fast", "good")
         elif name == "epsilon":
             result[name] = None if value.value is None else value.number()
         else:

@@ -5,53 +5,41 @@ and ends where it did, unless only the goal follows, and all that is changed is 
 possible there.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from kabo.geometry_server.answers import Success
-from kabo.geometry_server.situation import Situation
-from kabo.planner.assembly import handles_of
 from kabo.planner.evaluation import Variant
+from kabo.planner.refining_choice import Choice, Draft
+from kabo.planner.refining_stops import Stop, stops_of, stretches_of
 from kabo.tasks.robots.freedom import NONE, Freedoms, freedoms
 from kabo.tasks.robots.joining import Act, Effort, joined, segment_length
 from kabo.tasks.robots.legs import legs_of, proven
+from kabo.tasks.robots.overlapping import Moved, greatest_overlap
 from kabo.tasks.robots.timing import duration, timed
 
 if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures
 
+SAMPLES = 20_000  # of tasks, for other solutions
 BETTER = 1e-6  # rad, s: less is no difference
-
-
-@dataclass(eq=False)
-class Stop:
-    """One node of the plan to be: variants of the search that are equal, and every situation that they begin in."""
-
-    variants: list[Variant]
-    situation: Situation
-
-    @property
-    def first(self) -> Variant:
-        """Any of its variants: they differ in nothing that matters."""
-        return self.variants[0]
-
-    @property
-    def answer(self) -> Success | None:
-        """What it moves, if it moves."""
-        return self.first.answer if isinstance(self.first.answer, Success) else None
 
 
 @dataclass(frozen=True)
 class Figures:
-    """Length [rad or m, L2] and duration [s] of the longest branch, before and after."""
+    """Length [rad or m, L2] and duration [s] of the longest branch, before and after, and the sum of all overlaps [s].
+
+    Both durations keep the limits of acceleration, so that they can be compared.
+    """
 
     length_found: float
     length: float
     duration_found: float
     duration: float
+    overlap: float
     seconds: float
 
     def written(self) -> dict[str, float]:
@@ -61,82 +49,46 @@ class Figures:
             "path_length": self.length,
             "duration_found": self.duration_found,
             "duration": self.duration,
+            "overlap": self.overlap,
             "refine_s": self.seconds,
         }
 
 
-def refine(
-    variants: tuple[Variant, ...], server: "GeometricProcedures", stop: Callable[[], bool] = lambda: False
-) -> Figures:
+def refine(variants: tuple[Variant, ...], server: "GeometricProcedures", *, samples: int = SAMPLES) -> Figures:
     """Gives the variants of a plan better motion, in place, and says how much better.
 
     Args:
         variants: of an evaluation in which every call succeeded; the first is the root.
-        server: that answered them.
-        stop: asked between stretches whether to leave the rest as it is.
+        server: that answered them; when it says stop, the rest stays as it is.
+        samples: how many may be drawn for other solutions.
     """
     began = perf_counter()
     stops = stops_of(variants, server)
-    before = longest(variants, segment_length_of), longest(variants, duration_of)
-    for stretch in stretches_of(variants, stops):
-        if stop():
-            break
-        _refine(stretch, server)
-    for each in dict.fromkeys(stops.values()):
-        if not stop():
-            _retime(each, server)
-    after = longest(variants, segment_length_of), longest(variants, duration_of)
-    return Figures(before[0], after[0], before[1], after[1], perf_counter() - began)
-
-
-# ------------------------------------------------------------------------------------------------------ stretches
-def stops_of(variants: tuple[Variant, ...], server: "GeometricProcedures") -> dict[Variant, Stop]:
-    """Each variant's node of the plan."""
-    made: dict[str, Stop] = {}
-    found: dict[Variant, Stop] = {}
-    for variant, handle in handles_of(variants, server).items():
-        if handle in made:
-            made[handle].variants.append(variant)
-            made[handle].situation = made[handle].situation.union(variant.situation)
-        else:
-            made[handle] = Stop([variant], variant.situation)
-        found[variant] = made[handle]
-    return found
-
-
-def stretches_of(variants: tuple[Variant, ...], stops: Mapping[Variant, Stop]) -> Iterator[list[Stop]]:
-    """Every stretch, in an order in which each comes before what follows it; each node with an action is in one."""
-    ways_in: dict[int, set[int]] = {}
-    for variant in variants:
-        for after in variant.following.values():
-            ways_in.setdefault(id(stops[after]), set()).add(id(stops[variant]))
-    taken: set[int] = set()
-    for variant in variants:
-        here = stops[variant]
-        stretch: list[Stop] = []
-        while id(here) not in taken and here.first.node.action is not None:
-            taken.add(id(here))
-            stretch.append(here)
-            following = [stops[after] for after in here.first.following.values()]
-            if len(here.first.following) != 1 or len(ways_in[id(following[0])]) != 1:
-                break
-            (here,) = following
-        if stretch:
-            yield stretch
-
-
-def only_the_goal_follows(stretch: Sequence[Stop]) -> bool:
-    """Whether nothing is done after a stretch."""
-    return all(after.node.action is None and not after.following for after in stretch[-1].first.following.values())
+    found = Found(stops, server)
+    stretches = list(stretches_of(stops))
+    draft = Draft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
+    choice = Choice(server, stops, draft, samples)
+    for stretch in stretches:
+        choice.shorten(stretch)
+    for stop in stops:
+        stop.keep(choice.draft.situations[stop], choice.draft.answers[stop])
+    for stretch in stretches:
+        if not server.stop():
+            _refine(stretch, server)
+    _retime(stops, server)
+    if longest(stops, seconds_of) > found.seconds + BETTER or longest(stops, length_of) > found.length + BETTER:
+        found.restore(stops)
+    overlap = sum(let_overlap(stops, server).values())
+    after = longest(stops, length_of), longest(stops, seconds_of)
+    return Figures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
 
 
 def freedoms_of(stop: Stop, server: "GeometricProcedures") -> Freedoms:
     """What may be changed of a node's motion."""
-    action = stop.first.node.action
-    if action is None or action.call is None:
+    if stop.call is None:
         return NONE
-    bodies = (server.scene.bodies.get(str(value)) for value in server.bind(action.call).arguments.values())
-    return freedoms(server.stages(action.call), [body for body in bodies if body is not None])
+    bodies = (server.scene.bodies.get(str(value)) for value in server.bind(stop.call).arguments.values())
+    return freedoms(server.stages(stop.call), [body for body in bodies if body is not None])
 
 
 # ------------------------------------------------------------------------------------------------------ refinement
@@ -149,54 +101,96 @@ def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
         for stop in stretch
     ]
     context, start = server.server.context(), stretch[0].situation
-    made = joined(context, start, acts, Effort(), pinned=not only_the_goal_follows(stretch))
+    pinned = not all(after.is_goal for after in stretch[-1].following)
+    made = joined(context, start, acts, Effort(), pinned=pinned)
     situation = start
     for stop, act in zip(stretch, made, strict=True):
-        _keep(stop, situation, act)
+        stop.keep(situation, None if stop.answer is None else Success(act.motion, act.changes))
         situation = situation.replace(act.changes)
 
 
-def _keep(stop: Stop, situation: Situation, act: Act) -> None:
-    """Writes back what was found; each variant keeps what else is open there."""
-    changed = {n: situation.values(n) for n in (*situation.robots, *situation.objects)}
-    for variant in stop.variants:
-        news = {n: v[0] for n, v in changed.items() if len(v) == 1 and variant.situation.values(n) != v}
-        variant.situation = variant.situation.replace(news)
-        if isinstance(variant.answer, Success):
-            variant.answer = replace(variant.answer, motion=act.motion, changes=act.changes)
-    stop.situation = situation
+def _retime(stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+    """New times for all motion."""
+    for stop in stops:
+        if stop.answer is not None:
+            stop.keep(stop.situation, _timed(stop, stop.answer, server))
 
 
-def _retime(stop: Stop, server: "GeometricProcedures") -> None:
-    """New times for the motion of a node, if they are proven with it."""
-    answer = stop.answer
-    if answer is None or not answer.motion:
-        return
+def _timed(stop: Stop, answer: Success, server: "GeometricProcedures") -> Success:
+    """A node's motion with new times, if it is proven with them."""
     context = server.server.context()
-    if legs_of(context, stop.situation, answer.motion) is None:
-        return
+    if not answer.motion or server.stop() or legs_of(context, stop.situation, answer.motion) is None:
+        return answer
     made = tuple(timed(context, stop.situation, answer.motion, round_corners=find_spec("toppra") is not None))
-    if proven(context, stop.situation, made):
-        for variant in stop.variants:
-            if isinstance(variant.answer, Success):
-                variant.answer = replace(variant.answer, motion=made)
+    return replace(answer, motion=made) if proven(context, stop.situation, made) else answer
+
+
+class Found:
+    """The plan as it was found, timed within the same limits: what refinement has to be better than."""
+
+    def __init__(self, stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+        self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
+        self.length = longest(stops, length_of)
+        _retime(stops, server)
+        self.seconds = longest(stops, seconds_of)
+        self._timed = {stop: (stop.situation, stop.answer) for stop in stops}
+        for stop, (situation, answer) in self._kept.items():
+            stop.keep(situation, answer)
+
+    def restore(self, stops: Sequence[Stop]) -> None:
+        """Puts back what was found."""
+        for stop in stops:
+            stop.keep(*self._timed[stop])
+
+
+# ---------------------------------------------------------------------------------------------------- both at once
+def let_overlap(stops: Sequence[Stop], server: "GeometricProcedures") -> dict[Stop, float]:
+    """Lets motions begin before the one before has ended, where two robots then move apart; the overlaps [s]."""
+    made: dict[Stop, float] = {}
+    for stop in stops:
+        for after in stop.following:
+            if server.stop() or not _independent(stop, after, server):
+                continue
+            assert stop.answer is not None
+            assert after.answer is not None
+            first, second = Moved(stop.situation, stop.answer.motion), Moved(after.situation, after.answer.motion)
+            most = duration(stop.answer.motion) - made.get(stop, 0.0)
+            overlap = greatest_overlap(server.server.context(), first, second, most)
+            if overlap > 0.0:
+                made[after] = overlap
+                after.let_begin_early(overlap)
+    return made
+
+
+def _independent(stop: Stop, after: Stop, server: "GeometricProcedures") -> bool:
+    """Whether a node may begin while the one before still moves: other robots, other objects, nothing to wait for."""
+    actions = stop.first.node.action, after.first.node.action
+    if stop.call is None or after.call is None or actions[0] is None or actions[1] is None:
+        return False
+    if after.ways_in != 1 or set(stop.first.following) != {None} or not (_moves(stop) and _moves(after)):
+        return False
+    shared = {*server.single(stop.call, stop.situation)} & {*server.single(after.call, after.situation)}
+    return not shared and not actions[1].precondition.reads & actions[0].effects.writes
+
+
+def _moves(stop: Stop) -> bool:
+    return stop.answer is not None and bool(stop.answer.motion)
 
 
 # --------------------------------------------------------------------------------------------------------- figures
-def segment_length_of(variant: Variant) -> float:
-    """The length of what a variant moves [rad or m, L2]."""
-    return sum(map(segment_length, variant.answer.motion)) if isinstance(variant.answer, Success) else 0.0
+def length_of(stop: Stop) -> float:
+    """The length of what a node moves [rad or m, L2]."""
+    return 0.0 if stop.answer is None else sum(map(segment_length, stop.answer.motion))
 
 
-def duration_of(variant: Variant) -> float:
-    """How long a variant moves [s]."""
-    return duration(variant.answer.motion) if isinstance(variant.answer, Success) else 0.0
+def seconds_of(stop: Stop) -> float:
+    """By how much a node ends after the one before it [s]."""
+    return 0.0 if stop.answer is None else duration(stop.answer.motion) - stop.first.overlap
 
 
-def longest(variants: tuple[Variant, ...], own: Callable[[Variant], float]) -> float:
+def longest(stops: Sequence[Stop], own: Callable[[Stop], float]) -> float:
     """The greatest sum along a branch."""
-    total: dict[Variant, float] = {}
-    for variant in reversed(variants):
-        after = (total[each] for each in variant.following.values())
-        total[variant] = own(variant) + max(after, default=0.0)
-    return total[variants[0]]
+    total: dict[Stop, float] = {}
+    for stop in reversed(stops):
+        total[stop] = own(stop) + max((total[after] for after in stop.following), default=0.0)
+    return total[stops[0]]

@@ -24,6 +24,7 @@ COUNTS = (
     "positive_collision_checks",
 )
 PLAN_FIGURES = ("plan_actions", "plan_leaves", "plan_nodes", "waypoints")
+REFINED = ("path_length_found", "path_length", "duration_found", "duration", "overlap", "refine_s")
 SECONDS = ("collision_s", "geometric_s", "load_s", "symbolic_s", "total_s")
 
 
@@ -110,6 +111,7 @@ def _statistics(result: Result) -> dict[str, Any]:
     known = result.statistics
     figures: dict[str, Any] = {name: int(known.get(name, 0)) for name in COUNTS}
     figures |= {name: round(float(known.get(name, 0.0)), 6) for name in SECONDS}
+    figures |= {name: round(float(known[name]), 6) for name in REFINED if name in known}
     figures["procedures"] = {
         name: {"calls": int(row["calls"]), "failures": dict(row["failures"])}
         for name, row in known.get("procedures", {}).items()

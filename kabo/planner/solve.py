@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
+from kabo.plan import Plan
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.packed import PackedTask
 from kabo.planner.procedures import Procedures, refuse_without_motion
@@ -77,6 +78,8 @@ class Run:
     packed: PackedTask | None = None
     refined: Mapping[str, float] = field(default_factory=dict)
     witness: "Callable[[GeometricProcedures], None] | None" = None
+    certificate: bool = True
+    certified: Mapping[str, Any] = field(default_factory=dict)
 
     def stop(self) -> bool:
         """Whether time is up or somebody asked to stop."""
@@ -101,6 +104,7 @@ def solve(
     max_samples: int | None = None,
     timeout: float | None = None,
     quality: str = DEFAULT_QUALITY,
+    certificate: bool = True,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -123,6 +127,7 @@ def solve(
         timeout: seconds after which the search gives up.
         quality: `fast`: the motion as it was found; `good`: refined afterwards, which may take as long again. Without
             geometry nothing moves, and both are the same.
+        certificate: whether the plan carries what proves its motions free; with `geometry` `bounding` only.
         workers: processes that ask procedures of geometry; one: this one does.
         progress: told now and then what is done.
         cancelled: asked now and then whether to stop.
@@ -156,7 +161,8 @@ def solve(
     )
     if has_geometry:
         refuse_without_motion(problem)
-    run = Run(asked.answering() if procedures else problem, options, progress, cancelled, workers, witness=witness)
+    asking = asked.answering() if procedures else problem
+    run = Run(asking, options, progress, cancelled, workers, witness=witness, certificate=certificate)
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
     if procedures is not None and not has_geometry:
@@ -282,7 +288,19 @@ def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "
                 run.refined = _refined(variants, server)
             files = files_read(run.problem, server)
             plan = assemble(run.problem, variants, server, files, run.options.written())
+            plan = _certified(run, plan, server)
             return Result("solved", plan, _statistics(run, server))
+
+
+def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
+    """The plan with its certificate, if one is asked for."""
+    if not run.certificate or run.options.geometry != "bounding":
+        return plan
+    from kabo.planner.certifying import certified
+
+    run.tell("certifying", sum(server.statistics.calls.values()))
+    plan, run.certified = certified(plan, server.server.surroundings)
+    return plan
 
 
 def _proved(run: Run, task: Task, ledger: "Ledger") -> Unreachable | None:
@@ -390,6 +408,7 @@ def _statistics(run: Run, server: "GeometricProcedures | None") -> dict[str, Any
             "pair_checks": counted.pair_checks,
             "geometric_states": server.states_met,
             "procedures": counted.procedures,
+            **run.certified,
             **run.refined,
         }
     return figures
