@@ -16,6 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_problem_argument(parser)
     parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
     parser.add_argument("--knowledge-only", action="store_true", help="check no motions, only what is known when")
+    parser.add_argument("--paranoid", action="store_true", help="check the plan's certificate in exact arithmetic")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
 
 
@@ -25,7 +26,11 @@ def run(options: argparse.Namespace) -> int:
 
     with clean_standard_output():
         report = verify_file(
-            options.problem, options.plan, domain=options.domain, knowledge_only=options.knowledge_only
+            options.problem,
+            options.plan,
+            domain=options.domain,
+            knowledge_only=options.knowledge_only,
+            paranoid=options.paranoid,
         )
     if options.json:
         print_json(report.to_dict())

@@ -80,9 +80,14 @@ def read_problem(path: Path, within: Path | None = None, domain: Path | None = N
 
 
 def verify_file(
-    problem: Path, plan: Path, *, domain: Path | None = None, knowledge_only: bool = False
+    problem: Path,
+    plan: Path,
+    *,
+    domain: Path | None = None,
+    knowledge_only: bool = False,
+    paranoid: bool = False,
 ) -> "Report":
-    """Verifies the plan in a file for the problem in a file.
+    """Verifies the plan in a file for the problem in a file; `paranoid`: its certificate in exact arithmetic.
 
     Raises:
         InputError: all that is wrong in the problem's files, or in the form of the plan.
@@ -92,7 +97,9 @@ def verify_file(
     from kabo.plan import load_plan
     from kabo.verify import verify_plan
 
-    return verify_plan(load_problem(problem, domain), load_plan(plan), knowledge_only=knowledge_only)
+    return verify_plan(
+        load_problem(problem, domain), load_plan(plan), knowledge_only=knowledge_only, paranoid=paranoid
+    )
 
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
