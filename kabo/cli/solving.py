@@ -9,6 +9,11 @@ from typing import Any
 from kabo.cli import exit_codes
 from kabo.cli.terminal import print_json, tell
 
+TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
+OPTIONS = (
+    *("search", "seed", "epsilon", "geometry", "geometry_order", "quality"),
+    *("max_expansions", "max_samples", "timeout", "certificate"),
+)
 SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening")
 
 
@@ -27,6 +32,12 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
         default="adaptive",
         help="when procedures are evaluated: along a finished plan (lazy), at every search node (eager), or lazy "
         "until that is in vain (default: adaptive)",
+    )
+    parser.add_argument(
+        "--quality",
+        choices=("fast", "good"),
+        default="fast",
+        help="motion as it is found, or refined: shorter, smoother, both arms at once (default: fast)",
     )
     parser.add_argument(
         "--certificate",
@@ -78,11 +89,7 @@ class _OneOrTwo(argparse.Action):
 
 def chosen_options(options: argparse.Namespace) -> dict[str, Any]:
     """The options of the search that were given, by the names of the message `SolveOptions`."""
-    names = (
-        *("search", "seed", "epsilon", "geometry", "geometry_order"),
-        *("max_expansions", "max_samples", "timeout", "certificate"),
-    )
-    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    return {name: getattr(options, name) for name in OPTIONS if getattr(options, name) is not None}
 
 
 def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namespace) -> int:
@@ -121,7 +128,9 @@ def _no_plan(body: Mapping[str, Any]) -> str:
         "no_plan": f"no plan (proved by {reason['proved']}): ",
         "exhausted": f"no plan found ({reason.get('budget')} exhausted): ",
     }.get(body["status"], "")
-    return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in reason["details"])])
+    details = reason["details"]
+    more = ["  kabo explain says more, and what would help"] if len(details) > TOLD else []
+    return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:TOLD]), *more])
 
 
 def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable[[str], Any]:

@@ -38,6 +38,7 @@ class SolveOptions(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tru
     epsilon: Annotated[float, msgspec.Meta(gt=0)] | None = None
     geometry: Literal["bounding", "exact", "none"] | None = None
     geometry_order: Literal["adaptive", "lazy", "eager"] = "adaptive"
+    quality: Literal["fast", "good"] = "fast"
     certificate: bool = True
     max_expansions: Annotated[int, msgspec.Meta(ge=0)] | None = None
     max_samples: Annotated[int, msgspec.Meta(ge=0)] | None = None
