@@ -148,6 +148,8 @@ def _at(segment: Segment, time: float) -> np.ndarray:
 class Judge:
     """Dense sampling of motions in a scene."""
 
+    _models: dict[str, fcl.BVHModel] = {}  # by the digest of the mesh
+
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         meshes: dict[str, Mesh] = {name: body.mesh for name, body in scene.bodies.items()}
@@ -156,15 +158,10 @@ class Judge:
         self.names = list(meshes)
         self.objects, self.centres, self.radii = {}, [], []
         for name, mesh in meshes.items():
-            vertices, faces = np.ascontiguousarray(mesh.vertices), np.asarray(mesh.faces, dtype=np.int64)
-            model = fcl.BVHModel()
-            model.beginModel(len(vertices), len(faces))
-            model.addSubModel(vertices, faces)
-            model.endModel()
-            self.objects[name] = fcl.CollisionObject(model)
-            middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-            self.centres.append(middle)
-            self.radii.append(np.linalg.norm(vertices - middle, axis=1).max())
+            self.objects[name] = fcl.CollisionObject(self._model(mesh))
+            lower, upper = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+            self.centres.append((lower + upper) / 2)
+            self.radii.append(np.linalg.norm(mesh.vertices - self.centres[-1], axis=1).max())
         pairs = [
             (i, j)
             for i, a in enumerate(self.names)
@@ -173,22 +170,30 @@ class Judge:
         ]
         self.pairs = np.array(pairs, dtype=int).reshape(-1, 2)
 
+    def _model(self, mesh: Mesh) -> fcl.BVHModel:
+        if mesh.digest not in self._models:
+            vertices, faces = np.ascontiguousarray(mesh.vertices), np.asarray(mesh.faces, dtype=np.int64)
+            model = fcl.BVHModel()
+            model.beginModel(len(vertices), len(faces))
+            model.addSubModel(vertices, faces)
+            model.endModel()
+            self._models[mesh.digest] = model
+        return self._models[mesh.digest]
+
     def hits(self, node: str, replay: Replay) -> Iterator[Hit]:
         """Overlaps that nobody permits, of things that move against each other; each pair once."""
-        told, relative = set(), {}
-        segment = -1
+        told: set[Pair] = set()
+        first: Moment | None = None
         for moment in replay.moments():
-            if moment.segment != segment:
-                segment, relative = moment.segment, {}
+            if first is None or moment.segment != first.segment:
+                first = moment
             for pair in self._near(moment):
-                if frozenset(pair) in moment.permitted or pair in told:
+                if frozenset(pair) in moment.permitted or pair in told or not self._overlap(pair, moment):
                     continue
-                between = np.linalg.inv(moment.poses[pair[0]]) @ moment.poses[pair[1]]
-                if np.abs(between - relative.setdefault(pair, between)).max() < 1e-9:
+                if np.abs(_between(pair, moment) - _between(pair, first)).max() < 1e-9:
                     continue  # they do not move against each other, or only begin to
-                if self._overlap(pair, moment):
-                    told.add(pair)
-                    yield Hit(node, moment.time, pair)
+                told.add(pair)
+                yield Hit(node, moment.time, pair)
 
     def least(self, pair: Pair, replay: Replay) -> float:
         """The least distance of two things over all moments [m]; 0 where they overlap."""
@@ -217,6 +222,12 @@ class Judge:
     def _overlap(self, pair: Pair, moment: Moment) -> bool:
         first, second = self._placed(pair, moment)
         return fcl.collide(first, second, fcl.CollisionRequest(), fcl.CollisionResult()) > 0
+
+
+def _between(pair: Pair, moment: Moment) -> np.ndarray:
+    """The pose of the second thing in the frame of the first."""
+    result: np.ndarray = np.linalg.inv(moment.poses[pair[0]]) @ moment.poses[pair[1]]
+    return result
 
 
 def states_of(plan: Plan, scene: Scene, most: int = 8) -> dict[str, list[GeometricState]]:
