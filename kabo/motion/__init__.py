@@ -18,8 +18,8 @@ _HOME = {
     "FreeSegment": "edges",
     "shortcut": "shortcuts",
     "retime": "timing",
-    "passed": "trapezoid",
-    "trapezoid": "trapezoid",
+    "passed": "ramps",
+    "trapezoid": "ramps",
 }
 __all__ = sorted(_HOME)  # noqa: PLE0605
 

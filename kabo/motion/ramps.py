@@ -11,6 +11,7 @@ from kabo.motion.timing import TICK
 
 Floats = NDArray[np.float64]
 STEPS = 4  # way points of a ramp
+NOTHING = 1e-10  # rad or m: plans keep nine digits
 
 
 def trapezoid(
@@ -27,7 +28,7 @@ def trapezoid(
         ValueError: nothing moves, or a joint that moves has no positive limit.
     """
     way = np.abs(np.asarray(end, float) - np.asarray(start, float))
-    moved = way > 0.0
+    moved = way > NOTHING
     fastest, hardest = np.asarray(velocity, float)[moved], np.asarray(acceleration, float)[moved]
     if not moved.any() or not (np.all(fastest > 0.0) and np.all(hardest > 0.0)):
         raise ValueError("a piece of motion needs a length, and limits above 0 for the joints that move")
