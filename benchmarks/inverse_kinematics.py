@@ -88,7 +88,7 @@ def clik(robot: Robot, structure: Structure, goals: Array, starts: Array) -> tup
 def _frames(robot: Robot, structure: Structure, goals: Array) -> list[Any]:
     """The poses for pinocchio's own joint frames, whose z need not be the axis."""
     data, zero = robot.data, np.zeros(robot.tree.size)
-    pin.forwardKinematics(robot.model, data, robot.expand(zero))
+    pin.forwardKinematics(robot.model, data, robot.expand(zero.tolist()))
     ours = unflat(end_poses(robot.tree, structure, zero)[0])
     offset = np.linalg.inv(ours) @ data.oMi[structure.end].homogeneous
     return [pin.SE3(unflat(goal) @ offset) for goal in goals]
@@ -96,7 +96,7 @@ def _frames(robot: Robot, structure: Structure, goals: Array) -> list[Any]:
 
 def _clik(robot: Robot, structure: Structure, goal: Any, start: Array) -> bool:
     model, data, joint = robot.model, robot.data, structure.end
-    q, columns = robot.expand(start), [model.joints[int(j)].idx_v for j in structure.joints]
+    q, columns = robot.expand(start.tolist()), [model.joints[int(j)].idx_v for j in structure.joints]
     step = np.zeros(model.nv)
     for _ in range(STEPS):
         pin.computeJointJacobians(model, data, q)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.kinematics import (
-    Reached,
+    OutOfReach,
     is_carried,
     project,
     reaching,
@@ -104,14 +104,17 @@ class Stream:
         found, valid = project(tree, self.rows, [q], tree.lower, tree.upper, self._active)
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
-    def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | None:
-        """Every candidate with a frame of the tree at a pose (4, 4), in closed form; None where there is none."""
+    def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:
+        """Every candidate with a frame of the tree at a pose (4, 4), or what is in the way, in closed form.
+
+        None where there is no closed form, or it leaves a choice, as that of seven axes does.
+        """
         robot, structure = self.robot, closed_form_of(self.robot)
         if structure is None or structure.lock >= 0 or not is_carried(robot, structure, frame.joint):
             return None
         found = reaching(robot, frame.joint, frame.joint_T_frame, world_T_frame, self.key, 1, hand=self.hand)
-        if not isinstance(found, Reached):
-            return []
+        if isinstance(found, OutOfReach):
+            return found
         return [candidate(robot, np.round(q, 9) + 0.0) for q in found.configurations]
 
     @property

@@ -12,6 +12,7 @@ from kabo.tasks.core.results import Answer
 from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, Values, refusal
 from kabo.tasks.robots.questions import Question, along
 from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.targets import PoseTarget
 
 Array = npt.NDArray[np.float64]
 
@@ -70,8 +71,14 @@ class ComputeIK(RobotStage, Wrapper):
             if most is not None and len(found) >= most:
                 return
         if not tried:
-            asked = Question(scene, name, target=target)
-            yield refusal("out_of_reach", f"no configuration of {name} was found", question=asked)
+            yield self._unreached(scene, name, target)
+
+    @staticmethod
+    def _unreached(scene: TaskScene, name: str, target: Any) -> Failure:
+        short = target.unreached() if isinstance(target, PoseTarget) else None
+        missing = None if short is None or short.missing == 0.0 else short.missing
+        text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
+        return refusal("out_of_reach", text, missing=missing, question=Question(scene, name, target=target))
 
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Any:

@@ -24,7 +24,7 @@ from kabo.geometry_server import (
     lies_inside,
     tool_frame,
 )
-from kabo.kinematics import FrameFeature, rows_of, stacked, stream_key
+from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked, stream_key
 from kabo.scene import Configuration, Robot
 from kabo.scene.transforms import inverse
 from kabo.tasks.robots.scenes import TaskScene
@@ -121,13 +121,18 @@ class PoseTarget:
         """
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         if every is not None:
-            yield self._nearest_first(every)
+            yield [] if isinstance(every, OutOfReach) else self._nearest_first(every)
             return
         first = 0
         yield self.stream.near(np.array(self.near))
         for count in chain(FEW, repeat(BATCH)):
             yield self._nearest_first(self.stream.samples(first, count))
             first += count
+
+    def unreached(self) -> OutOfReach | None:
+        """What is in the way of the robot's reach, where a closed form knows it."""
+        every = self.stream.at_pose(self.frame, self.world_T_frame)
+        return every if isinstance(every, OutOfReach) else None
 
     def _nearest_first(self, found: list[Candidate]) -> list[Candidate]:
         n, near = self.stream.robot.planned, np.array(self.near)
