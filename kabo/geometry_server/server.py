@@ -28,6 +28,7 @@ Array = npt.NDArray[np.float64]
 BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
 PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way
 
+HASTY = 60  # samples of a path search where others are still to be tried: most ways that are found need fewer
 PATIENCE = 40  # candidates in a row that movable things block, at effort 0: these had better be moved
 
 
@@ -122,8 +123,12 @@ class GeometryServer:
         return self.identifiers.state(identifier)
 
     # -------------------------------------------------------------------------------------------------- effort
-    def context(self, effort: int = 0) -> Context:
-        """What procedures and stages are given to work with, with more to try at each level of effort."""
-        batches, samples = BATCHES * MORE_BATCHES**effort, PATH_SAMPLES * MORE_PATH_SAMPLES**effort
+    def context(self, effort: int = 0, hasty: bool = False) -> Context:
+        """What procedures and stages are given to work with, with more to try at each level of effort.
+
+        `hasty`: path searches give up early, because there are other candidates.
+        """
+        batches = BATCHES * MORE_BATCHES**effort
+        samples = HASTY if hasty else PATH_SAMPLES * MORE_PATH_SAMPLES**effort
         patience = PATIENCE if effort == 0 else None
         return Context(self.surroundings, self.seed, batches, samples, self.stop, patience)

@@ -29,6 +29,11 @@ from kabo.tasks.robots.states import CurrentState
 
 Observe = Callable[[Stage, StageFailure], None]
 
+HASTY_WAYS, WAYS, MORE_WAYS = (
+    8,
+    4,
+    4,
+)  # ways in vain that end a call: short searches, long ones; more with each effort
 REMEMBERED = 256  # calls whose tasks are kept to be asked again; a task that was dropped starts over
 
 
@@ -224,24 +229,51 @@ class GeometricProcedures:
     def _answered(
         self, key: tuple[object, ...], call: GroundCall, situation: Situation, attempt: int, effort: int
     ) -> Answer:
+        refused = self._refuted(call, situation)
+        if refused is not None:
+            refusals = Refusals()
+            refusals.observe(*refused)
+            return self._failure(call, situation, refusals, False)
+        for hasty in (True, False):
+            asked = self._asked_on((*key, hasty), call, situation, attempt, effort, hasty)
+            if attempt < len(asked.successes):
+                return asked.successes[attempt]
+            if asked.successes or not asked.refusals.count("no_path") or self.stop():
+                break
+        return self._failure(call, situation, asked.refusals, bool(asked.successes))
+
+    def _asked_on(
+        self,
+        key: tuple[object, ...],
+        call: GroundCall,
+        situation: Situation,
+        attempt: int,
+        effort: int,
+        hasty: bool,
+    ) -> _Asked:
+        """A call's task, planned on until it has that many solutions, no more to try, or too often found no way.
+
+        At first with short searches for ways: where one is hard to find, another grasp or place may be easy to reach.
+        """
         asked = self._asked.pop(key, None) or self._ask(call)
         self._asked[key] = asked
         if len(self._asked) > REMEMBERED:
             del self._asked[next(iter(self._asked))]
-        refused = None if asked.successes else self._refuted(call, situation)
-        if refused is None:
-            scene = TaskScene.of(self.server.context(effort), situation)
-            found = asked.task.plan(scene, attempt + 1, stop=self.stop)
-            for solution in found[len(asked.successes) :]:
-                motion = segments(solution, self.scene, call.procedure)
-                asked.successes.append(Success(motion, changed(solution)))
-            if attempt < len(asked.successes):
-                return asked.successes[attempt]
+        most = (HASTY_WAYS if hasty else WAYS) * MORE_WAYS**effort
+
+        def stop() -> bool:
+            return asked.refusals.count("no_path") >= most or self.stop()
+
+        scene = TaskScene.of(self.server.context(effort, hasty), situation)
+        found = asked.task.plan(scene, attempt + 1, stop=stop)
+        for solution in found[len(asked.successes) :]:
+            motion = segments(solution, self.scene, call.procedure)
+            asked.successes.append(Success(motion, changed(solution)))
+        return asked
+
+    def _failure(self, call: GroundCall, situation: Situation, refusals: Refusals, again: bool) -> Failure:
         bound = self.bind(call)
-        what = _sentence(bound)
-        if refused is not None:
-            asked.refusals.observe(*refused)
-        failure = asked.refusals.failure(what, frozenset(bound.reads), self.scene, again=bool(asked.successes))
+        failure = refusals.failure(_sentence(bound), frozenset(bound.reads), self.scene, again=again)
         return replace(failure, reads=failure.reads | situation.carriers(failure.reads) - {*bound.moves})
 
     def _ask(self, call: GroundCall) -> _Asked:
@@ -251,6 +283,11 @@ class GeometricProcedures:
         return _Asked(task, refusals)
 
     # ------------------------------------------------------------------------------------------- explanations
+    @property
+    def calls(self) -> tuple[GroundCall, ...]:
+        """Every call that anything was asked about, in order."""
+        return tuple(self._bound)
+
     def again(self, call: GroundCall, situation: Situation, attempt: int, effort: int, observe: Observe) -> int:
         """Makes a call afresh, every refused attempt told to `observe`; how many solutions there were. Kept nowhere."""
         refused = self._refuted(call, situation)

@@ -38,6 +38,10 @@ class Refusals:
         if details.missing is not None:
             self.missing = details.missing
 
+    def count(self, reason: str) -> int:
+        """How many attempts were refused for a reason."""
+        return sum(n for (_, other), n in self.reasons.items() if other == reason)
+
     def failure(self, what: str, reads: frozenset[str], scene: Scene, *, again: bool = False) -> Failure:
         """The failure of a call whose attempts were all refused.
 
