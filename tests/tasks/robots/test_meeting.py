@@ -52,8 +52,8 @@ def test_where_they_meet_the_parts_are_as_the_mate_says(first_scene: First) -> N
     for at in found:
         pipe, bearing = met(scene, at)
         between = np.linalg.inv(pipe) @ bearing
-        assert between[:3, 3] == pytest.approx([0, 0, 0.09], abs=1e-6)
-        assert between[:3, 2] == pytest.approx([0, 0, 1], abs=1e-6)
+        assert between[:3, 3] == pytest.approx([0, 0, 0.09], abs=1e-5)
+        assert between[:3, 2] == pytest.approx([0, 0, 1], abs=1e-5)
     assert any(target.refused(scene, at) is None for at in found)
 
 
@@ -87,7 +87,7 @@ def test_a_receiver_meets_by_each_family_that_is_its_own(first_scene: First) -> 
     at = next(at for batch in results[1].properties["target"].batches() for at in batch)
     there = scene.at("robot_1", at.q)
     tip = candidate(scene.robot("robot_2"), at.other).pose(tool_frame(scene.robot("robot_2"))) @ [0, 0, 0.14, 1]
-    assert np.linalg.inv(there.pose("o1")) @ tip == pytest.approx([0, 0, 0.012, 1], abs=1e-6)
+    assert np.linalg.inv(there.pose("o1")) @ tip == pytest.approx([0, 0, 0.012, 1], abs=1e-5)
 
 
 def test_a_meeting_without_the_part_in_the_hand_is_refused_by_a_proof(first_scene: First) -> None:
