@@ -10,7 +10,7 @@ from kabo.errors import InputError
 NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
 
-GIVEN = ("search", "seed", "epsilon", "max_expansions", "max_samples", "timeout")
+GIVEN = ("search", "seed", "epsilon", "max_expansions", "max_samples", "timeout", "changes")
 EXIT_CODES = {
     "solvable": exit_codes.DONE,
     "proved": exit_codes.PROVEN_NO_PLAN,
@@ -32,6 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")
     parser.add_argument(
         "--timeout", type=positive, metavar="S", help="seconds after which the search gives up (default: 60)"
+    )
+    parser.add_argument(
+        "--changes", type=natural, metavar="N", help="changes tried at most to see whether they help (default: 6)"
     )
     parser.add_argument("--json", action="store_true", help="print the explanation as one JSON object")
 

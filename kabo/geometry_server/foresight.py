@@ -15,36 +15,14 @@ from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
 from kabo.geometry_server.placing import Place
 from kabo.geometry_server.situation import Situation
-from kabo.kinematics import sample, stacked, stream_key
-from kabo.scene import PRISMATIC, REVOLUTE, Body, Configuration, KinematicTree, Robot
+from kabo.kinematics import FREE_BODY, sample, stacked, stream_key
+from kabo.scene import Body, Configuration, Robot
 from kabo.scene.transforms import unflat
 
 Array = npt.NDArray[np.float64]
 
 PLACES, GRASPS = 24, 16  # places tried, and grasps at each
-NEAREST = 3  # places to tell how far out of reach they are
-ROOM = 10.0  # m: how far from the world's origin an object may fly
-
-
-def free_body() -> KinematicTree:
-    """The tree of a body that may be anywhere: slides along x, y, z, then turns about x, y, z of its frame."""
-    axes = [np.eye(3)[:, [1, 2, 0]], np.eye(3)[:, [2, 0, 1]], np.eye(3)]  # rotations that take z to x, to y, to z
-    placement = np.zeros((7, 12))
-    placement[0, [0, 4, 8]] = 1.0
-    before = np.eye(3)
-    for j, turn in enumerate([*axes, *axes], 1):
-        placement[j, :9] = (before.T @ turn).ravel()
-        before = turn
-    count = np.arange(7)
-    span = np.array([ROOM, ROOM, ROOM, np.pi, np.pi, np.pi])
-    kind = np.array([REVOLUTE, *[PRISMATIC] * 3, *[REVOLUTE] * 3], dtype=np.int64)
-    source, ratio = np.maximum(count - 1, 0), (count > 0).astype(np.float64)
-    return KinematicTree(
-        np.maximum(count - 1, 0), kind, source, ratio, np.zeros(7), placement, -span, span, np.ones(6)
-    )
-
-
-FREE_BODY = free_body()
+NEAREST = 1  # places to tell how far out of reach they are
 
 
 def places(context: Context, body: Body, target: Place, situation: Situation) -> Iterator[Array]:

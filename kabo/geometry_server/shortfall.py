@@ -19,8 +19,8 @@ Array = npt.NDArray[np.float64]
 
 SLIDES = 3
 RANGES = (0.03, 0.1, 0.3, 1.0, 3.0, 9.0)  # m: how far the base may glide, tried in this order
-SAMPLES, KEPT = 96, 12  # samples within each range, and how many of them are pulled in
-ROUNDS, PULLS = 6, 40  # of looking again nearer by, and steps of pulling in
+SAMPLES, KEPT = 64, 6  # samples within each range, and how many of them are pulled in
+ROUNDS, PULLS = 3, 16  # of looking again nearer by, and steps of pulling in
 LEAST_STEP = 1e-3  # share of the way: with smaller steps nothing comes of it
 NEARLY = 0.9  # share of the way that is tried first with fresh samples
 ENOUGH = 2e-3  # share of the way that is not worth another round

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from kabo.tasks.records import Record, Where
     from kabo.tasks.robots import Details
 
-MOST_CALLS = 24  # that are looked at
+MOST_CALLS = 12  # that are looked at
 MOST_BODIES = 3  # that are put out of the way, for each call
-MOST_STREAMS = 6  # whose distance from reach is looked for, for each call
+MOST_STREAMS = 3  # whose distance from reach is looked for, for each call
 ASKED_AGAIN = 1500  # attempts for each call: more are counted, but not asked again
 WAYS_AGAIN = 4  # of them searches for a way, which take longer
 
@@ -46,8 +46,9 @@ class Row:
 class Finding:
     """What came of one call: attempts that were looked at, answers with a motion, failures by reason and pair.
 
-    `proof`: no number of samples would help. `freed` counts, for each body that blocked, the attempts that pass
-    without it; `nearer` are moves [m] of the base of `robot` after which what is out of reach is within reach.
+    `proof`: no number of samples would help; `dispensable`: another robot could do it. `freed` counts, for each body
+    that blocked, the attempts that pass without it; `nearer` are moves [m] of the base of `robot` after which what is
+    out of reach is within reach, the last one at the same height.
     """
 
     call: GroundCall
@@ -56,6 +57,7 @@ class Finding:
     rows: tuple[Row, ...]
     message: str
     proof: bool = False
+    dispensable: bool = False
     freed: tuple[tuple[str, int], ...] = ()
     robot: str | None = None
     nearer: tuple[Shortfall, ...] = ()
@@ -98,19 +100,18 @@ def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Findi
     return found
 
 
-def _rank(call: GroundCall, record: "Record", asked: GeometricProcedures) -> tuple[bool, bool, int, int]:
+def _rank(call: GroundCall, record: "Record", asked: GeometricProcedures) -> tuple[bool, bool, int, int, float]:
     """First what never succeeded, for no robot; of that what was sampled, then what is proven, then what was foreseen."""
     where = record.places[0]
     told = 1 if where.failure.proof else 2 if where.effort == FORESEEN else 0
-    return _dispensable(call, asked), record.successes > 0, told, -record.failures
+    return _dispensable(call, asked), record.successes > 0, told, -record.failures, where.failure.missing or 0.0
 
 
 def _dispensable(call: GroundCall, asked: GeometricProcedures) -> bool:
-    """Whether the same call succeeded for another robot."""
-    return any(
-        record.successes and _unmanned(other, asked.scene) == _unmanned(call, asked.scene)
-        for other, record in asked.records.of.items()
-    )
+    """Whether the same call did not fail for another robot."""
+    records, own = asked.records.of, _unmanned(call, asked.scene)
+    others = [other for other in asked.calls if other != call and _unmanned(other, asked.scene) == own]
+    return any(other not in records or records[other].successes for other in others)
 
 
 def _unmanned(call: GroundCall, scene: "Scene") -> tuple[object, ...]:
@@ -141,7 +142,7 @@ class _Examiner:
     def __init__(self, asked: GeometricProcedures, stop: Callable[[], bool]) -> None:
         given = asked.server
         own = GeometryServer(given.scene, given.budget.epsilon, given.seed, given.surroundings.exact, stop)
-        self.scene, self.stop = given.scene, stop
+        self.asked, self.scene, self.stop = asked, given.scene, stop
         self.procedures = GeometricProcedures(own, asked.folder)
         self.context = own.context()
         exact = GeometryServer(given.scene, given.budget.epsilon, given.seed, True, stop)
@@ -160,7 +161,8 @@ class _Examiner:
         freed = self._freed(call, rows, seen)
         successes, attempts = record.successes, len(seen.attempts) + record.successes
         message, proof = where.failure.message, where.failure.proof
-        return Finding(call, attempts, successes, rows, message, proof, freed, robot, nearer)
+        others = _dispensable(call, self.asked)
+        return Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer)
 
     def _rows(self, seen: _Seen, missing: float | None) -> Iterator[Row]:
         counts = Counter((reason, pair) for reason, pair, _ in seen.attempts)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kabo.errors import InputError
-from kabo.geometry_server import Situation, Surroundings, supports
+from kabo.geometry_server import Shortfall, Situation, Surroundings, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
 from kabo.planner.autopsy import Finding
@@ -16,9 +16,11 @@ from kabo.planner.solve import solve
 
 FINER = 4  # the part of epsilon that is tried
 MOST = 6  # changes that are tried
-BLAMED = 4  # calls whose failures suggest changes
+BLAMED = 4  # calls whose failures suggest what to take out
 MARGINS = (0.03, 0.1)  # m: how much farther than it must a base is moved, for the arm to have room
 SHARE = 8  # the part of all samples and expansions that each change may use
+LEAST_SAMPLES, LEAST_EXPANSIONS = 5_000, 10_000  # that it may use of these at least, or
+TIMES = 4  # as many times what the problem itself took before it was given up, whichever is more
 
 
 @dataclass(frozen=True)
@@ -36,35 +38,44 @@ class Counterfactual:
 
 @dataclass(frozen=True)
 class Means:
-    """What trying changes may cost: of each the samples and expansions; seconds for all only cut off."""
+    """What trying changes may cost: budgets and what was used of them; seconds for all only cut off."""
 
     samples: int
     expansions: int
+    used_samples: int
+    used_expansions: int
     seconds_left: Callable[[], float]
     cancelled: Callable[[], bool] | None = None
 
     @property
     def share(self) -> tuple[int, int]:
-        """Samples and expansions of one change."""
-        return self.samples // SHARE, self.expansions // SHARE
+        """Samples and expansions of one change: a part of the budget, and no more than there is reason for."""
+        samples = min(self.samples // SHARE, max(LEAST_SAMPLES, TIMES * self.used_samples))
+        return samples, min(self.expansions // SHARE, max(LEAST_EXPANSIONS, TIMES * self.used_expansions))
 
 
-def candidates(problem: Problem, surroundings: Surroundings, findings: Sequence[Finding]) -> list[Change]:
-    """The changes that what stood in the way suggests, the most promising first, at most `MOST`."""
-    found = list(dict.fromkeys(_suggested(problem, surroundings, findings[:BLAMED])))
-    return found[:MOST]
+def candidates(
+    problem: Problem, surroundings: Surroundings, findings: Sequence[Finding], most: int = MOST
+) -> list[Change]:
+    """The changes that what stood in the way suggests, the most promising first."""
+    needed = [finding for finding in findings if not finding.dispensable] or list(findings)
+    found = list(dict.fromkeys(_suggested(problem, surroundings, needed)))
+    return found[:most]
 
 
 def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[Finding]) -> Iterator[Change]:
-    for finding in findings:
+    for finding in findings[:BLAMED]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (Removed(name) for name in freed if not _carries(surroundings, name))
     if any(finding.because_of_epsilon for finding in findings):
         yield Finer(surroundings.budget.epsilon / FINER)
+    farthest: dict[str, Shortfall] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
-            by = np.array(finding.nearer[-1].by)  # the last one keeps the height, if that helps
-            yield from (_moved(finding.robot, by, margin) for margin in MARGINS if np.any(by))
+            move = finding.nearer[-1]  # the last one keeps the height, if that helps
+            farthest[finding.robot] = max(move, farthest.get(finding.robot, move), key=lambda each: each.metres)
+    for robot, move in farthest.items():
+        yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS if move.metres)
 
 
 def _moved(robot: str, by: Any, margin: float) -> Moved:

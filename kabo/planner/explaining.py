@@ -114,7 +114,8 @@ def explain(
         procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
             procedure is then taken to succeed.
         geometry: whether to look for motions, too, if the problem has a scene; else procedures are taken to succeed.
-        options: `seed`, `epsilon`, `max_samples`, and `geometry_order` of that looking, as for `solve`.
+        options: `seed`, `epsilon`, `max_samples` and `geometry_order` of that looking, as for `solve`; `changes`: how
+            many of them are tried at most to see whether they help.
 
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.

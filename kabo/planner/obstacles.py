@@ -7,13 +7,13 @@ from typing import Any, Literal
 
 from kabo.language.problem import Problem
 from kabo.planner.autopsy import Finding, examined
-from kabo.planner.counterfactuals import Counterfactual, Means, candidates, tried
+from kabo.planner.counterfactuals import MOST, Counterfactual, Means, candidates, tried
 from kabo.planner.result import Result
 from kabo.planner.solve import solve
 from kabo.planner.telling import main_finding, summary
 from kabo.tasks.procedures import GeometricProcedures
 
-SAMPLES = 400_000  # of procedures, by default; each change may use a part of as many
+SAMPLES = 100_000  # of procedures, by default; each change may use a part of as many
 SOLVING, LOOKING = 0.5, 0.65  # the parts of the time after which solving and looking are cut off
 
 
@@ -45,7 +45,12 @@ class _Clock:
 
 
 def obstacles(
-    problem: Problem, seconds: float, cancelled: Callable[[], bool] | None, expansions: int, **options: Any
+    problem: Problem,
+    seconds: float,
+    cancelled: Callable[[], bool] | None,
+    expansions: int,
+    changes: int = MOST,
+    **options: Any,
 ) -> Obstacles:
     """What asking geometry adds to a problem that knowledge can solve.
 
@@ -54,6 +59,7 @@ def obstacles(
         seconds: for everything; where that is not enough, there is less to tell.
         cancelled: asked now and then; True ends it soon.
         expansions: nodes that may be expanded; each change may use a part of as many.
+        changes: how many are tried at most.
         options: of `solve`.
 
     Raises:
@@ -67,12 +73,12 @@ def obstacles(
     if result.reason is None:
         return Obstacles("solvable", ("There is a plan, with a motion for every action.",))
     findings = examined(asked[0], clock.stop)
-    surroundings = asked[0].server.surroundings
+    surroundings, used = asked[0].server.surroundings, asked[0].statistics.samples
     others = tried(
         problem,
         surroundings,
-        candidates(problem, surroundings, findings),
-        Means(samples, expansions, clock.left, cancelled),
+        candidates(problem, surroundings, findings, changes),
+        Means(samples, expansions, used, result.statistics["expanded"], clock.left, cancelled),
         **options,
     )
     return _told(result, findings, others, surroundings.budget.epsilon)

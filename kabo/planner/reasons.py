@@ -7,6 +7,7 @@ from kabo.knowledge import Task, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.planner.result import Reason
+from kabo.planner.telling import refused
 from kabo.planner.wording import listed
 
 SHOWN = 12  # refusals that are told
@@ -60,8 +61,14 @@ def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]]) -> Re
     return Reason(None, budget, f"no plan was found: {_SPENT[budget]}", _told(failures))  # type: ignore[arg-type]
 
 
+def _telling(item: tuple[GroundCall, Failure]) -> tuple[bool, int]:
+    """What was refused after many attempts says more than what was known to be out of reach from the start."""
+    return item[1].proof, -item[1].attempts
+
+
 def _told(failures: Sequence[tuple[GroundCall, Failure]]) -> tuple[str, ...]:
-    told = [f"{call}: {failure.message}" for call, failure in failures[:SHOWN]]
+    ordered = sorted(failures, key=_telling)
+    told = [refused(call, failure) for call, failure in ordered[:SHOWN]]
     if len(failures) > SHOWN:
         told.append(f"… and {len(failures) - SHOWN} more")
     return tuple(told)
