@@ -6,6 +6,7 @@ and axes evaluated again. It is checked beside the measuring of distances betwee
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +14,14 @@ import numpy.typing as npt
 from kabo.plan import Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Mesh
 from kabo.verify.certificate_clearance import Margins, of_branches, of_objects
+from kabo.verify.certificate_exact import ExactFrames, ExactSide
 from kabo.verify.certificate_parts import Parts
 from kabo.verify.certificate_report import CertificateReport
-from kabo.verify.certificate_walk import Couple, Frames, Margin, Refuted, Side
+from kabo.verify.certificate_walk import Couple, Frames, Margin, Refuted, Side, SideOf
 from kabo.verify.courses import Course
 from kabo.verify.report import Finding
 from kabo.verify.surfaces import encloses
-from kabo.verify.sweep import Thing
+from kabo.verify.sweep import Path, Thing
 from kabo.verify.world import World
 
 Array = npt.NDArray[np.float64]
@@ -88,7 +90,7 @@ class _Checker:
 
     def __post_init__(self) -> None:
         self.margins = Margins(self.near)
-        self._standing: dict[tuple[str, bytes], tuple[Array, Array, float]] = {}
+        self._standing: dict[tuple[str, bytes], tuple[Any, Any, Any]] = {}
 
     # ---------------------------------------------------------------------------------------------- what it brings
     def take_parts(self, courses: Sequence[Course]) -> None:
@@ -149,36 +151,53 @@ class _Checker:
             proofs.setdefault((proof.first, proof.second), []).append(proof)
         motion = self.plan.nodes[course.node].motion
         permitted = {frozenset(pair) for i in course.segments for pair in motion[i].allowed_contacts}
-        things, frames = [*course.moving, *course.standing], Frames(course.path)
-        gaps = self._box_gaps(things, len(course.moving), frames)
+        things, frames = [*course.moving, *course.standing], self._frames(course.path)
+        side = self._sides()
+        gaps = self._box_gaps(things, len(course.moving), frames, side)
         for i, k in np.argwhere(gaps <= self.near).tolist():
             first, second = things[i], things[k]
             names = first.name, second.name
             if k <= i or not self.world.may_meet(*names) or frozenset(names) in permitted:
                 continue
-            couple = Couple(frames, first, second, self._parts)
+            couple = Couple(frames, first, second, self._parts, side)
             if couple.moves:
                 own = proofs.get(names) or proofs.get(names[::-1], [])
                 margin = self._margin(couple, first, second, own, float(gaps[i, k]), frames)
                 self.margins.add(course.node, course.segments, names, margin)
 
+    def _frames(self, path: Path) -> Frames:
+        return ExactFrames(path) if self.paranoid else Frames(path)
+
+    def _sides(self) -> SideOf:
+        """Makes each side of a stretch once: many pairs share it."""
+        made: dict[tuple[int, str | None, int], Side] = {}
+        kind = ExactSide if self.paranoid else Side
+
+        def side(frames: Frames, thing: Thing, parts: Parts, robot: str | None, joint: int) -> Side:
+            key = id(thing), robot if joint else None, joint
+            if key not in made:
+                made[key] = kind(frames, thing, parts, robot, joint)  # type: ignore[arg-type]
+            return made[key]
+
+        return side
+
     def _parts(self, thing: Thing) -> Parts:
         return self.parts[thing.surface.digest]
 
-    def _box_gaps(self, things: Sequence[Thing], moving: int, frames: Frames) -> Array:
+    def _box_gaps(self, things: Sequence[Thing], moving: int, frames: Frames, side: SideOf) -> Array:
         """How far the boxes of what moving things (M) and all (T) sweep are apart (M, T) [m]."""
         end = (len(frames.path.configurations) - 1) << 20
         boxes = []
         for thing in things:
             key = thing.surface.digest, b"" if thing.world_T is None else thing.world_T.tobytes()
             if thing.mount is not None or key not in self._standing:
-                side = Side(frames, thing, self._parts(thing), None, 0)
-                box = side.box(0, end, *side.parts.all)
+                own = side(frames, thing, self._parts(thing), None, 0)
+                box = own.box(0, end, *own.parts.all)
                 if thing.mount is None:
                     self._standing[key] = box
             else:
                 box = self._standing[key]
-            boxes.append(np.concatenate([box[0] - box[2], box[1] + box[2]]))
+            boxes.append([*(float(v - box[2]) for v in box[0]), *(float(v + box[2]) for v in box[1])])
         rows = np.array(boxes)
         low, high = rows[:, :3], rows[:, 3:]
         return np.asarray(np.maximum(low[:moving, None] - high[None], low[None] - high[:moving, None]).max(axis=2))

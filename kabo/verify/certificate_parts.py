@@ -1,6 +1,8 @@
 """The convex parts that a certificate speaks of: that they enclose a mesh is proven here, triangle by triangle."""
 
+from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +26,7 @@ class Parts:
             raise ValueError("a part without vertices, or of more than there are")
         if not (np.abs(self.vertices) <= FAR).all():
             raise ValueError("a vertex that is no finite number, or far away")
+        self._exact: Any = None
         self.lower = np.minimum.reduceat(self.vertices, self.starts[:-1])
         self.upper = np.maximum.reduceat(self.vertices, self.starts[:-1])
 
@@ -40,6 +43,31 @@ class Parts:
     def range(self, low: int, high: int) -> Array:
         """The vertices (V, 3) of parts low to high - 1."""
         return self.vertices[self.starts[low] : self.starts[high]]
+
+    @cached_property
+    def ranges(self) -> dict[tuple[int, int], int]:
+        """The ranges of parts that halving all of them leads to, numbered."""
+        found, ahead = [], [self.all]
+        while ahead:
+            low, high = ahead.pop()
+            found.append((low, high))
+            if high - low > 1:
+                middle = (low + high) // 2
+                ahead += [(low, middle), (middle, high)]
+        return {own: i for i, own in enumerate(found)}
+
+    @cached_property
+    def boxes(self) -> tuple[Array, Array]:
+        """Middles and half extents (R, 3) of the boxes around all ranges, in the body's frame."""
+        least = np.array([self.lower[low:high].min(axis=0) for low, high in self.ranges])
+        most = np.array([self.upper[low:high].max(axis=0) for low, high in self.ranges])
+        return 0.5 * (least + most), 0.5 * (most - least)
+
+    def exact(self, integers: Callable[[Array], Any]) -> Any:
+        """All vertices as integers, made once."""
+        if self._exact is None:
+            self._exact = integers(self.vertices)
+        return self._exact
 
     def missing(self, mesh: Mesh) -> int | None:
         """The first triangle of a mesh that the parts do not cover, or None."""

@@ -8,6 +8,7 @@ Poses are in the world, with the last joint that carries both bodies held where 
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -64,6 +65,8 @@ class Side:
         radius = 0.0 if mount is None else reach(mount, parts.vertices)
         self.deviations, self.moves = deviations(path, mount, joint if mount is not None else 0, radius)
         self._poses: dict[int, Array] = {}
+        self._stretches: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self._boxes: dict[tuple[int, int], tuple[list[list[float]], list[list[float]], float]] = {}
         joints = 0 if mount is None else len(path.arms[mount.robot].parents)
         self.rounding = ROUNDING * (
             8.0 + 2.0 * (8.0 * joints + 4.0)
@@ -79,12 +82,15 @@ class Side:
             self._poses[s] = pose
         return self._poses[s]
 
-    def poses(self, s0: int, s1: int) -> Array:
-        """Where the body is at both ends and at all way points between (P, 4, 4)."""
+    def poses(self, s0: int, s1: int) -> tuple[Array, Array]:
+        """Where the body is at both ends and at all way points between: rotations (P, 3, 3), places (P, 3)."""
         if not self.moves:
-            return self.pose(0)[None]
-        step = ONE if s1 - s0 >= ONE else s1 - s0
-        return np.array([self.pose(s) for s in range(s0, s1 + 1, step)])
+            s0 = s1 = 0
+        if (s0, s1) not in self._stretches:
+            step = ONE if s1 - s0 >= ONE else max(1, s1 - s0)
+            poses = np.array([self.pose(s) for s in range(s0, s1 + 1, step)])
+            self._stretches[s0, s1] = np.ascontiguousarray(poses[:, :3, :3]), poses[:, :3, 3].copy()
+        return self._stretches[s0, s1]
 
     def deviation(self, s0: int, s1: int) -> float:
         """How far its points leave their chords between two positions [m]."""
@@ -92,32 +98,51 @@ class Side:
             return float(self.deviations[s0 // ONE]) * ((s1 - s0) / ONE) ** 2
         return float(self.deviations[s0 // ONE : s1 // ONE].max())
 
-    def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Array, Array, float]:
+    def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
         """The box (lower, upper) around what a range of parts sweeps, and what rounding may add to it."""
-        least, most = self.parts.lower[low:high].min(axis=0), self.parts.upper[low:high].max(axis=0)
-        poses = self.poses(s0, s1)
-        middle = poses[:, :3, :3] @ (0.5 * (least + most)) + poses[:, :3, 3]
-        half = np.abs(poses[:, :3, :3]) @ (0.5 * (most - least))
-        grow = self.deviation(s0, s1)
+        if not self.moves:
+            s0 = s1 = 0
+        if (s0, s1) not in self._boxes:
+            self._boxes[s0, s1] = self._all_boxes(s0, s1)
+        lower, upper, far = self._boxes[s0, s1]
+        number = self.parts.ranges[low, high]
+        return lower[number], upper[number], self.rounding * 2.0 * far
+
+    def _all_boxes(self, s0: int, s1: int) -> tuple[list[list[float]], list[list[float]], float]:
+        """The boxes around what each range of parts sweeps, and how far the farthest of them reaches."""
+        (turns, places), (middles, halves) = self.poses(s0, s1), self.parts.boxes
+        middle = np.einsum("prc,nc->pnr", turns, middles) + places[:, None]
+        half = np.einsum("prc,nc->pnr", np.abs(turns), halves)
+        grow = self.deviation(s0, s1) if self.moves else 0.0
         lower, upper = (middle - half).min(axis=0) - grow, (middle + half).max(axis=0) + grow
-        return lower, upper, self.rounding * float(np.abs([lower, upper]).max()) * 2.0
+        return lower.tolist(), upper.tolist(), float(max(np.abs(lower).max(), np.abs(upper).max()))
 
     def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[float, float]:
         """The greatest product with an axis of what a range of parts sweeps, and what rounding may add to it."""
-        poses = self.poses(s0, s1)
-        vertices = self.parts.range(low, high)
-        products = vertices @ (poses[:, :3, :3].transpose(0, 2, 1) @ axis).T + poses[:, :3, 3] @ axis
-        far = float(np.abs(poses[:, :3, 3]).max()) + self.parts.radius
+        turns, places = self.poses(s0, s1)
+        products = self.parts.range(low, high) @ (axis @ turns).T + places @ axis
+        far = float(np.abs(places).max()) + self.parts.radius
         return float(products.max()) + self.deviation(s0, s1), self.rounding * far * 2.0
+
+
+SideOf = Callable[[Any, Thing, Parts, str | None, int], Side]
 
 
 class Couple:
     """Two things along a path, as their proof speaks of them."""
 
-    def __init__(self, frames: Frames, first: Thing, second: Thing, parts: Callable[[Thing], Parts]) -> None:
+    def __init__(
+        self,
+        frames: Frames,
+        first: Thing,
+        second: Thing,
+        parts: Callable[[Thing], Parts],
+        side: "SideOf | None" = None,
+    ) -> None:
         robot, joint = frame_of(frames.path, first, second)
         self.end = (len(frames.path.configurations) - 1) * ONE
-        self.sides = tuple(Side(frames, thing, parts(thing), robot, joint) for thing in (first, second))
+        made = side or Side
+        self.sides = tuple(made(frames, thing, parts(thing), robot, joint) for thing in (first, second))
 
     def turned(self) -> "Couple":
         """The same with the second thing first."""
@@ -132,15 +157,18 @@ class Couple:
 
     def apart(self) -> float:
         """How far the boxes around all that both sweep are apart [m]; negative if they overlap."""
-        return self.box_gap(0, self.end, [side.parts.all for side in self.sides])
+        return float(self.box_gap(0, self.end, [side.parts.all for side in self.sides]))
 
-    def box_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]]) -> float:
+    def box_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]]) -> Any:
         """How far the boxes over a stretch are apart, less what rounding may hide [m]."""
-        boxes = [side.box(s0, s1, *own) for side, own in zip(self.sides, ranges, strict=True)]
-        (low, high, a), (other_low, other_high, b) = boxes
-        return float(max((low - other_high).max(), (other_low - high).max())) - a - b
+        (low, high, a), (other_low, other_high, b) = (
+            side.box(s0, s1, *own) for side, own in zip(self.sides, ranges, strict=True)
+        )
+        ahead = [x - y for x, y in zip(low, other_high, strict=True)]
+        behind = [x - y for x, y in zip(other_low, high, strict=True)]
+        return max(*ahead, *behind) - a - b
 
-    def axis_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], axis: Array) -> float:
+    def axis_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], axis: Array) -> Any:
         """The gap along an axis over a stretch, less what rounding may hide [m]."""
         first, a = self.sides[0].farthest(s0, s1, *ranges[0], -axis)
         second, b = self.sides[1].farthest(s0, s1, *ranges[1], axis)
@@ -169,9 +197,9 @@ class Couple:
                 ahead.extend((*half, depth + 1) for half in reversed(_halves(letter, s0, s1, ranges)))
                 continue
             if not gap > 0.0:
-                what = "boxes overlap" if letter == "b" else f"an axis leaves {gap:.3g} m"
+                what = "boxes overlap" if letter == "b" else f"an axis leaves {float(gap):.3g} m"
                 raise Refuted(f"between {s0 / ONE:.4g} and {s1 / ONE:.4g} of its path {what}")
-            margin.least = min(margin.least, gap)
+            margin.least = min(margin.least, float(gap))
         if ahead:
             raise Refuted("its walk ends before all is proven")
         return margin
