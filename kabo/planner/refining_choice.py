@@ -127,20 +127,22 @@ class Choice:
         """The plan with some answers forced, all that follows made to fit; None if it cannot be, or costs more."""
         arriving: dict[Stop, Situation] = {self.order[0]: self.draft.situations[self.order[0]]}
         answers: dict[Stop, Success | None] = {}
-        left = self.draft.cost
+        cost = 0.0
+        left = sum(map(length, forced.values()))  # what is still to come at least
         for stop in self.order:
             situation = arriving[stop]
-            left -= length(self.draft.answers[stop])
             if stop in forced:
                 answers[stop] = forced[stop]
+                left -= length(forced[stop])
             else:
                 fitting = self._fitting(stop, situation)
                 if fitting is None:
                     return None
                 (answers[stop],) = fitting
-            if sum(map(length, answers.values())) + left > most:
-                return None
             answer = answers[stop]
+            cost += length(answer)
+            if cost + left > most:
+                return None
             after = situation if answer is None else situation.replace(answer.changes)
             for follower in stop.following:
                 known = arriving.get(follower)
