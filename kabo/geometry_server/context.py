@@ -27,7 +27,8 @@ def shared(number: int) -> "Context":
 class Context:
     """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
 
-    `patience`: how many candidates in a row may be blocked by what can be moved away; None: any number. `stop` says that time or budget is spent; an answer that was cut off is not an answer, and its asker knows.
+    `patience`: how many candidates in a row may be blocked by what can be moved away; None: any number.
+    `stop` says that time or budget is spent; an answer that was cut off is not an answer, and its asker knows.
     """
 
     surroundings: Surroundings

@@ -1,0 +1,60 @@
+"""Where what is tried first leads nowhere in geometry: the search comes back, with every order of asking.
+
+`dead_ends/` has a cupboard (only what is held from the side fits in; what stands in front is in the way, whether or not
+the goal knows it) and a crossing (what is put down in between may stand where another thing is to go).
+"""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import kabo
+from kabo.plan import Plan, plan_statistics
+from kabo.planner.result import Result
+
+FOLDER = Path(__file__).parent / "dead_ends"
+SEEDS = 2  # all of 12 were tried by hand: docs/decisions/017-hybrid-search.md
+
+
+@cache
+def solved(name: str, seed: int, order: str) -> Result:
+    return kabo.solve(kabo.load_problem(FOLDER / f"{name}.yaml"), seed=seed, geometry_order=order)
+
+
+def plan_of(name: str, seed: int, order: str = "adaptive") -> Plan:
+    result = solved(name, seed, order)
+    assert result.plan is not None, result.reason
+    return result.plan
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("order", ["lazy", "adaptive", "eager"])
+@pytest.mark.parametrize("name", ["grasp", "obstacle"])
+def test_dead_ends_are_left_with_every_order_of_asking(name: str, order: str, seed: int) -> None:
+    assert kabo.verify(kabo.load_problem(FOLDER / f"{name}.yaml"), plan_of(name, seed, order)).ok
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_what_is_to_stand_behind_is_put_there_first(seed: int) -> None:
+    placed = [n.arguments["l"] for n in plan_of("order", seed).nodes.values() if n.action == "put_down"]
+    assert placed[-1] == "in_front"
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_what_the_goal_does_not_mention_is_moved_out_of_the_way(seed: int) -> None:
+    nodes = plan_of("obstacle", seed).nodes.values()
+    assert "obstacle" in [n.arguments["o"] for n in nodes if n.action == "pick_up"]
+    assert plan_statistics(plan_of("obstacle", seed)).plan_actions <= 6
+
+
+@pytest.mark.parametrize("seed", range(SEEDS))
+def test_what_crosses_the_table_is_put_down_where_it_is_in_nobodys_way(seed: int) -> None:
+    result = solved("crossing", seed, "adaptive")
+    assert plan_statistics(plan_of("crossing", seed)).plan_actions <= 11
+    assert result.statistics["collision_checks"] <= 4000
+
+
+def test_a_first_grasp_that_leads_nowhere_is_given_up_for_another_one() -> None:
+    calls = [solved("grasp", seed, "lazy").statistics["procedures"]["pick"]["calls"] for seed in range(SEEDS)]
+    assert max(calls) > 1
