@@ -1,0 +1,93 @@
+"""Certificates of plans in which robots move together, hands meet and parts are joined; and what cannot be proven."""
+
+import numpy as np
+import pytest
+
+from kabo.geometry_server import GeometryServer
+from kabo.plan import Certificate, Plan
+from kabo.planner.certifying import certified, certify
+from kabo.planner.motion_stretches import at_time, stretches
+from kabo.scene import load_scene
+from kabo.verify import verify_plan
+from tests.verify import bench as by_hand
+from tests.verify.bench import Bench
+from tests.verify.certified import with_certificate
+from tests.verify.test_several_robots import meeting, take_both
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory) -> Bench:
+    return by_hand.load(tmp_path_factory.mktemp("bench"))
+
+
+def tried(bench, plan: Plan):
+    scene = load_scene(bench.problem.scene)
+    return certify(plan, GeometryServer(scene, scene.epsilon, 0).surroundings)
+
+
+RIGHT = {
+    "hand over": lambda: [by_hand.take_peg(), by_hand.hand_over()],
+    "insert": lambda: [by_hand.take_peg(), by_hand.insert()],
+    "group by its root": lambda: [by_hand.take_peg(), by_hand.insert(), by_hand.take_socket()],
+    "bimanual": lambda: [by_hand.take_peg(), by_hand.take_socket(), by_hand.insert_bimanual()],
+    "group by its member": lambda: [by_hand.take_peg(), by_hand.insert(), take_both()],
+}
+
+
+@pytest.mark.parametrize("nodes", RIGHT.values(), ids=RIGHT)
+def test_two_hands_groups_and_mates_are_proven(bench, nodes):
+    plan = with_certificate(bench, bench.plan(*nodes()))
+    report = verify_plan(bench.problem, plan)
+    assert report.ok, str(report)
+    assert report.certificate is not None and report.certificate.proven
+
+
+def test_every_window_of_motions_that_overlap_is_proven(bench):
+    plan = with_certificate(
+        bench, bench.plan(by_hand.take_peg(), by_hand.take_socket(), by_hand.insert_bimanual())
+    )
+    together = [proof for proof in plan.certificate.proofs if len(proof.segments) > 1]
+    assert together and any(
+        pair.first.split(".")[0] != pair.second.split(".")[0] for p in together for pair in p.pairs
+    )
+
+
+@pytest.mark.parametrize("delay", [0.1, 1.0, 2.0, 4.0])
+def test_arms_that_move_at_once_are_proven_or_said_to_meet(bench, delay):
+    """Both ways agree: what is proven is verified, what is not comes near."""
+    plan = bench.plan(by_hand.take_peg(), meeting(delay))
+    made = tried(bench, plan)
+    findings = [f for f in verify_plan(bench.problem, plan).findings if "collide" in str(f)]
+    assert isinstance(made, Certificate) == (not findings)
+    if findings:
+        assert {made[0].node} == {findings[0].node} and "not proven apart" in str(made[0])
+
+
+def test_a_plan_that_collides_keeps_no_certificate_and_says_why(bench):
+    scene = load_scene(bench.problem.scene)
+    plan = bench.plan(by_hand.take_peg(), by_hand.insert(allowed_contacts=by_hand.fingers("left", "peg")))
+    same, figures = certified(plan, GeometryServer(scene, scene.epsilon, 0).surroundings)
+    assert same == plan and any("peg and socket" in gap for gap in figures["certificate_gaps"])
+
+
+def test_stretches_end_wherever_a_segment_begins_or_ends(bench):
+    motion, robots = meeting(0.5).motion, dict(load_scene(bench.problem.scene).robots)
+    start = {name: np.array([*by_hand.HOME[name], 0.0]) for name in robots}
+    found = list(stretches(motion, robots, start))
+    assert [stretch.segments for stretch in found] == [(0,), (0, 1), (1,)] or found[-1].segments == (0,)
+    assert [stretch.ending for stretch in found][0] == ()
+    for stretch in found:
+        assert len({len(rows) for rows in stretch.waypoints.values()}) == 1, "robots share their way points' times"
+    for name, segment in zip(("left", "right"), motion, strict=True):
+        rows = np.vstack([stretch.waypoints[name] for stretch in found if name in stretch.waypoints])
+        assert rows[0][:4] == pytest.approx(segment.waypoints[0]) and rows[-1][:4] == pytest.approx(
+            segment.waypoints[-1]
+        )
+        assert start[name] == pytest.approx(rows[-1]), "where it is afterwards"
+
+
+def test_between_way_points_a_configuration_is_proportional_to_time():
+    segment = by_hand.take_peg().motion[0]
+    middle = 0.5 * (segment.times[0] + segment.times[1])
+    assert at_time(segment, middle) == pytest.approx(np.mean(segment.waypoints[:2], axis=0))
+    assert at_time(segment, segment.times[-1]) == pytest.approx(segment.waypoints[-1])
