@@ -7,6 +7,7 @@ that meet on the knowledge level meet again in geometry (LANGUAGE section 6).
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -73,8 +74,17 @@ class Stream:
     hand: tuple[float, ...]
 
     def batch(self, number: int, size: int = BATCH) -> list[Candidate]:
-        """The valid samples of batch `number` of so many samples, in order of their number."""
-        return self.samples(number * size, size)
+        """The valid samples of batch `number` of so many samples, in order of their number.
+
+        In closed form each sample has branches: every other batch has the one nearest to home of each of its
+        samples, the next one the others. Hands are often in the way, and then are so for every branch.
+        """
+        if self._structure is None:
+            return self.samples(number * size, size)
+        half, others = divmod(number, 2)
+        found, owner = self._branches(half * size, size)
+        nearest = _nearest_home(self.robot, found, owner)
+        return self._candidates(_distinct(found[~nearest if others else nearest]))
 
     def samples(self, first: int, count: int) -> list[Candidate]:
         """The valid ones of `count` samples from number `first` on, in order of their number.
@@ -82,21 +92,29 @@ class Stream:
         In closed form each stands for all branches of the arm with the hand at the same place: elbow up and down,
         wrist turned over.
         """
-        robot = self.robot
-        base = np.concatenate([np.zeros(robot.planned), self.hand])
-        limits = robot.tree.lower, robot.tree.upper
-        found, valid = sample(robot.tree, self.rows, self.key, first, count, *limits, self._active, base=base)
-        return [candidate(robot, np.round(q, 9) + 0.0) for q in self._branches(found[valid])]
+        return self._candidates(self._branches(first, count)[0])
 
-    def _branches(self, found: Array) -> Array:
-        """The configurations (M, n), or in closed form all that have the hand where one of them has it."""
-        robot, structure = self.robot, closed_form_of(self.robot)
+    def _branches(self, first: int, count: int) -> tuple[Array, npt.NDArray[np.int64]]:
+        """The valid samples (M, n), in closed form with the branches of each, and of which of them each is (M,)."""
+        tree, structure = self.robot.tree, self._structure
+        base = np.concatenate([np.zeros(self.robot.planned), self.hand])
+        low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
+        found, valid = sample(tree, self.rows, self.key, first, count, low, high, self._active, base=base)
         if structure is None:
-            return found
+            return found[valid], np.arange(int(valid.sum()))
+        return with_the_same_pose(tree, structure, found[valid])
+
+    def _candidates(self, found: Array) -> list[Candidate]:
+        return [candidate(self.robot, np.round(q, 9) + 0.0) for q in found]
+
+    @cached_property
+    def _structure(self) -> Structure | None:
+        """By which closed form branches are found; None: by none, or the constraints name more than the hand."""
+        robot, structure = self.robot, closed_form_of(self.robot)
         joints = {int(j) for j in self.rows[:, (columns.FIRST, columns.SECOND)].ravel()} - {0}
-        if not all(is_carried(robot, structure, joint) for joint in joints):
-            return found
-        return with_the_same_pose(robot.tree, structure, found)[0]
+        if structure is None or not all(is_carried(robot, structure, joint) for joint in joints):
+            return None
+        return structure
 
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
         """The one candidate to which a configuration (n,) leads; none if it leads nowhere."""
@@ -115,7 +133,7 @@ class Stream:
         found = reaching(robot, frame.joint, frame.joint_T_frame, world_T_frame, self.key, 1, hand=self.hand)
         if isinstance(found, OutOfReach):
             return found
-        return [candidate(robot, np.round(q, 9) + 0.0) for q in found.configurations]
+        return self._candidates(found.configurations)
 
     @property
     def _active(self) -> npt.NDArray[np.bool_]:
@@ -126,6 +144,30 @@ def closed_form_of(robot: Robot) -> Structure | None:
     """The structure by which the scene wants a robot's inverse kinematics to be solved; None: by projection."""
     structure = robot.structure if robot.inverse_kinematics == "analytic" else None
     return structure if isinstance(structure, Structure) else None
+
+
+def _unlimited(tree: KinematicTree, structure: Structure) -> tuple[Array, Array]:
+    """Limits without those of the joints that a closed form turns: where one is outside, a branch may be within."""
+    low, high = tree.lower.copy(), tree.upper.copy()
+    turning = [int(tree.source[j]) for i, j in enumerate(structure.joints) if i != structure.lock]
+    low[turning], high[turning] = -np.inf, np.inf
+    return low, high
+
+
+def _distinct(found: Array) -> Array:
+    """The configurations (M, n) without those that came before: some constraints leave a few poses only."""
+    kept = np.unique(np.round(found, 5), axis=0, return_index=True)[1]
+    return found[np.sort(kept)]
+
+
+def _nearest_home(robot: Robot, found: Array, owner: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """Which of the branches (M, n) is the nearest to home of all that have its owner, of equals the first, (M,)."""
+    home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
+    away = np.round(np.linalg.norm(found[:, : robot.planned] - home, axis=1), 6)
+    order = np.lexsort((away, owner))
+    nearest = np.zeros(len(found), np.bool_)
+    nearest[order[np.unique(owner[order], return_index=True)[1]]] = True
+    return nearest
 
 
 def from_home(robot: Robot, found: list[Candidate]) -> list[Candidate]:

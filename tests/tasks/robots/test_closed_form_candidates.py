@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from kabo.geometry_server import GeometryServer, candidate, grasp_stream, tool_frame
+from kabo.kinematics import satisfied
 from kabo.scene import Scene
 from kabo.tasks.core import Result, Solution, State
 from kabo.tasks.robots import TaskScene
@@ -41,17 +42,43 @@ def streams(start: TaskScene, scene: Scene):  # type: ignore[no-untyped-def]
 
 def test_a_sample_of_a_grasp_gives_all_branches_with_the_hand_at_its_place(start: TaskScene, scene: Scene) -> None:
     projected, closed = streams(start, scene)
-    tool = tool_frame(scene.robots["right"])
-    poses = [at.pose(tool) for at in projected.samples(0, 8)]
+    tool, tree = tool_frame(scene.robots["right"]), scene.robots["right"].tree
     found = closed.samples(0, 8)
-    assert len(found) > 2 * len(poses)
+    poses = {tuple(np.round(at.pose(tool)[:3].ravel(), 5)) for at in found}
+    assert len(poses) <= 8 and len(found) > 2 * len(poses)
     for at in found:
-        assert min(np.abs(at.pose(tool) - pose).max() for pose in poses) < 1e-7
-    for at in projected.samples(0, 8):
-        turned = [np.abs((at.q - other.q + np.pi) % (2 * np.pi) - np.pi).max() for other in found]
-        assert min(turned) < 1e-6, "the sample itself, whole turns aside"
+        assert satisfied(projected.rows, at.q, tree, 2e-6)
+        assert np.all((tree.lower <= at.q) & (at.q <= tree.upper))
     again = closed.samples(0, 8)
     assert [at.q.tobytes() for at in again] == [at.q.tobytes() for at in found]
+
+
+def test_of_each_sample_the_branch_nearest_to_home_is_tried_first(start: TaskScene, scene: Scene) -> None:
+    closed = streams(start, scene)[1]
+    robot = scene.robots["right"]
+    home, tool = np.array(robot.configurations["home"]), tool_frame(robot)
+    first_ones, others = closed.batch(0), closed.batch(1)
+    assert sorted(at.q.tobytes() for at in (*first_ones, *others)) == sorted(
+        at.q.tobytes() for at in closed.samples(0, 64)
+    )
+    compared = 0
+    for at in first_ones[:10]:
+        rivals = [o for o in others if np.abs(o.pose(tool) - at.pose(tool)).max() < 1e-7]
+        away = np.linalg.norm(at.q[: robot.planned] - home)
+        assert all(np.linalg.norm(o.q[: robot.planned] - home) >= away - 1e-6 for o in rivals)
+        compared += len(rivals)
+    assert compared > 10
+
+
+def test_few_poses_give_few_candidates() -> None:
+    """The five-axis arm takes a block from above in two ways only, however many samples lead there."""
+    given = first("stacked/n3.yaml")
+    robot = replace(given.robot("mobile"), inverse_kinematics="analytic")
+    name = sorted(given.context.scene.movable)[0]
+    body, hand = given.context.scene.bodies[name], tuple(given.configuration("mobile")[robot.planned :])
+    made = grasp_stream(robot, body, body.grasps["from_above"], given.pose(name), hand, 0)
+    assert made is not None and 1 <= len(made.stream.batch(0)) <= 8
+    assert len(made.stream.samples(0, 64)) > 50, "most samples lead somewhere within limits"
 
 
 def pose_of(start: TaskScene, shift: float) -> np.ndarray:
