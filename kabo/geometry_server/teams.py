@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server.candidates import BATCH, Candidate, joints_at
-from kabo.geometry_server.foresight import FREE_BODY
 from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
-from kabo.kinematics import JoinedTree, Key, joined, sample
+from kabo.kinematics import FREE_BODY, JoinedTree, Key, joined, sample
 from kabo.language.scene_description import Constraint, Feature
 from kabo.scene import Configuration, GeometricState, KinematicTree, Robot, Scene, world_T
 from kabo.scene.transforms import transform, unflat

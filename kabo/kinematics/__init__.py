@@ -22,6 +22,7 @@ _HOME = {
     "seeds": "sampling",
     "stream_key": "sampling",
     "uniform": "sampling",
+    "FREE_BODY": "several",
     "JoinedTree": "several",
     "joined": "several",
     "Tangent": "manifold",

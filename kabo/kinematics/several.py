@@ -1,6 +1,7 @@
 """Several trees as one: the joint vector of a constraint is that of all robots in it [K Eq. 5.1].
 
-Projection, sampling and proofs work on one tree of joints and do not ask whose they are.
+Projection, sampling and proofs work on one tree of joints and do not ask whose they are: a body that may be anywhere
+is a tree as well.
 """
 
 from collections.abc import Sequence
@@ -9,7 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kabo.kinematics.constraints import FrameFeature
-from kabo.scene.tree import KinematicTree
+from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
+
+ROOM = 10.0  # m: how far from the world's origin a free body may be
 
 
 @dataclass(frozen=True)
@@ -55,3 +58,24 @@ def joined(trees: Sequence[KinematicTree]) -> JoinedTree:
         *(np.concatenate([getattr(tree, name) for tree in trees]) for name in ("lower", "upper", "velocity")),
     )
     return JoinedTree(whole, tuple(joints), values)
+
+
+def free_body() -> KinematicTree:
+    """The tree of a body that may be anywhere: slides along x, y, z, then turns about x, y, z of its frame."""
+    axes = [np.eye(3)[:, [1, 2, 0]], np.eye(3)[:, [2, 0, 1]], np.eye(3)]  # rotations that take z to x, to y, to z
+    placement = np.zeros((7, 12))
+    placement[0, [0, 4, 8]] = 1.0
+    before = np.eye(3)
+    for j, turn in enumerate([*axes, *axes], 1):
+        placement[j, :9] = (before.T @ turn).ravel()
+        before = turn
+    count = np.arange(7)
+    span = np.array([ROOM, ROOM, ROOM, np.pi, np.pi, np.pi])
+    kind = np.array([REVOLUTE, *[PRISMATIC] * 3, *[REVOLUTE] * 3], dtype=np.int64)
+    source, ratio = np.maximum(count - 1, 0), (count > 0).astype(np.float64)
+    return KinematicTree(
+        np.maximum(count - 1, 0), kind, source, ratio, np.zeros(7), placement, -span, span, np.ones(6)
+    )
+
+
+FREE_BODY = free_body()
