@@ -12,6 +12,7 @@ call costs more wherever that is still in the way; so another grasp is not tried
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import TYPE_CHECKING
 
 from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 
 IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
+ROUND = 60  # expansions, eagerly, before calls are asked for other answers; four times as many each time after
 SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
 MORE_ATTEMPTS = 2  # answers of one call that are asked for besides at each level of effort, eagerly
 ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
@@ -101,6 +103,10 @@ class Ledger:
         return frozenset(call for call, everywhere in rows if everywhere), all(
             everywhere for _, everywhere in rows
         )
+
+    def most_expansions(self, search: str) -> float:
+        """As many as may be."""
+        return inf
 
     def learnt(self) -> LearntBook:
         """Everything but the failures themselves."""
@@ -251,6 +257,10 @@ class Interleaved:
 
     def learnt(self) -> None:
         """Nothing that could be compiled."""
+
+    def most_expansions(self, search: str) -> float:
+        """How far to look before more answers are asked for; as far as may be for the thesis' strategies [K 6.2]."""
+        return ROUND * 4**self.effort if search in ("best", "greedy", "astar") else inf
 
     def try_harder(self) -> bool:
         """More answers of each call, from more samples; False at the highest effort."""

@@ -10,6 +10,7 @@ What formulas and effects ask is asked where it is met.
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import inf
 from time import perf_counter
 from typing import Any
 
@@ -80,6 +81,10 @@ class Procedures:
 
     def learnt(self) -> None:
         """Nothing beside that."""
+
+    def most_expansions(self, search: str) -> float:
+        """As many as may be."""
+        return inf
 
     # -------------------------------------------------------------------------------------------------- asking
     def ask(self, call: GroundCall) -> bool:

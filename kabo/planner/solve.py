@@ -183,7 +183,9 @@ def _search(
 ) -> Found | Unreachable | Exhausted:
     began = perf_counter()
     run.rounds += 1
-    limits = Limits(run.options.max_expansions - run.expanded, run.stop)
+    left = run.options.max_expansions - run.expanded
+    most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
+    limits = Limits(most, run.stop)
     run.packed = run.packed or PackedTask(task)
     found = find_skeleton(
         task,
@@ -273,6 +275,9 @@ def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "
             proof = _proved(run, task, ledger)
             if proof is not None:
                 return _without_plan(run, task, proof, server, ledger)
+        cut = isinstance(found, Exhausted) and found.budget == "expansions"
+        if cut and run.expanded < run.options.max_expansions and geometry.try_harder():
+            continue
         if isinstance(found, Unreachable) and not geometry.proved() and geometry.try_harder():
             continue
         if not isinstance(found, Found):
