@@ -59,8 +59,8 @@ class Surroundings:
         mesh = self.mesh(name)
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
-        robot, dot, _ = name.partition(".")
-        if not dot or self.scene.robots[robot].link_shapes == "mesh":
+        robot, dot, link = name.partition(".")
+        if not dot or link not in self.scene.robots[robot].hulls:
             return self.enclosed(mesh)
         key = f"hull of {mesh.digest}"
         if key not in self._enclosures:

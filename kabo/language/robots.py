@@ -14,7 +14,7 @@ from kabo.language.scene_description import Feature, GripperDescription, RobotDe
 from kabo.language.values import Reader
 
 ROBOT_MODEL_KEYS = (
-    "urdf", "base", "joints", "limits", "inverse_kinematics", "link_shapes", "gripper", "tool", "configurations"
+    "urdf", "base", "joints", "limits", "acceleration", "inverse_kinematics", "hulls", "gripper", "tool", "configurations"
 )  # fmt: skip
 ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
 GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
@@ -40,7 +40,7 @@ class RobotReader:
         node = mapping.get("inverse_kinematics")
         word = reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
         analytic = None if node is None or word != "analytic" else node.place
-        shapes = reader.choice(mapping.get("link_shapes"), ("mesh", "hull"), "`link_shapes`")
+        hulls = self._words(mapping.get("hulls"), "link") or ()
         gripper = self._gripper(mapping.get("gripper"))
         frame, features = self._tool(mapping.get("tool"))
         self.tools[name] = Owner(name, features)
@@ -48,7 +48,7 @@ class RobotReader:
         return RobotDescription(
             name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
             sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
-            analytic, "hull" if shapes == "hull" else "mesh",
+            analytic, hulls, self._accelerations(mapping.get("acceleration")),
         )  # fmt: skip
 
     def _words(self, node: Node | None, what: str) -> tuple[str, ...] | None:
@@ -87,7 +87,8 @@ class RobotReader:
         return GripperDescription(urdf, mount, joints, opened, closed, links, mapping.place)
 
     def _joint_values(self, mapping: Mapping, key: str, joints: tuple[str, ...] | None) -> dict[str, float]:
-        node = self.reader.require(mapping, key, "a gripper")
+        fixed = joints == ()  # a fork, a magnet, a suction cup: nothing opens or closes
+        node = mapping.get(key) if fixed else self.reader.require(mapping, key, "a gripper")
         values = self.bodies.joint_values(node, f"`{key}`") or {}
         if joints is not None and isinstance(node, Mapping):
             for name in values:
@@ -113,6 +114,17 @@ class RobotReader:
                 self.reader.findings.add(value.place, f'the limits of "{name}" are crossed')
             elif values is not None:
                 found[name] = values[0], values[1]
+        return found
+
+    def _accelerations(self, node: Node | None) -> dict[str, float]:
+        """The greatest accelerations of some joints [rad/s2 or m/s2]."""
+        found: dict[str, float] = {}
+        for name, _, value in self.reader.entries(node, "`acceleration`"):
+            number = self.reader.number(value, f'the acceleration of "{name}"', angle=True)
+            if number is not None and number <= 0.0:
+                self.reader.findings.add(value.place, f'the acceleration of "{name}" is not above 0')
+            elif number is not None:
+                found[name] = number
         return found
 
     def _configurations(self, node: Node | None, joints: tuple[str, ...] | None) -> dict[str, tuple[float, ...]]:

@@ -143,8 +143,8 @@ class GripperDescription:
 class RobotDescription:
     """A robot; `joints` None: all movable ones that are not mimic and not the gripper's. `limits` only narrow.
 
-    `analytic` is where closed-form inverse kinematics are asked for. `link_shapes`: what stands for the links in
-    bounded predicates.
+    `analytic` is where closed-form inverse kinematics are asked for. `hulls`: the links for which
+    their convex hulls stand in bounded predicates.
     """
 
     name: str
@@ -160,7 +160,8 @@ class RobotDescription:
     place: Place | None = field(default=None, compare=False, repr=False)
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     analytic: Place | None = field(default=None, compare=False, repr=False)
-    link_shapes: Literal["mesh", "hull"] = "mesh"
+    hulls: tuple[str, ...] = ()
+    acceleration: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def require_closed(mesh: Mesh, place: Place | None = None) -> None:
     if open_edges:
         said = f"is not closed: {open_edges} of its {len(edges.ends)} edges do not join two triangles"
         remedy = "close its holes and unify its normals, e.g. with MeshLab, or give a primitive shape"
-        remedy += "; for a robot's links: link_shapes: hull"
+        remedy += "; or name the link in the robot's `hulls`"
         raise unusable(mesh, place, f"{said} that are turned the same way", remedy)
 
 

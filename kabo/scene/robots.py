@@ -1,7 +1,7 @@
 """Robots: a URDF (and the gripper's) through pinocchio, the kinematic tree as arrays, links with their meshes."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
 from typing import Any
@@ -75,7 +75,7 @@ class Robot:
 
     `model` is pinocchio's, with gripper and base placement. `joint_names` lists all actuated joints, the first
     `planned` of them are the arm's, the others the gripper's; a Configuration has their values in this order.
-    `link_shapes`: in bounded predicates its links are their meshes, or the convex hulls of them ("hull").
+    `hulls`: the links for which, in bounded predicates, the convex hulls of their meshes stand.
     """
 
     name: str
@@ -89,7 +89,8 @@ class Robot:
     gripper: Gripper | None
     configurations: Mapping[str, tuple[float, ...]]
     inverse_kinematics: str = "projection"
-    link_shapes: str = "mesh"
+    hulls: tuple[str, ...] = ()
+    acceleration: Mapping[str, float] = field(default_factory=dict)  # limits of some joints [rad/s2 or m/s2]
 
     def __post_init__(self) -> None:
         """Takes a number."""

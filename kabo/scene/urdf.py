@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
 import numpy as np
@@ -20,6 +20,7 @@ from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
 Array = npt.NDArray[np.float64]
+V = TypeVar("V")
 
 ENDLESS = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]
 SLOW = math.pi  # velocity where a URDF gives none [rad/s or m/s]
@@ -223,6 +224,11 @@ def _assemble(
     meshes: Mapping[str, Mesh],
     gripper_joints: tuple[str, ...],
 ) -> Robot:
+    for link in description.hulls:
+        if link not in meshes:
+            raise _refuse(
+                description.place, f'no link "{link}" with a shape, in hulls', did_you_mean(link, meshes)
+            )
     movable = [name for name in list(model.names)[1:] if name not in mimics]
     for name in (*(description.joints or ()), *gripper_joints):
         if name not in movable:
@@ -236,7 +242,7 @@ def _assemble(
         kinds.append(kind_axis[0])
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
-    tree = _tree(model, kinds, turns, actuation, names, _limits(description, names))
+    tree = _tree(model, kinds, turns, actuation, names, _named(description, description.limits, names, "limits"))
     links = {}
     for frame in model.frames:
         if frame.type == pinocchio().FrameType.BODY:
@@ -256,7 +262,8 @@ def _assemble(
         _gripper(description, gripper_joints, links),
         description.configurations,
         description.inverse_kinematics,
-        description.link_shapes,
+        description.hulls,
+        _named(description, description.acceleration, names, "accelerations"),
     )
     _check_configurations(description, robot)
     _check_structure(description, robot)
@@ -326,11 +333,14 @@ def _tree(
     )
 
 
-def _limits(description: RobotDescription, names: tuple[str, ...]) -> Mapping[str, tuple[float, float]]:
-    for name in description.limits:
+def _named(
+    description: RobotDescription, values: Mapping[str, V], names: tuple[str, ...], what: str
+) -> Mapping[str, V]:
+    """Values by joint, if all of these are the robot's."""
+    for name in values:
         if name not in names:
-            raise _refuse(description.place, f'unknown joint "{name}" in the limits', did_you_mean(name, names))
-    return description.limits
+            raise _refuse(description.place, f'unknown joint "{name}" in the {what}', did_you_mean(name, names))
+    return values
 
 
 def _tool(description: RobotDescription, links: Mapping[str, Link]) -> Tool | None:

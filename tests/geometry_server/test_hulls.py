@@ -1,4 +1,4 @@
-"""`link_shapes: hull`: robots whose link meshes are not closed are asked about by the hulls of their links."""
+"""`hulls: [links]`: robots whose link meshes are not closed are asked about by the hulls of their links."""
 
 from pathlib import Path
 
@@ -38,12 +38,12 @@ def server(folder: Path, extra: str = "") -> GeometryServer:
 
 
 def test_a_link_that_is_not_closed_is_refused_and_the_message_says_what_helps(tmp_path: Path) -> None:
-    with pytest.raises(MeshError, match="link_shapes: hull"):
+    with pytest.raises(MeshError, match="hulls"):
         server(tmp_path).collides("r", [0.0])
 
 
 def test_hulls_enclose_the_links_and_hollows_count_as_full(tmp_path: Path) -> None:
-    made = server(tmp_path, ", link_shapes: hull")
+    made = server(tmp_path, ", hulls: [arm]")
     reached = [x for x in np.linspace(0.5, 1.5, 101) if made.collides("r", [x])]
     assert made.collides("r", [1.0])  # the ball is in the middle of the channel
     for end, inwards in ((reached[0], 0.85), (reached[-1], 1.15)):
