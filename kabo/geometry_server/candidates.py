@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
+from kabo.geometry_server.spreading import open_turn
 from kabo.kinematics import (
     OutOfReach,
     is_carried,
@@ -73,33 +74,34 @@ class Stream:
     key: np.uint64
     hand: tuple[float, ...]
 
-    def batch(self, number: int, size: int = BATCH) -> list[Candidate]:
+    def batch(self, number: int, size: int = BATCH, along: Array | None = None) -> list[Candidate]:
         """The valid samples of batch `number` of so many samples, in order of their number.
 
+        They are spread evenly along the rows `along`, as far as the arm reaches, and over bounds of the rows.
         In closed form each sample has branches: every other batch has the one nearest to home of each of its
         samples, the next one the others. Hands are often in the way, and then are so for every branch.
         """
         if self._structure is None:
-            return self.samples(number * size, size)
+            return self.samples(number * size, size, along)
         half, others = divmod(number, 2)
-        found, owner = self._branches(half * size, size)
+        found, owner = self._branches(half * size, size, along)
         nearest = _nearest_home(self.robot, found, owner)
         return self._candidates(_distinct(found[~nearest if others else nearest]))
 
-    def samples(self, first: int, count: int) -> list[Candidate]:
-        """The valid ones of `count` samples from number `first` on, in order of their number.
+    def samples(self, first: int, count: int, along: Array | None = None) -> list[Candidate]:
+        """The valid ones of `count` samples from number `first` on, in order of their number; `along` as in `batch`.
 
         In closed form each stands for all branches of the arm with the hand at the same place: elbow up and down,
         wrist turned over.
         """
-        return self._candidates(self._branches(first, count)[0])
+        return self._candidates(self._branches(first, count, along)[0])
 
-    def _branches(self, first: int, count: int) -> tuple[Array, npt.NDArray[np.int64]]:
+    def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, npt.NDArray[np.int64]]:
         """The valid samples (M, n), in closed form with the branches of each, and of which of them each is (M,)."""
         tree, structure = self.robot.tree, self._structure
         base = np.concatenate([np.zeros(self.robot.planned), self.hand])
         low, high = (tree.lower, tree.upper) if structure is None else _unlimited(tree, structure)
-        found, valid = sample(tree, self.rows, self.key, first, count, low, high, self._active, base=base)
+        found, valid = sample(tree, self.rows, self.key, first, count, low, high, self._active, along, base=base)
         if structure is None:
             return found[valid], np.arange(int(valid.sum()))
         return with_the_same_pose(tree, structure, found[valid])
@@ -188,8 +190,13 @@ class GraspStream:
     def __iter__(self) -> Iterator[list[Candidate]]:
         number = 0
         while True:
-            yield from_home(self.stream.robot, self.stream.batch(number))
+            yield from_home(self.stream.robot, self.stream.batch(number, along=self.turn))
             number += 1
+
+    @cached_property
+    def turn(self) -> Array | None:
+        """The turn about the object that the family leaves open, as a row (1, W); None if there is none."""
+        return open_turn(self.stream.rows, self.tool)
 
 
 def grasp_roles(robot: Robot, body: Body, family: GraspFamily, world_T_body: Array) -> Roles | None:

@@ -1,0 +1,107 @@
+"""What a family of grasps leaves open: a turn about the object, along which its samples are spread [K 5.2.4].
+
+Projection from random seeds covers the turn, but unevenly. Here it is found from the rows alone: the tool is let fly,
+and where it fulfils the rows, an azimuth that they say nothing about has a gradient of its own.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server.frames import Frame
+from kabo.kinematics import FREE_BODY, FrameFeature, jacobian, rows_of, sample, stacked, stream_key, values
+from kabo.kinematics.kernels import rows as columns
+from kabo.scene import KinematicTree
+
+Array = npt.NDArray[np.float64]
+
+PLACES = 8  # of which some fulfil the rows
+ASIDE = 0.3  # sine of the angle between the axis and what is turned about it, at the least
+NEW = 1e-3  # singular values above this are a gradient of its own
+VERTICAL = (0.0, 0.0, 1.0)
+
+
+def open_turn(rows: Array, moving: Frame) -> Array | None:
+    """A row (1, W) that measures a turn of a moving frame which the rows leave open; None if there is none.
+
+    Rows about other joints than that of the frame, and the world, leave nothing that can be told.
+    """
+    joints = rows[:, (columns.FIRST, columns.SECOND)]
+    if not len(rows) or not np.all((joints == 0) | (joints == moving.joint)):
+        return None
+    flying = rows.copy()
+    flying[:, (columns.FIRST, columns.SECOND)] = np.where(joints == 0, 0, MOVED_TWICE.size)
+    found = _found(flying.tobytes(), moving.joint_T_frame.tobytes())
+    if found is None:
+        return None
+    direction, axis = found
+    turned = FrameFeature(moving.joint, "line", (0.0, 0.0, 0.0), direction)
+    return rows_of("azimuth", turned, FrameFeature(0, "line", (0.0, 0.0, 0.0), axis))
+
+
+_Direction = tuple[float, float, float]
+
+
+def _moved_twice() -> KinematicTree:
+    """A free body on a free body: about where the first is, the second's six values move it in every direction."""
+    tree, n = FREE_BODY, FREE_BODY.size
+    count = np.arange(2 * n + 1)
+    twice = [np.concatenate([a, a[1:]]) for a in (tree.kind, tree.ratio, tree.shift, tree.placement)]
+    limits = [np.concatenate([a, a]) for a in (tree.lower, tree.upper, tree.velocity)]
+    before = np.maximum(count - 1, 0)
+    return KinematicTree(before, twice[0], before, *twice[1:], *limits)
+
+
+MOVED_TWICE = _moved_twice()
+FLYING = np.arange(MOVED_TWICE.size) < FREE_BODY.size
+
+
+@lru_cache(maxsize=1024)
+def _found(flying: bytes, joint_T_frame: bytes) -> tuple[_Direction, _Direction] | None:
+    """What is turned, in the joint's frame, and about which axis of the world."""
+    rows = np.frombuffer(flying).reshape(-1, columns.WIDTH)
+    pose = np.frombuffer(joint_T_frame).reshape(4, 4)
+    tree = MOVED_TWICE
+    Q, right = sample(tree, rows, stream_key("open"), 0, PLACES, tree.lower, tree.upper, FLYING)
+    if not right.any():
+        return None
+    turns = [_direction(pose[:3, axis]) for axis in (2, 1, 0)]
+    for axis in _axes(rows):
+        about = FrameFeature(0, "line", (0.0, 0.0, 0.0), axis)
+        moved = [FrameFeature(tree.size, "line", (0.0, 0.0, 0.0), turn) for turn in turns]
+        candidates = stacked([rows_of("azimuth", turn, about) for turn in moved])
+        cosines = stacked([rows_of("angle", turn, about, 0.5, 0.5) for turn in moved])
+        sines = np.min([np.sin(values(cosines, q, tree)) for q in Q[right]], axis=0)
+        best = int(np.argmax(np.round(sines, 3)))
+        if sines[best] > ASIDE and all(_is_new(rows, candidates[best], q) for q in Q[right]):
+            return turns[best], axis
+    return None
+
+
+def _axes(rows: Array) -> list[_Direction]:
+    """The directions in the world that the rows speak of, in their order, then the vertical."""
+    found: list[_Direction] = []
+    for row in rows:
+        aligned = row[columns.KIND] == columns.ALIGNED
+        first = row[2:5] if aligned else row[5:8]
+        for joint, direction in ((row[columns.FIRST], first), (row[columns.SECOND], row[12:15])):
+            if joint == 0 and np.linalg.norm(direction) > 0.5:
+                found.append(_direction(direction))
+    return list(dict.fromkeys([*found, VERTICAL]))
+
+
+def _direction(of: Array) -> _Direction:
+    x, y, z = (round(float(v), 12) + 0.0 for v in of / np.linalg.norm(of))
+    return x, y, z
+
+
+def _is_new(rows: Array, azimuth: Array, q: Array) -> bool:
+    """Whether some motion of the body changes the azimuth and none of the equalities."""
+    equal = rows[rows[:, columns.LOWER] == rows[:, columns.UPPER]]
+    gradient = jacobian(azimuth[None], q, MOVED_TWICE)[0, ~FLYING]
+    if len(equal):
+        _, singular, turned = np.linalg.svd(jacobian(equal, q, MOVED_TWICE)[:, ~FLYING], full_matrices=False)
+        held = turned[singular > NEW]
+        gradient = gradient - held.T @ (held @ gradient)
+    return bool(np.linalg.norm(gradient) > 100 * NEW)
