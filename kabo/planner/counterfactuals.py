@@ -68,7 +68,7 @@ def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (Removed(name) for name in freed if not _carries(surroundings, name))
     if any(finding.because_of_epsilon for finding in findings):
-        yield Finer(surroundings.budget.epsilon / FINER)
+        yield Finer(round(surroundings.budget.epsilon / FINER, 9))
     farthest: dict[str, Shortfall] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
@@ -121,6 +121,7 @@ def _tried(
         result = solve(
             problem,
             **{**given, "max_samples": samples, "max_expansions": expansions, "timeout": seconds},
+            certificate=False,
             cancelled=means.cancelled,
         )
     except InputError:  # what is left is no problem: something else named what is gone
