@@ -14,7 +14,8 @@ from PIL import Image
 
 import kabo
 from kabo.scene import Scene, link_poses, world_T
-from scripts.generate_meshes import ROBOTS, THINGS
+from scripts.gearbox import COLLAR, SEAT, SHOULDER
+from scripts.generate_meshes import GEARBOX, ROBOTS, THINGS
 from scripts.mesh_files import triangles
 from scripts.robot_files import RobotModel
 from scripts.solids import HIGH
@@ -48,6 +49,7 @@ VIEWS = (
         (0.0, 0.0, 0.28),
     ),
     View("domains/force_sensing/n6.yaml", "domains/force_sensing/scene.png", (2.7, -0.6, 2.0), (0.15, 0.0, 0.5)),
+    View("domains/assembly/gearbox.yaml", "domains/assembly/scene.png", (2.3, 0.45, 1.35), (-0.2, 0.02, 0.36)),
     View("domains/stacked/n6.yaml", "domains/stacked/scene.png", (1.75, 0.75, 0.8), (0.2, 0.0, 0.24)),
 )
 # Where things stand in the picture of all meshes, in the order of THINGS: the table behind, the others in front.
@@ -66,7 +68,7 @@ def draw_scene(view: View) -> None:
         colour = MOVABLE[movable.index(name) % len(MOVABLE)] if body.movable else (GREY if name == "tap" else WOOD)
         _add(plotter, body.mesh.vertices, body.mesh.faces, world_T(scene, scene.start, name), colour)
     for name, region in scene.regions.items():
-        if name != "anywhere":
+        if name not in {"anywhere", "work_area"}:
             box = pyvista.Box(np.c_[-np.array(region.size), region.size].ravel())
             plotter.add_mesh(box.transform(region.world_T_region, inplace=False), color=GLASS, opacity=0.25)
     _save(plotter, ROOT / view.picture)
@@ -83,6 +85,18 @@ def draw_gallery(picture: Path) -> None:
                 _add(plotter, *triangles(solid), place[name], (STEEL, ORANGE)[number % 2])
     for index, thing in enumerate(THINGS.values()):
         _add(plotter, *triangles(thing(HIGH)), _offset(SHELF[index]), MOVABLE[index])
+    _save(plotter, picture)
+
+
+def draw_gearbox(picture: Path) -> None:
+    """Draws the parts of the gearbox apart on their axis, and put together under a pipe of glass."""
+    plotter = _stage((0.8, 0.11, 0.48), (0.0, 0.11, 0.185), 30.0)
+    apart = (("tree", 0.0, 0), ("bearing", 0.165, 1), ("pipe", 0.22, 2), ("bearing", 0.375, 3))
+    together = (("tree", 0.0, 0), ("bearing", SHOULDER, 1), ("pipe", COLLAR, 2), ("bearing", COLLAR + SEAT, 3))
+    for y, places in ((0.0, apart), (0.22, together)):
+        for name, z, colour in places:
+            opacity = 0.3 if name == "pipe" and y else 1.0
+            _add(plotter, *triangles(GEARBOX[name](HIGH)), _offset((0.0, y, z)), MOVABLE[colour], opacity)
     _save(plotter, picture)
 
 
@@ -120,10 +134,17 @@ def _add_robots(plotter: pyvista.Plotter, scene: Scene) -> None:
                 _add(plotter, link.mesh.vertices, link.mesh.faces, poses[name], colour)
 
 
-def _add(plotter: pyvista.Plotter, vertices: Floats, faces: NDArray[np.int64], pose: Floats, colour: str) -> None:
+def _add(
+    plotter: pyvista.Plotter,
+    vertices: Floats,
+    faces: NDArray[np.int64],
+    pose: Floats,
+    colour: str,
+    opacity: float = 1.0,
+) -> None:
     surface = pyvista.PolyData.from_regular_faces(vertices, faces).transform(pose, inplace=False)
     look = {"specular": 0.3, "split_sharp_edges": True, "smooth_shading": True, "feature_angle": 25.0}
-    plotter.add_mesh(surface, color=colour, **look)
+    plotter.add_mesh(surface, color=colour, opacity=opacity, **look)
 
 
 def _save(plotter: pyvista.Plotter, path: Path) -> None:
@@ -137,6 +158,7 @@ def main() -> None:
     argparse.ArgumentParser(description=__doc__).parse_args()
     for view in VIEWS:
         draw_scene(view)
+    draw_gearbox(ROOT / "domains" / "assembly" / "gearbox.png")
     draw_gallery(ROOT / "docs" / "meshes.png")
 
 
