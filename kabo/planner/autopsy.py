@@ -25,7 +25,7 @@ MOST_CALLS = 12  # that are looked at
 MOST_BODIES = 3  # that are put out of the way, for each call
 MOST_STREAMS = 3  # whose distance from reach is looked for, for each call
 ASKED_AGAIN = 1500  # attempts for each call: more are counted, but not asked again
-WAYS_AGAIN = 4  # of them searches for a way, which take longer
+WAYS, WAYS_AGAIN = 6, 2  # searches for a way, which take longer: after so many no more is looked at
 
 
 @dataclass(frozen=True)
@@ -124,6 +124,7 @@ class _Seen:
     """The refused attempts of one call: reason, pair, what had been asked."""
 
     attempts: list[tuple[str, Pair | None, "Details | None"]] = field(default_factory=list)
+    ways: int = 0
 
     def observe(self, stage: Any, failure: Any) -> None:
         """One attempt was refused."""
@@ -134,6 +135,7 @@ class _Seen:
         pair = max(pairs, key=lambda each: each[1])[0] if pairs else None
         reason = failure.reason if failure.reason in REASONS else "constraint"
         self.attempts.append((reason, pair, details))
+        self.ways += reason == "no_path"
 
 
 class _Examiner:
@@ -141,8 +143,8 @@ class _Examiner:
 
     def __init__(self, asked: GeometricProcedures, stop: Callable[[], bool]) -> None:
         given = asked.server
-        own = GeometryServer(given.scene, given.budget.epsilon, given.seed, given.surroundings.exact, stop)
-        self.asked, self.scene, self.stop = asked, given.scene, stop
+        own = GeometryServer(given.scene, given.budget.epsilon, given.seed, given.surroundings.exact, self.enough)
+        self.asked, self.scene, self.stop, self.seen = asked, given.scene, stop, _Seen()
         self.procedures = GeometricProcedures(own, asked.folder)
         self.context = own.context()
         exact = GeometryServer(given.scene, given.budget.epsilon, given.seed, True, stop)
@@ -150,7 +152,8 @@ class _Examiner:
 
     def finding(self, call: GroundCall, record: "Record") -> Finding:
         """What stood in the way of one call, where it failed first with the greatest effort."""
-        where, seen = record.places[0], _Seen()
+        where = record.places[0]
+        seen = self.seen = _Seen()
         if where.effort != FORESEEN:
             self.procedures.again(call, where.situation, where.attempt, 0, seen.observe)
         if not seen.attempts:  # there was nothing to try
@@ -163,6 +166,10 @@ class _Examiner:
         message, proof = where.failure.message, where.failure.proof
         others = _dispensable(call, self.asked)
         return Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer)
+
+    def enough(self) -> bool:
+        """Whether no more attempts of the call at hand are to be made."""
+        return self.seen.ways >= WAYS or self.stop()
 
     def _rows(self, seen: _Seen, missing: float | None) -> Iterator[Row]:
         counts = Counter((reason, pair) for reason, pair, _ in seen.attempts)

@@ -13,7 +13,7 @@ from kabo.planner.solve import solve
 from kabo.planner.telling import main_finding, summary
 from kabo.tasks.procedures import GeometricProcedures
 
-SAMPLES = 100_000  # of procedures, by default; each change may use a part of as many
+SAMPLES = 40_000  # of procedures, by default; each change may use a part of as many
 SOLVING, LOOKING = 0.5, 0.65  # the parts of the time after which solving and looking are cut off
 
 
@@ -69,7 +69,14 @@ def obstacles(
     samples = next(n for n in (options.get("max_samples"), problem.options.max_samples, SAMPLES) if n is not None)
     options = {**options, "max_samples": samples, "max_expansions": expansions}
     asked: list[GeometricProcedures] = []
-    result = solve(problem, **options, timeout=clock.left(SOLVING), cancelled=cancelled, witness=asked.append)
+    result = solve(
+        problem,
+        **options,
+        timeout=clock.left(SOLVING),
+        certificate=False,
+        cancelled=cancelled,
+        witness=asked.append,
+    )
     if result.reason is None:
         return Obstacles("solvable", ("There is a plan, with a motion for every action.",))
     findings = examined(asked[0], clock.stop)
