@@ -170,7 +170,7 @@ def _independent(stop: Stop, after: Stop, server: "GeometricProcedures") -> bool
     if after.ways_in != 1 or set(stop.first.following) != {None} or not (_moves(stop) and _moves(after)):
         return False
     shared = {*server.single(stop.call, stop.situation)} & {*server.single(after.call, after.situation)}
-    return not shared and not actions[1].precondition.reads & actions[0].effects.writes
+    return not shared and not actions[1].reads & actions[0].effects.writes
 
 
 def _moves(stop: Stop) -> bool:

@@ -100,9 +100,7 @@ def test_both_arms_move_at_once_where_they_cannot_meet(tmp_path):
 
 def _stop(reads: int, writes: int) -> Stop:
     """A node that moves, asks for some bits of knowledge and changes others."""
-    action = SimpleNamespace(
-        call=object(), precondition=SimpleNamespace(reads=reads), effects=SimpleNamespace(writes=writes)
-    )
+    action = SimpleNamespace(call=object(), reads=reads, effects=SimpleNamespace(writes=writes))
     answer = Success((None,), {})  # type: ignore[arg-type]
     variant = SimpleNamespace(node=SimpleNamespace(action=action), following={None: None}, answer=answer)
     return Stop([variant], None, ways_in=1)  # type: ignore[list-item, arg-type]
