@@ -15,12 +15,10 @@ SHRUNK = 1e-10  # [m] so much inside a part's faces counts as inside: more than 
 
 
 class Faces(NamedTuple):
-    """The planes of a convex part, moved inwards: n @ x <= offset; and its box."""
+    """The planes of a convex part, moved inwards: n @ x <= offset."""
 
     normals: Array  # (F, 3)
     offsets: Array  # (F,)
-    low: Array  # (3,)
-    high: Array
 
 
 def faces_of(part: Array) -> Faces | None:
@@ -34,7 +32,7 @@ def faces_of(part: Array) -> Faces | None:
     normals = hull.equations[:, :3]
     # An offset is where the farthest vertex is, never farther: qhull's own may lie outside of all.
     offsets = (part @ normals.T).max(axis=0) - SHRUNK
-    return Faces(normals, offsets, part.min(axis=0), part.max(axis=0))
+    return Faces(normals, offsets)
 
 
 def uncovered(vertices: Array, triangles: npt.NDArray[np.int64], parts: Sequence[Array]) -> int | None:
@@ -44,21 +42,22 @@ def uncovered(vertices: Array, triangles: npt.NDArray[np.int64], parts: Sequence
     for part in faces:
         inside = (vertices @ part.normals.T <= part.offsets).all(axis=1)
         held |= inside[triangles].all(axis=1)
-    for index in np.flatnonzero(~held):
-        if not covered(vertices[triangles[index]], faces):
+    left = np.flatnonzero(~held)
+    corners = vertices[triangles[left]]
+    meets = [~((corners @ part.normals.T > part.offsets).all(axis=1).any(axis=1)) for part in faces]
+    for row, index in enumerate(left):
+        if not covered(corners[row], [part for part, met in zip(faces, meets, strict=True) if met[row]]):
             return int(index)
     return None
 
 
 def covered(polygon: Array, parts: Sequence[Faces]) -> bool:
     """Whether a convex polygon (C, 3) lies in the union of parts."""
-    low, high = polygon.min(axis=0), polygon.max(axis=0)
     left = [polygon]
     for part in parts:
-        if (low <= part.high).all() and (high >= part.low).all():
-            left = [piece for before in left for piece in outside(before, part)]
-            if not left:
-                return True
+        left = [piece for before in left for piece in outside(before, part)]
+        if not left:
+            return True
     return False
 
 

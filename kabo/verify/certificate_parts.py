@@ -1,5 +1,6 @@
 """The convex parts that a certificate speaks of: that they enclose a mesh is proven here, triangle by triangle."""
 
+import hashlib
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -13,6 +14,9 @@ from kabo.verify.certificate_cover import uncovered
 
 Array = npt.NDArray[np.float64]
 FAR = 1e6  # [m] a vertex farther away is no part of a scene
+
+
+_COVERED: dict[tuple[str, str], int | None] = {}  # what was looked at in this process, by mesh and parts
 
 
 class Parts:
@@ -70,6 +74,9 @@ class Parts:
         return self._exact
 
     def missing(self, mesh: Mesh) -> int | None:
-        """The first triangle of a mesh that the parts do not cover, or None."""
-        parts = [self.range(i, i + 1) for i in range(len(self.lower))]
-        return uncovered(mesh.vertices, mesh.faces, parts)
+        """The first triangle of a mesh that the parts do not cover, or None; told again without looking."""
+        key = mesh.digest, hashlib.sha256(self.vertices.tobytes() + self.starts.tobytes()).hexdigest()
+        if key not in _COVERED:
+            parts = [self.range(i, i + 1) for i in range(len(self.lower))]
+            _COVERED[key] = uncovered(mesh.vertices, mesh.faces, parts)
+        return _COVERED[key]
