@@ -23,7 +23,7 @@ STAVES = 16
 def bearing(d: Detail) -> Solid:
     """Two rings with rounded rims, and balls in the groove between them."""
     rings = cut(cylinder(BEARING, (0.0, THICKNESS), 0.0015, d), [_flared(BORE, 0.0, THICKNESS, 0.002, d)])
-    middle, half, depth = (BEARING + BORE) / 2.0, 0.0025, 0.0065
+    middle, half, depth = (BEARING + BORE) / 2.0, 0.0025, 0.0085
     grooves = [
         cut(
             _plain(middle + half, span, d),
