@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.language.conftest import Kitchen
+from kabo.language import load_problem
+from tests.language.conftest import SCENE, Kitchen
 
 WRONG_ROBOTS = [
     ("urdf: arm.urdf", "urdf: «armm.urdf»", 'URDF "armm.urdf": there is no such file', 'did you mean "arm.urdf"?'),
@@ -34,6 +35,12 @@ WRONG_ROBOTS = [
         "    urdf: arm.urdf\n",
         "    urdf: arm.urdf\n    limits: {a: «[10 deg, -10 deg]»}\n",
         'the limits of "a" are crossed',
+        None,
+    ),
+    (
+        "    urdf: arm.urdf\n",
+        "    urdf: arm.urdf\n    acceleration: {a: 4, b: «0»}\n",
+        'the acceleration of "b" is not above 0',
         None,
     ),
     (
@@ -84,3 +91,12 @@ def test_a_wrong_robot_is_reported_at_its_place(
     kitchen: Kitchen, old: str, new: str, message: str, hint: str | None
 ) -> None:
     kitchen.expect("scene", old, new, message, hint)
+
+
+def test_where_closed_form_inverse_kinematics_are_asked_for_is_kept(kitchen: Kitchen) -> None:
+    asked = "    urdf: arm.urdf\n    inverse_kinematics: analytic\n"
+    scene = load_problem(kitchen.write(scene=SCENE.replace("    urdf: arm.urdf\n", asked))).scene
+    assert scene is not None
+    robot = scene.robots["left"]
+    assert robot.inverse_kinematics == "analytic"
+    assert robot.analytic is not None and robot.analytic.column == 25

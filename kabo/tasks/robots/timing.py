@@ -24,10 +24,8 @@ MOVING = 1e-6  # rad: less is no motion
 def limits_of(robot: Robot) -> Limits:
     """The limits of a robot's planned joints: velocities of the URDF; accelerations of the scene, or by `RAMP`."""
     velocity = np.asarray(robot.tree.velocity[: robot.planned], float)
-    given = getattr(robot, "acceleration", {})
-    default = velocity / RAMP
-    pairs = zip(robot.planned_joints, default, strict=True)
-    return Limits(velocity, np.array([float(given.get(joint, value)) for joint, value in pairs]))
+    pairs = zip(robot.planned_joints, velocity / RAMP, strict=True)
+    return Limits(velocity, np.array([float(robot.acceleration.get(joint, value)) for joint, value in pairs]))
 
 
 def timed(

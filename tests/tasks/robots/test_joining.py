@@ -1,5 +1,6 @@
 """Joined motion of tasks in a row: shorter, the same grasps, places and ends, every piece proven, strokes long enough."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -136,3 +137,10 @@ def test_rounded_corners_are_faster_than_rests():
     context = server.server.context()
     rounded, rested = (timed(context, start(), act.motion, round_corners=each) for each in (True, False))
     assert duration(rounded) < duration(rested)
+
+
+def test_a_scene_may_set_accelerations():
+    robot = row()[0].scene.robots["left"]
+    slower = limits_of(replace(robot, acceleration={robot.planned_joints[1]: 0.5}))
+    assert slower.acceleration[1] == 0.5
+    assert np.allclose(np.delete(slower.acceleration, 1), np.delete(4.0 * slower.velocity, 1))
