@@ -49,3 +49,8 @@ def test_things_that_stand_alone_are_no_group():
     assert not alone.nested
     assert alone.group("a") == ("a",)
     assert CHAIN.nested
+
+
+def test_what_carries_a_thing_is_every_object_below_it_and_whoever_holds_these():
+    assert CHAIN.carriers(["c"]) == {"a", "b", "c", "left"}
+    assert CHAIN.carriers(["e", "right", "table"]) == {"d", "e"}

@@ -29,6 +29,7 @@ class ScriptedServer:
     robots: Mapping[str, tuple[float, ...]]
     objects: Mapping[str, Attachment]
     asked: list[tuple[str, int]] = field(default_factory=list)
+    met: list[GeometricState] = field(default_factory=list)
 
     @property
     def scene(self) -> SimpleNamespace:
@@ -49,3 +50,13 @@ class ScriptedServer:
         """The scripted answer."""
         self.asked.append((str(call), attempt))
         return self.script(call, situation, attempt)
+
+    def identify(self, state: GeometricState) -> int:
+        """The number of a state, in the order in which they were met."""
+        if state not in self.met:
+            self.met.append(state)
+        return self.met.index(state)
+
+    def state(self, identifier: int) -> GeometricState:
+        """The state of a number."""
+        return self.met[identifier]

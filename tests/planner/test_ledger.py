@@ -1,8 +1,8 @@
 """The ledger: refusals hold where what they rest on is the same, and only they tell search nodes apart."""
 
-from kabo.geometry_server import Failure
+from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.planner.ledger import ATTEMPTS, Ledger
+from kabo.planner.ledger import ATTEMPTS, Interleaved, Ledger
 from tests.planner.scripted import ScriptedServer, at, moved
 
 PICK = GroundCall("pick", ("r", "a"))
@@ -88,3 +88,55 @@ def test_equal_keys_have_equal_options_even_before_the_refused_call() -> None:
     assert len(book.options(PICK, once)) == 2
     assert len(book.options(PICK, book.start)) == 1
     assert book.key(once) != book.key(book.start)
+
+
+def test_what_a_call_is_found_to_move_besides_has_a_lineage_of_its_own_from_then_on() -> None:
+    book = ledger()
+    assert book.after(PICK, 0, book.start)[2] == book.start[2]
+    book.moved(PICK, ["r", "a", "b"])
+    assert book.after(PICK, 0, book.start)[2] != book.start[2]
+
+
+def test_a_call_that_is_refused_where_it_was_refused_before_is_refused_at_least_there() -> None:
+    """Or the same plan would come again and again."""
+    book = ledger()
+    elsewhere = book.after(OTHER, 0, book.start)
+    book.refuse(PICK, 0, refused("a"), [book.start])
+    book.refuse(PICK, 0, refused("a"), [elsewhere])
+    patterns = [row.pattern for row in book.refusals[PICK]]
+    assert patterns[1] == frozenset(enumerate(elsewhere))
+
+
+def test_what_a_fifth_of_the_samples_ran_into_is_suspected_wherever_it_stays() -> None:
+    book = ledger()
+    blocked = Failure("collision", "", frozenset({"a", "b"}), ((("r.hand", "b"), 4), (("r.hand", "wall"), 6)))
+    book.refuse(PLACE, 0, blocked, [book.after(PICK, 0, book.start)])
+    assert book.learnt().suspicions == {PLACE: (frozenset({(2, 0)}),)}
+
+
+def test_what_is_out_of_reach_is_suspected_everywhere_and_a_proof_suspects_nothing() -> None:
+    book = ledger()
+    book.refuse(PLACE, 0, Failure("out_of_reach", "", frozenset({"a"})), [book.start])
+    book.refuse(PICK, 0, Failure("out_of_reach", "", frozenset({"a"}), proof=True), [book.start])
+    assert book.learnt().suspicions == {PLACE: (frozenset(),)}
+
+
+def test_there_is_no_proof_where_what_was_sampled_was_refused() -> None:
+    book = ledger()
+    book.refuse(PLACE, 0, refused("a", proof=True), [book.start])
+    assert book.proved()
+    book.refuse(PLACE, 0, refused("a", proof=True), [book.after(PICK, 0, book.start)])
+    assert not book.proved()
+
+
+def test_eagerly_another_answer_is_asked_for_after_trying_harder() -> None:
+    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Failure:
+        return moved(r=(1.0,), a=at(0.1 * attempt)) if attempt < 2 else refused("a")
+
+    server = ScriptedServer(script, {"r": (0.0,)}, {"a": at(5.0), "b": at(1.0)})
+    book = Interleaved(server)  # type: ignore[arg-type]
+    assert [attempt for attempt, _ in book.options(PICK, book.start)] == [0]
+    assert book.most_expansions("breadth-first") > book.most_expansions("best")
+    assert book.try_harder()
+    assert [attempt for attempt, _ in book.options(PICK, book.start)] == [0, 1]
+    assert not book.proved()
