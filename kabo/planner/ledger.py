@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 
 IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
-ROUND = 60  # expansions, eagerly, before calls are asked for other answers; four times as many each time after
+ROUND = 20  # expansions, eagerly, before calls are asked for other answers; four times as many each time after
 SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
 MORE_ATTEMPTS = 2  # answers of one call that are asked for besides at each level of effort, eagerly
 ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
