@@ -27,10 +27,15 @@ LEAST = 0.05  # m: of the families of a bottle
 @cache
 def row() -> tuple[GeometricProcedures, tuple[Act, ...]]:
     """Three tasks of one robot, one after the other."""
+    return of_calls(*((call, 0) for call in CALLS))
+
+
+def of_calls(*calls: tuple[GroundCall, int]) -> tuple[GeometricProcedures, tuple[Act, ...]]:
+    """Calls with their attempts as acts."""
     server = GeometricProcedures(GeometryServer(scene_of(PROBLEM)), (DOMAINS / PROBLEM).parent)
     situation, acts = Situation.of(server.scene.start), []
-    for call in CALLS:
-        answer = server.call(call, situation)
+    for call, attempt in calls:
+        answer = server.call(call, situation, attempt)
         assert isinstance(answer, Success)
         bodies = [server.scene.bodies["bottle_1"]]
         acts.append(Act(answer.motion, answer.changes, freedoms(server.stages(call), bodies)))
@@ -94,6 +99,21 @@ def test_strokes_keep_what_their_family_asks_for_at_least(pinned):
                 seen.add(name)
         situation = situation.replace(act.changes)
     assert seen == {"approach", "lift", "lower", "retreat"}
+
+
+def test_where_a_robot_makes_way_is_chosen_anew_but_it_still_moves():
+    """The other arm works in between: it is proven with the first one where that now waits."""
+    other = GroundCall("pick", ("right", "bottle_3"))
+    server, acts = of_calls((GroundCall("move", ("left",)), 1), (other, 0), (CALLS[0], 0))
+    context, situation = server.server.context(), Situation.of(server.scene.start)
+    made = joined(context, situation, acts, Effort(20, 0))
+    assert lengths(made) < 0.8 * lengths(acts)
+    assert [segment.stage for segment in made[0].motion] == ["move"]
+    assert made[0].changes["left"] != acts[0].changes["left"]
+    assert made[2].changes["left"] == acts[2].changes["left"]
+    for act in made:
+        assert proven(context, situation, act.motion)
+        situation = situation.replace(act.changes)
 
 
 def test_an_end_that_nobody_needs_is_let_go():
