@@ -8,10 +8,11 @@ world.
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import lru_cache
 
 from kabo.language.problem import Problem
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value, claim_text, denied, range_of, text_of
-from kabo.verify.knowledge import Knowledge, Remembered, exclude, in_order, mentions_any, symbols_of, truth
+from kabo.verify.knowledge import Knowledge, Remembered, exclude, in_order, mentioning, mentions_any, truth
 
 
 class ContradictionError(Exception):
@@ -108,10 +109,10 @@ class Draft:
             everything |= now
             for symbol in now if len(now) == 1 else sorted(now, key=repr):
                 self._close_range(symbol)
-            for entry in _in_order([one for one in self.exclusive if not symbols_of(one).isdisjoint(now)]):
+            for entry in _in_order(mentioning(self.exclusive, now)):
                 self.exclusive.discard(entry)
                 self._settle_exclusive(entry)
-            for entry in _in_order([one for one in self.some if not symbols_of(one).isdisjoint(now)]):
+            for entry in _in_order(mentioning(self.some, now)):
                 self.some.discard(entry)
                 self._settle_some(entry)
             for whole in [whole for whole in self.conjunctions if mentions_any(whole, now)]:
@@ -164,8 +165,8 @@ class Draft:
     # ------------------------------------------------------------------------------------------- world changes
     def drop_entries(self, symbols: set[Symbol]) -> None:
         """The world changes here: what relates these atoms and terms to others is not known any more."""
-        self.exclusive = {entry for entry in self.exclusive if not mentions_any(entry, symbols)}
-        self.some = {entry for entry in self.some if not mentions_any(entry, symbols)}
+        self.exclusive.difference_update(mentioning(self.exclusive, symbols))
+        self.some.difference_update(mentioning(self.some, symbols))
         self.conjunctions = {whole for whole in self.conjunctions if not mentions_any(whole, symbols)}
 
     def touch(self, symbols: Iterable[Symbol], remember: Remembered) -> None:
@@ -211,4 +212,9 @@ class Draft:
 
 def _in_order(entries: Iterable[Entry]) -> list[Entry]:
     found = list(entries)
-    return found if len(found) < 2 else sorted(found, key=lambda entry: repr(in_order(entry)))
+    return found if len(found) < 2 else sorted(found, key=_spelled)
+
+
+@lru_cache(maxsize=1 << 16)
+def _spelled(entry: Entry) -> str:
+    return repr(in_order(entry))

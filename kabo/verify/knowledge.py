@@ -11,6 +11,9 @@ from typing import Protocol
 
 from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
 
+FEW = 24  # of so few entries all are looked at
+MANY = 1 << 16  # entries that are remembered
+
 Excluded = Mapping[Symbol, frozenset[Value]]
 Frozen = tuple[object, ...]
 Remembered = AbstractSet["Symbol | str"]  # atoms and terms, or the names of all of them
@@ -116,6 +119,43 @@ def symbols_of(entry: Entry | tuple[GroundClaim, ...]) -> frozenset[Symbol]:
 def in_order(entry: Entry) -> tuple[GroundClaim, ...]:
     """The members of an entry, always in the same order, so that every run says the same."""
     return tuple(sorted(entry, key=repr))
+
+
+class Mentions:
+    """Finds the entries of a set that mention one of some symbols, without looking at all of them.
+
+    It knows where the entries that it has ever been given mention something; it forgets when these are too many.
+    """
+
+    def __init__(self) -> None:
+        self._where: dict[Symbol, list[Entry]] = {}
+        self._seen: set[Entry] = set()
+
+    def of(self, entries: AbstractSet[Entry], symbols: AbstractSet[Symbol]) -> list[Entry]:
+        """The entries that mention a symbol, each once."""
+        if len(entries) <= FEW or len(symbols) > FEW:
+            return [entry for entry in entries if not symbols_of(entry).isdisjoint(symbols)]
+        if not self._seen >= entries:
+            self._note(entries)
+        found = [entry for symbol in symbols for entry in self._where.get(symbol, ()) if entry in entries]
+        return found if len(symbols) == 1 else list(dict.fromkeys(found))
+
+    def _note(self, entries: AbstractSet[Entry]) -> None:
+        if len(self._seen) > MANY:
+            self._seen.clear()
+            self._where.clear()
+        for entry in entries - self._seen:
+            self._seen.add(entry)
+            for symbol in symbols_of(entry):
+                self._where.setdefault(symbol, []).append(entry)
+
+
+_MENTIONS = Mentions()
+
+
+def mentioning(entries: AbstractSet[Entry], symbols: AbstractSet[Symbol]) -> list[Entry]:
+    """The entries that mention one of the symbols, each once, in no order."""
+    return _MENTIONS.of(entries, symbols)
 
 
 def mentions_any(entry: Entry | tuple[GroundClaim, ...], symbols: AbstractSet[Symbol]) -> bool:

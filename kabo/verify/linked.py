@@ -5,10 +5,11 @@ Groups that nothing links are independent: a world is one choice for each, so ea
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from kabo.language.problem import Problem
 from kabo.verify.draft import ContradictionError, Draft
-from kabo.verify.ground import Entry, NotVerifiableError, Symbol, Value, range_of
+from kabo.verify.ground import Entry, GroundClaim, NotVerifiableError, Symbol, Value, range_of
 from kabo.verify.knowledge import Knowledge, truth
 from kabo.verify.streams import Stream
 from kabo.verify.transition import settle
@@ -33,6 +34,11 @@ class Linked:
     state: Knowledge
     own_rules: tuple[Rule, ...]
     _listed: "dict[int, list[Values] | None]" = field(default_factory=dict)
+
+    @cached_property
+    def _claims(self) -> list[GroundClaim]:
+        """The members of all entries, each once."""
+        return list(dict.fromkeys(claim for entry in (*self.state.exclusive, *self.state.some) for claim in entry))
 
     def values_of(self, symbol: Symbol) -> list[Value]:
         """The values that are not excluded."""
@@ -119,9 +125,10 @@ class Linked:
     def agree(self, values: Mapping[Symbol, Value]) -> bool:
         """Whether these values can be together: entries hold, and rules conclude nothing else."""
         world = World({**self.state.known, **values})
-        if any(sum(world.holds(claim) for claim in entry) != 1 for entry in self.state.exclusive):
+        holding = {claim for claim in self._claims if world.holds(claim)}
+        if any(len(entry & holding) != 1 for entry in self.state.exclusive):
             return False
-        if not all(any(world.holds(claim) for claim in entry) for entry in self.state.some):
+        if any(entry.isdisjoint(holding) for entry in self.state.some):
             return False
         try:
             updates = fired(self.own_rules, world.as_known())
