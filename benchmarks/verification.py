@@ -1,6 +1,6 @@
 """Soundness of `kabo verify`: plans and scenes spoilt at random, judged by it and by dense sampling.
 
-    python benchmarks/verification.py [--colliding 200] [--seed 0] [--cases NAME ...] [--output verification.json]
+    python benchmarks/verification.py [--colliding 200] [--seconds 3600] [--seed 0] [--cases NAME ...] [--output FILE]
 
 Right plans are made for a few scenarios and spoilt (tests/motion_mutations.py) until so many mutants collide by the
 oracle: many moments of the spoilt motions, exact meshes, python-fcl (tests/oracles_motions.py). Every one of these
@@ -179,6 +179,7 @@ def main() -> None:
     """Spoils, judges, prints."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--colliding", type=int, default=200, help="how many mutants must collide")
+    parser.add_argument("--seconds", type=float, default=3600.0, help="of the processor, after which it ends")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
     parser.add_argument("--plans", type=Path, help="a folder with plans, and for those that are made")
@@ -190,7 +191,7 @@ def main() -> None:
     kinds, scenarios, epsilon = Totals(), Totals(), min(case.scene.epsilon for case in cases)
     streams = [(case, mutants(case, options.seed)) for case in cases]
     colliding = count = 0
-    while colliding < options.colliding:
+    while colliding < options.colliding and process_time() < options.seconds:
         case, stream = streams[count % len(streams)]
         count += 1
         outcome = judged(case, next(stream), count % WHOLE == 0)
@@ -198,6 +199,8 @@ def main() -> None:
         kinds.rows[outcome.mutant.kind].append(outcome)
         scenarios.rows[case.name].append(outcome)
         _tell(case, outcome, epsilon)
+        if count % 10 == 0:
+            print(f"{count} mutants, {colliding} collide", flush=True)
     tables = [kinds.table("By mutation", epsilon), scenarios.table("By scenario", epsilon)]
     finish(tables, options.output, seed=options.seed, colliding=options.colliding, cases=options.cases)
 

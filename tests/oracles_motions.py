@@ -13,7 +13,7 @@ import numpy as np
 from kabo.plan import Node, Plan, Segment, StateChange
 from kabo.scene import Attachment, GeometricState, Mesh, Scene, link_poses, world_T
 
-STEP = 0.01  # [m] about how far an outer link moves between two moments
+STEP = 0.015  # [m] about how far an outer link moves between two moments
 LEVER = 1.0  # [m] of a turning joint
 
 Pair = tuple[str, str]
@@ -81,6 +81,8 @@ class Replay:
         ends = sorted({t for s in self.segments for t in (s.times[0], s.times[-1])})
         for start, end in zip(ends, ends[1:], strict=False):
             running = [i for i, s in enumerate(self.segments) if s.times[0] <= start and s.times[-1] >= end]
+            if not running:
+                continue
             for time in self._times(start, end, running):
                 self._move(time, running)
                 yield self._moment(time, running)
