@@ -213,6 +213,8 @@ def _halves(
             raise Refuted("a stretch is halved that cannot be")
         middle = (s0 // ONE + s1 // ONE) // 2 * ONE if s1 - s0 > ONE else (s0 + s1) // 2
         return [(s0, middle, ranges), (middle, s1, ranges)]
+    if letter not in "fs":
+        raise Refuted(f"its walk has the letter {letter!r}")
     side = "fs".index(letter)
     low, high = ranges[side]
     if high - low < 2:
@@ -226,6 +228,8 @@ class _Axes:
 
     def __init__(self, proof: PairProof) -> None:
         count = 6 * proof.walk.count("a")
+        if len(proof.axes) != count + 24 * proof.walk.count("e"):
+            raise Refuted("its axes are not those that its walk names")
         short = np.frombuffer(proof.axes[:count], "<i2").astype(np.float64).reshape(-1, 3)
         exact = np.frombuffer(proof.axes[count:], "<f8").astype(np.float64).reshape(-1, 3)
         self._left = {"a": iter(short), "e": iter(exact)}

@@ -174,3 +174,9 @@ def test_clearances_are_told_for_every_object_and_branch(counter, plan):
     assert len(branches) > 1 and all(set(each["distances"]) == {"mug"} for each in branches)
     distances = [each["distances"]["mug"] for each in branches if each["distances"]["mug"] is not None]
     assert min(distances) == told["clearance"][0]["distance"]
+
+
+def test_what_no_reader_lets_through_is_refused_all_the_same(counter, plan):
+    """Plans may be built without a file."""
+    for walk, axes in (("a", b""), ("x", b""), ("", b""), ("e", b"123")):
+        only_finding(counter, with_pair(plan, lambda pair, w=walk, a=axes: replace(pair, walk=w, axes=a)))
