@@ -8,9 +8,10 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from scripts.generate_meshes import MESHES, ROBOTS, THINGS, generate
+from kabo.geometry.crossings import crossing_faces
+from scripts.generate_meshes import GEARBOX, MESHES, ROBOTS, THINGS, generate
 from scripts.mesh_files import triangles
-from scripts.solids import HIGH, LOW
+from scripts.solids import HIGH, LOW, Detail
 
 STL_FILES = sorted(path.relative_to(MESHES).as_posix() for path in MESHES.glob("*/*.stl"))
 VOLUMES = {  # m³ of the ideal shape, or of a plain body that it differs little from
@@ -47,6 +48,12 @@ def test_every_mesh_is_one_closed_solid_with_its_normals_outside(name: str) -> N
     assert mesh.body_count == 1
     assert mesh.volume > 0.0
     assert not np.any(mesh.area_faces == 0.0)
+
+
+@pytest.mark.parametrize("detail", [LOW, HIGH], ids=["low", "high"])
+@pytest.mark.parametrize("name", sorted(GEARBOX))
+def test_no_part_of_the_gearbox_crosses_itself(name: str, detail: Detail) -> None:
+    assert not crossing_faces(*triangles(GEARBOX[name](detail))).any()
 
 
 @pytest.mark.parametrize("name", sorted(VOLUMES))
