@@ -1,16 +1,19 @@
 """Refined plans: never longer, never slower, the same state at every branch and merge, free by an independent judge."""
 
+import json
 from functools import cache
 from types import SimpleNamespace
 
+import jsonschema
 import numpy as np
 import pytest
 
 import kabo
 from kabo.geometry_server import Success
-from kabo.plan import Plan, plan_to_json
+from kabo.plan import Plan, plan_from_json, plan_to_json, schema
 from kabo.planner.refining import _independent
 from kabo.planner.refining_stops import Stop
+from kabo.planner.result import result_to_json
 from tests.domains.scenes import DOMAINS, problem_of, scene_of
 from tests.oracles_motions import collisions
 
@@ -84,6 +87,15 @@ def test_only_good_plans_say_their_quality_and_what_it_came_to():
     assert "quality" not in fast.plan.options
     assert good.plan.options["quality"] == "good"
     assert "path_length" not in fast.statistics
+
+
+def test_refined_plans_and_their_figures_are_as_the_schemas_say():
+    result = planned(CASES[0], "good")
+    jsonschema.validate(json.loads(plan_to_json(result.plan)), schema("kabo-plan-1"))
+    body = result_to_json(result)
+    jsonschema.validate(body, schema("kabo-result-1"))
+    assert body["statistics"]["path_length"] < body["statistics"]["path_length_found"]
+    assert plan_from_json(plan_to_json(result.plan)) == result.plan
 
 
 def test_both_arms_move_at_once_where_they_cannot_meet(tmp_path):
