@@ -125,8 +125,7 @@ def solve(
         max_expansions: search nodes expanded at most.
         max_samples: samples of procedures at most.
         timeout: seconds after which the search gives up.
-        quality: `fast`: the motion as it was found; `good`: refined afterwards, which may take longer than finding it. Without
-            geometry nothing moves, and both are the same.
+        quality: `fast`: the motion as it was found; `good`: refined afterwards, which may take longer than finding it.
         certificate: whether the plan carries what proves its motions free; with `geometry` `bounding` only.
         workers: processes that ask procedures of geometry; one: this one does.
         progress: told now and then what is done.
