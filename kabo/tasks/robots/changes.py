@@ -212,7 +212,8 @@ def _pairs(scene: TaskScene, properties: Values, *, standing: bool) -> list[Pair
 
 def _supported(scene: TaskScene, name: str, *, standing: bool) -> list[Pair]:
     """The members of an object's group, each with what carries it (`standing`), or with what it may touch."""
-    group, found = scene.situation.group(name), []
+    group: tuple[str, ...] = scene.situation.group(name)
+    found: list[Pair] = []
     for member in group:
         if standing:
             others: Iterable[str] = supports(scene.context.surroundings, scene.situation, member)
