@@ -7,89 +7,35 @@ until a plan is found, proven impossible, or the budget is spent:
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
 from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
 from kabo.plan import Plan
-from kabo.planner.contingent import find_skeleton
-from kabo.planner.packed import PackedTask
 from kabo.planner.procedures import Procedures, refuse_without_motion
 from kabo.planner.reasons import exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
-from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Skeleton, Unreachable
+from kabo.planner.runs import (
+    DEFAULT_QUALITY,
+    DEFAULT_SEARCH,
+    MAX_EXPANSIONS,
+    MAX_SAMPLES,
+    SECONDS,
+    Options,
+    Run,
+    failures_of,
+    search_once,
+    statistics_of,
+    without_plan,
+)
+from kabo.planner.skeleton import Exhausted, Found, Skeleton, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
     from kabo.planner.ledger import Interleaved, Ledger
     from kabo.planner.workers import Workers
     from kabo.tasks.procedures import GeometricProcedures
-
-MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
-DEFAULT_SEARCH, DEFAULT_QUALITY = "best", "fast"
-
-
-@dataclass(frozen=True)
-class Options:
-    """The resolved options of one run: command line before problem before scene before these defaults."""
-
-    search: str
-    seed: int
-    epsilon: float | None
-    geometry: str
-    geometry_order: str
-    max_expansions: int
-    max_samples: int
-    timeout: float
-    quality: str = DEFAULT_QUALITY
-
-    def written(self) -> dict[str, str | float | int | None]:
-        """The options as the plan keeps them: what it depends on."""
-        order = None if self.geometry == "none" else self.geometry_order
-        written: dict[str, str | float | int | None] = {
-            "search": self.search,
-            "seed": self.seed,
-            "epsilon": self.epsilon,
-            "geometry": self.geometry,
-            "geometry_order": order,
-            "max_expansions": self.max_expansions,
-            "max_samples": self.max_samples,
-        }
-        return written if self.quality == DEFAULT_QUALITY else {**written, "quality": self.quality}
-
-
-@dataclass
-class Run:
-    """One run of the planner: its options, when it must stop, what it did so far."""
-
-    problem: Problem
-    options: Options
-    progress: Callable[[Progress], None] | None
-    cancelled: Callable[[], bool] | None
-    workers: int = 1
-    began: float = field(default_factory=perf_counter)
-    symbolic_s: float = 0.0
-    geometric_s: float = 0.0
-    load_s: float = 0.0
-    expanded: int = 0
-    generated: int = 0
-    rounds: int = 0
-    packed: PackedTask | None = None
-    refined: Mapping[str, float] = field(default_factory=dict)
-    witness: "Callable[[GeometricProcedures], None] | None" = None
-    certificate: bool = True
-    certified: Mapping[str, Any] = field(default_factory=dict)
-
-    def stop(self) -> bool:
-        """Whether time is up or somebody asked to stop."""
-        late = perf_counter() - self.began > self.options.timeout
-        return late or (self.cancelled is not None and self.cancelled())
-
-    def tell(self, doing: str, calls: int = 0) -> None:
-        """Sends progress to whoever asked for it."""
-        if self.progress is not None:
-            self.progress(Progress(doing, self.expanded, self.generated, calls))
 
 
 def solve(
@@ -177,39 +123,17 @@ def _first(*values: Any) -> Any:
     return next((value for value in values if value is not None), None)
 
 
-def _search(
-    run: Run, task: Task, geometry: "Ledger | Interleaved | Procedures | None"
-) -> Found | Unreachable | Exhausted:
-    began = perf_counter()
-    run.rounds += 1
-    left = run.options.max_expansions - run.expanded
-    most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
-    limits = Limits(most, run.stop)
-    run.packed = run.packed or PackedTask(task)
-    found = find_skeleton(
-        task,
-        search=run.options.search,
-        geometry=cast("Geometry | None", geometry),
-        limits=limits,
-        packed=run.packed,
-    )
-    run.expanded += found.statistics.expanded
-    run.generated += found.statistics.generated
-    run.symbolic_s += perf_counter() - began
-    return found
-
-
 def _symbolic(run: Run, task: Task) -> Result:
     from kabo.planner.assembly import assemble, symbolic_variants
     from kabo.planner.evaluation import in_order
 
     run.tell("searching")
-    found = _search(run, task, None)
+    found = search_once(run, task, None)
     if not isinstance(found, Found):
-        return _without_plan(run, task, found, None)
+        return without_plan(run, task, found, None)
     variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
     plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
-    return Result("solved", plan, _statistics(run, None))
+    return Result("solved", plan, statistics_of(run, None))
 
 
 def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
@@ -221,17 +145,17 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
         run.tell("asking", sum(counted.calls for counted in procedures.counted.values()))
         procedures.prepare(task)
         asked = procedures.seconds
-        found = _search(run, task, procedures)
+        found = search_once(run, task, procedures)
         run.symbolic_s -= procedures.seconds - asked
         if not isinstance(found, Found):
             break
         if procedures.follow(found.skeleton):
             variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
             plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
-            return Result("solved", plan, _statistics(run, None) | procedures.figures())
+            return Result("solved", plan, statistics_of(run, None) | procedures.figures())
         if run.stop():
             break
-    statistics = _statistics(run, None) | procedures.figures()
+    statistics = statistics_of(run, None) | procedures.figures()
     told = tuple(f"refused: {call}" for call in procedures.failed())
     if isinstance(found, Unreachable):
         if not told:
@@ -266,26 +190,31 @@ def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "
     else:
         _note_proofs(task, ledger)
     while True:
-        if geometry is ledger and run.options.geometry_order == "adaptive" and task.branchings and ledger.in_vain():
+        if (
+            geometry is ledger
+            and run.options.geometry_order == "adaptive"
+            and task.branchings
+            and ledger.in_vain()
+        ):
             geometry = Interleaved(server)
         run.tell("searching", sum(server.statistics.calls.values()))
-        found = _search(run, task, geometry)
+        found = search_once(run, task, geometry)
         if isinstance(found, Unreachable) and isinstance(geometry, Interleaved):
             proof = _proved(run, task, ledger)
             if proof is not None:
-                return _without_plan(run, task, proof, server, ledger)
+                return without_plan(run, task, proof, server, ledger)
         cut = isinstance(found, Exhausted) and found.budget == "expansions"
         if cut and run.expanded < run.options.max_expansions and geometry.try_harder():
             continue
         if isinstance(found, Unreachable) and not geometry.proved() and geometry.try_harder():
             continue
         if not isinstance(found, Found):
-            return _without_plan(run, task, found, server, geometry)
+            return without_plan(run, task, found, server, geometry)
         run.tell("moving", sum(server.statistics.calls.values()))
         variants = _evaluated(run, found.skeleton, server, geometry, workers)
         if run.stop() or server.statistics.samples > run.options.max_samples:
             over = "time" if run.stop() else "samples"
-            return Result("exhausted", None, _statistics(run, server), exhausted(over, _failures(geometry)))
+            return Result("exhausted", None, statistics_of(run, server), exhausted(over, failures_of(geometry)))
         if variants is not None:
             if run.options.quality == "good":
                 run.tell("refining", sum(server.statistics.calls.values()))
@@ -293,7 +222,9 @@ def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "
             files = files_read(run.problem, server)
             plan = assemble(run.problem, variants, server, files, run.options.written())
             plan = _certified(run, plan, server)
-            return Result("solved", plan, _statistics(run, server))
+            return Result("solved", plan, statistics_of(run, server))
+        if geometry is not ledger and not geometry.try_harder():
+            return without_plan(run, task, Exhausted(found.statistics, "expansions"), server, geometry)
 
 
 def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
@@ -311,7 +242,7 @@ def _proved(run: Run, task: Task, ledger: "Ledger") -> Unreachable | None:
     """The proof that there is no plan whatever is sampled, if there is one."""
     if not ledger.refusals:
         _note_proofs(task, ledger)
-    found = _search(run, task, ledger) if ledger.proved() else None
+    found = search_once(run, task, ledger) if ledger.proved() else None
     return found if isinstance(found, Unreachable) else None
 
 
@@ -369,50 +300,3 @@ def _evaluated(
             geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)
     run.geometric_s += perf_counter() - began
     return None if evaluation.refused else evaluation.variants
-
-
-def _failures(geometry: "Ledger | Interleaved | None") -> Any:
-    return [] if geometry is None else geometry.failures()
-
-
-def _without_plan(
-    run: Run,
-    task: Task,
-    found: Unreachable | Exhausted,
-    server: "GeometricProcedures | None",
-    geometry: "Ledger | Interleaved | None" = None,
-) -> Result:
-    statistics = _statistics(run, server)
-    failures = _failures(geometry)
-    if isinstance(found, Exhausted):
-        return Result("exhausted", None, statistics, exhausted(found.budget, failures))
-    proved = geometry is None or geometry.proved()
-    if proved:
-        return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
-    return Result("exhausted", None, statistics, exhausted("samples", failures))
-
-
-def _statistics(run: Run, server: "GeometricProcedures | None") -> dict[str, Any]:
-    figures: dict[str, Any] = {
-        "total_s": perf_counter() - run.began,
-        "symbolic_s": run.symbolic_s,
-        "geometric_s": run.geometric_s,
-        "load_s": run.load_s,
-        "expanded": run.expanded,
-        "generated": run.generated,
-    }
-    if server is not None:
-        counted = server.statistics
-        figures |= {
-            "inverse_kinematics_calls": counted.inverse_kinematics_calls,
-            "inverse_kinematics_s": counted.inverse_kinematics_s,
-            "collision_checks": counted.collision_checks,
-            "positive_collision_checks": counted.positive_collision_checks,
-            "collision_s": counted.collision_s,
-            "pair_checks": counted.pair_checks,
-            "geometric_states": server.states_met,
-            "procedures": counted.procedures,
-            **run.certified,
-            **run.refined,
-        }
-    return figures
