@@ -2,7 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,28 @@ from kabo.scene.transforms import transform
 
 Array = npt.NDArray[np.float64]
 REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
+
+
+class _Known:
+    """A mesh by what it is and where it came from, to be remembered by."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh, self._key = mesh, (mesh.digest, mesh.path)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Known) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+
+@lru_cache(maxsize=256)
+def _enclosed(known: _Known, tolerance: float) -> Enclosure:
+    """The parts of a mesh: scenes come and go, meshes stay."""
+    from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
+
+    mesh = known.mesh
+    return enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
 
 
 class Surroundings:
@@ -70,10 +92,7 @@ class Surroundings:
     def enclosed(self, mesh: Mesh) -> Enclosure:
         """The convex parts that enclose a mesh, made once."""
         if mesh.digest not in self._enclosures:
-            from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
-
-            tolerance = self.budget.geometry
-            self._enclosures[mesh.digest] = enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
+            self._enclosures[mesh.digest] = _enclosed(_Known(mesh), self.budget.geometry)
         return self._enclosures[mesh.digest]
 
     def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:
