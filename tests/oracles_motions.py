@@ -260,9 +260,14 @@ def _changed(state: GeometricState, change: StateChange, scene: Scene) -> Geomet
 
 
 def replay_of(scene: Scene, state: GeometricState, node: Node, reference: Node | None = None) -> Replay:
-    """The replay of a node; contacts are permitted as `reference` says, if it has as many segments."""
-    like = reference if reference is not None and len(reference.motion) == len(node.motion) else node
-    return Replay(scene, state, node.motion, [segment.allowed_contacts for segment in like.motion])
+    """The replay of a node; contacts are permitted as `reference` says of the same way, or else place."""
+    known = {(s.robot, s.waypoints): s.allowed_contacts for s in ([] if reference is None else reference.motion)}
+    same = [] if reference is None or len(reference.motion) != len(node.motion) else list(reference.motion)
+    permits = []
+    for i, segment in enumerate(node.motion):
+        otherwise = same[i].allowed_contacts if same else segment.allowed_contacts
+        permits.append(known.get((segment.robot, segment.waypoints), otherwise))
+    return Replay(scene, state, node.motion, permits)
 
 
 def collisions(

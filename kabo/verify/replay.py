@@ -16,7 +16,7 @@ from kabo.verify.interpreter import Interpreter
 from kabo.verify.knowledge import Frozen, Knowledge
 from kabo.verify.relevance import Relevance
 from kabo.verify.report import Finding
-from kabo.verify.steps import step
+from kabo.verify.steps import step, unmet_early
 
 MOST_STATES = 200_000  # different ones; a plan of 25,000 nodes has about as many
 TOO_MANY = f"more than {MOST_STATES} different states of knowledge arise up to here: the rest was not judged"
@@ -50,15 +50,21 @@ def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
             result.findings.append(Finding(name, TOO_MANY))
             return result
         told: dict[str, None] = {}
+        early = [after for after in plan.nodes[name].successors if plan.nodes[after].overlap > 0.0]
+        before: dict[tuple[str, str], None] = {}
         for state in arriving.pop(name).values():
             result.states += 1
             played = step(interpreter, plan.nodes[name], state)
             told.update(dict.fromkeys(played.messages))
+            for after in early:
+                wrong = unmet_early(interpreter, plan.nodes[after], state)
+                before.update(dict.fromkeys((after, message) for message in wrong))
             for way in played.ways:
                 if way.successor in arriving:
                     _arrive(arriving[way.successor], relevance.reduced(way.successor, way.state))
         relevance.leave(name)
         result.findings.extend(Finding(name, message) for message in told)
+        result.findings.extend(Finding(after, message) for after, message in before)
     return result
 
 

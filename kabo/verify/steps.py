@@ -53,6 +53,15 @@ def step(interpreter: Interpreter, node: Node, state: Knowledge) -> Step:
     return result
 
 
+def unmet_early(interpreter: Interpreter, node: Node, state: Knowledge) -> list[str]:
+    """What a node whose motion begins early asks for and does not find, in the state before the node before it."""
+    action = interpreter.action(str(node.action), node.arguments)
+    try:
+        return [f"begins early, but then {message}" for message in _unmet(action, state)]
+    except NotVerifiableError as error:
+        return [str(error)]
+
+
 def because(formula: Formula) -> str:
     """Where a formula stands, for the end of a message."""
     place = getattr(formula, "place", None)

@@ -37,6 +37,18 @@ class Taking:
             if dot:
                 self.had.setdefault(robot, set()).add(name)
 
+    def begin(self, segment: Segment) -> Iterator[Finding]:
+        """A hand does not move while it holds something, but to let it go."""
+        robot = self.world.scene.robots[segment.robot]
+        moved = np.abs(np.subtract(segment.waypoints, segment.waypoints[0])).max() > JOINED
+        if self.call.law is None or segment.joints != robot.gripper_joints or not moved:
+            return
+        let_go = {*segment.detach, *(name for name, _ in segment.attach)}
+        for name, (parent, _) in self.holding.hung.items():
+            if parent.partition(".")[0] == robot.name and name not in let_go:
+                text = f"{robot.name} moves its hand while it holds {name}"
+                yield Finding(self.node, text, segment.times[0], (robot.name, name))
+
     def end(self, segment: Segment) -> Iterator[Finding]:
         """What happens at the end of a segment: first it lets go, then it takes and puts together."""
         time, loose = segment.times[-1], []

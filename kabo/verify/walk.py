@@ -74,6 +74,7 @@ class Walk:
             yield from self._check_collision(window, path)
             for i in window.starting:
                 segment = self.segments[i]
+                yield from self.taking.begin(segment)
                 yield from self._check_kept(
                     segment, whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot])
                 )

@@ -7,6 +7,7 @@ import pytest
 from kabo.language import formulas, load_problem
 from kabo.plan import Node, Plan, PlanBuilder, ValueOf
 from kabo.verify import verify_plan
+from tests.verify.hand_made import problem_of
 
 DOMAIN = """domain: post
 types:
@@ -221,3 +222,39 @@ def test_too_many_different_states_are_not_judged_and_that_is_said(post, monkeyp
     problem = post("K(held(box))")
     text = said(problem, ("take", BOX, ("leave", {**BOX, "p": "store"}, ("take", BOX, None))))
     assert "the rest was not judged" in text and "NOT verified" in text
+
+
+def test_a_motion_that_begins_early_counts_on_no_effect_of_the_one_before(tmp_path):
+    """Going through the door needs it open; ringing does not."""
+    domain = """types: [door]
+predicates: {open: [door], through: [], rung: []}
+actions:
+  push:
+    parameters: {d: door}
+    effects: ['add(Kf, open(d))']
+  pass:
+    parameters: {d: door}
+    preconditions: ['K(open(d))']
+    effects: ['add(Kf, through)']
+  ring:
+    effects: ['add(Kf, rung)']
+"""
+    problem = problem_of(
+        tmp_path,
+        domain,
+        """domain: domain.yaml
+objects: {door: [d]}
+initial: ['add(Kf, not open(d), not through, not rung)']
+goal: ['K(through)', 'K(rung)']
+""",
+    )
+    plan = plan_of(problem, ("push", {"d": "d"}, ("ring", {}, ("pass", {"d": "d"}, None))))
+    for name, early in (("n1", True), ("n2", True)):
+        nodes = {**plan.nodes, name: replace(plan.nodes[name], overlap=0.5)}
+        report = verify_plan(problem, replace(plan, nodes=nodes))
+        assert report.ok is early, str(report)
+    nodes = {**plan.nodes, "n1": replace(plan.nodes["n2"], next="n2", overlap=0.5), "n2": plan.nodes["n1"]}
+    nodes["n2"] = replace(nodes["n2"], next="n3")
+    report = verify_plan(problem, replace(plan, nodes=nodes))
+    assert [f.node for f in report.findings] == ["n1"], str(report)
+    assert "begins early, but then precondition 1" in report.findings[0].message

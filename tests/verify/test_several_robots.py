@@ -99,6 +99,16 @@ def test_a_hand_that_goes_away_without_opening_is_caught(bench):
     found(told, "left gave peg away, but its finger is not open", "n1")
 
 
+def test_a_hand_that_opens_before_the_part_is_in_its_place_is_caught(bench):
+    """The part would stay in the air."""
+    first, second, opening, retreat = by_hand.insert().motion
+    begin = opening.times[-1] - opening.times[0]
+    early = replace(opening, times=tuple(round(t - opening.times[0] + second.times[0], 6) for t in opening.times))
+    moved = replace(second, times=tuple(round(t + begin, 6) for t in second.times))
+    node = replace(by_hand.insert(), motion=(first, early, moved, retreat))
+    found(report(bench, by_hand.take_peg(), node), "left moves its hand while it holds peg", "n1")
+
+
 def test_a_procedure_that_mates_nothing_may_attach_nothing_to_a_body(bench):
     node = with_segment(by_hand.take_peg(), 2, attach=(("peg", "table"),))
     found(report(bench, node, by_hand.hand_over()), "attaches peg to table, which it may not", "n0")
