@@ -230,7 +230,7 @@ def _shorter(context: Context, path: Array, ways: Sequence[Part], robot: str, ef
     project = None if keep is None else keep.pull_planned(hand)
     key = context.seed, "joined", robot, *map(float, path[0]), *map(float, path[-1])
     found = [path]
-    for number in range(effort.ways):
+    for number in range(effort.ways if keep is None else min(1, effort.ways)):  # keeping one is slow
         samples = context.path_samples
         other = way_to(part.scene.workspace(robot), path[0], path[-1], (*key, number), samples, keep)
         if not isinstance(other, Refused):
