@@ -19,7 +19,7 @@ from kabo.tasks.robots.legs import proven
 if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures
 
-SOLUTIONS, BEAM = 4, 4  # of each task; of states that are kept
+SOLUTIONS, BEAM = 3, 4  # of each task; of states that are kept
 ENDS, AGAIN = 2, 1  # of a stretch that are followed; solutions of what follows
 GAIN = 1e-3  # rad: less is not worth a change
 
