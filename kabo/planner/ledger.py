@@ -182,6 +182,15 @@ class Ledger:
             return frozenset((i, trace[i]) for i in blockers)
         return frozenset() if failure.reason == "out_of_reach" else None
 
+    def blamed(self, call: GroundCall, failure: Failure, trace: Trace) -> tuple[GroundCall, int] | None:
+        """The attempt at a call that made what a failed call was to move; None if nothing else can be tried there."""
+        for i in self.moves(call):
+            origin = self._origins.get((i, trace[i]))
+            own = self.components[i] in failure.reads and self.components[i] not in self.server.scene.robots
+            if own and origin is not None and origin.attempt + 1 < ATTEMPTS * (1 + self.effort):
+                return origin.call, origin.attempt
+        return None
+
     def in_vain(self) -> bool:
         """Whether so many calls along finished plans were refused that asking while searching is the better way."""
         counted = self.server.statistics

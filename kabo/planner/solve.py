@@ -211,7 +211,7 @@ def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "
         if not isinstance(found, Found):
             return without_plan(run, task, found, server, geometry)
         run.tell("moving", sum(server.statistics.calls.values()))
-        variants = _evaluated(run, found.skeleton, server, geometry, workers)
+        variants = _with_repairs(run, found.skeleton, server, geometry, workers, bool(task.branchings))
         if run.stop() or server.statistics.samples > run.options.max_samples:
             over = "time" if run.stop() else "samples"
             return Result("exhausted", None, statistics_of(run, server), exhausted(over, failures_of(geometry)))
@@ -277,6 +277,31 @@ def _note_proofs(task: Task, ledger: "Ledger") -> None:
             ledger.refuse(call, 0, failure, [ledger.start])
 
 
+def _with_repairs(
+    run: Run,
+    skeleton: Skeleton,
+    server: "GeometricProcedures",
+    geometry: "Ledger | Interleaved",
+    workers: "Workers",
+    branches: bool,
+) -> Any:
+    """The variants of the skeleton; where it branches, other answers are tried before another skeleton is."""
+    from kabo.planner.ledger import Ledger
+    from kabo.planner.repairing import REPAIRS, repaired
+
+    for _ in range(1 + REPAIRS):
+        evaluation = _evaluated(run, skeleton, server, geometry, workers)
+        if not evaluation.refused or run.stop() or server.statistics.samples > run.options.max_samples:
+            break
+        found = (
+            repaired(skeleton, evaluation.refused, geometry) if branches and isinstance(geometry, Ledger) else None
+        )
+        if found is None:
+            break
+        skeleton = found
+    return None if evaluation.refused else evaluation.variants
+
+
 def _evaluated(
     run: Run,
     skeleton: Skeleton,
@@ -284,7 +309,7 @@ def _evaluated(
     geometry: "Ledger | Interleaved",
     workers: "Workers",
 ) -> Any:
-    """The variants of the skeleton if every procedure has a motion; None, with the refusals noted, if not."""
+    """The evaluation of the skeleton, its refusals noted."""
     from kabo.planner.evaluation import Evaluator
     from kabo.planner.ledger import Ledger
 
@@ -299,4 +324,4 @@ def _evaluated(
         if isinstance(geometry, Ledger):
             geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)
     run.geometric_s += perf_counter() - began
-    return None if evaluation.refused else evaluation.variants
+    return evaluation
