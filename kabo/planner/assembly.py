@@ -79,7 +79,12 @@ def _add(
         moved = tuple((name, variant.situation.values(name)) for name in single)
         changes = {n: v for n, v in answer.changes.items() if variant.situation.values(n) != (v,)}
         after = whole_state(server.scene, changes) if changes else None
-    common: dict[str, Any] = {"action": action.name, "arguments": _arguments(action), "motion": motion, "after": after}
+    common: dict[str, Any] = {
+        "action": action.name,
+        "arguments": _arguments(action),
+        "motion": motion,
+        "after": after,
+    }
     common |= {"overlap": variant.overlap if motion else 0.0}
     if node.on is not None:
         return builder.add(Node("sense", on=node.on, branches=branches, **common), moved)  # type: ignore[arg-type]
