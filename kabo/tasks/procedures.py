@@ -240,7 +240,13 @@ class GeometricProcedures:
                 return asked.successes[attempt]
             if asked.successes or not asked.refusals.count("no_path") or self.stop():
                 break
-        return self._failure(call, situation, asked.refusals, bool(asked.successes))
+        failure = self._failure(call, situation, asked.refusals, bool(asked.successes))
+        blamed = asked.task.explain()
+        if asked.successes or not blamed.mismatches:
+            return failure
+        return replace(
+            failure, message=f"{_sentence(self.bind(call))}: {blamed.text}"
+        )  # what was found never fitted
 
     def _asked_on(
         self,

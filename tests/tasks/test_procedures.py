@@ -1,12 +1,14 @@
 """Procedures are tasks: pure, in order of their streams whatever the start, and clear about why not."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
+from kabo.language.procedures import LIBRARY
 from kabo.scene import link_poses, world_T
 from kabo.tasks.procedures import GeometricProcedures
 
@@ -178,3 +180,16 @@ def test_nothing_is_asked_of_a_robot_that_does_not_hold_the_object(server: Serve
     failure = server(BARTENDER).call(PLACE, Situation.of(server(BARTENDER).scene.start))
     assert isinstance(failure, Failure)
     assert "does not hold" in failure.message
+
+
+def test_what_is_found_on_both_sides_but_never_fits_is_said_to_be_so(server: Servers, tmp_path: Path) -> None:
+    """Without the permission, carrying ends in a scene other than the one in which the bottle is put down."""
+    text = (LIBRARY / "place.yaml").read_text()
+    allow = text[text.index("      - name: allow support") : text.index("      - name: lower")]
+    (tmp_path / "tasks").mkdir()
+    (tmp_path / "tasks" / "place.yaml").write_text(text.replace(allow, ""))
+    asked = server(BARTENDER)
+    held = run(asked, PICK)
+    answer = GeometricProcedures(asked.server, tmp_path).call(PLACE, held)
+    assert isinstance(answer, Failure)
+    assert "'transfer' found nothing; pairs that never fit: contact of bottle_4" in answer.message
