@@ -149,15 +149,13 @@ class _Checker:
         proofs: dict[tuple[str, str], list[PairProof]] = {}
         for proof in self.proofs[course.node, course.segments].pairs:
             proofs.setdefault((proof.first, proof.second), []).append(proof)
-        motion = self.plan.nodes[course.node].motion
-        permitted = {frozenset(pair) for i in course.segments for pair in motion[i].allowed_contacts}
         things, frames = [*course.moving, *course.standing], self._frames(course.path)
         side = self._sides()
         gaps = self._box_gaps(things, len(course.moving), frames, side)
         for i, k in np.argwhere(gaps <= self.near).tolist():
             first, second = things[i], things[k]
             names = first.name, second.name
-            if k <= i or not self.world.may_meet(*names) or frozenset(names) in permitted:
+            if k <= i or not self.world.may_meet(*names) or frozenset(names) in course.permitted:
                 continue
             couple = Couple(frames, first, second, self._parts, side)
             if couple.moves:

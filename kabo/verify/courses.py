@@ -8,10 +8,14 @@ from kabo.verify.sweep import Path, Thing
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """A stretch in which the same segments are under way: their numbers, the path, what moves along it, what stands."""
+    """A stretch in which the same segments are under way: their numbers, the path, what moves along it, what stands.
+
+    `permitted` are the pairs whose contact was granted there, which may be fewer than the plan asks for.
+    """
 
     node: str
     segments: tuple[int, ...]
     path: Path
     moving: Sequence[Thing]
     standing: Sequence[Thing]
+    permitted: frozenset[frozenset[str]] = frozenset()

@@ -132,7 +132,6 @@ class Walk:
         self.now = window.start
         moving, standing = self._things(path)
         self.sweeps.append(Sweep(path, moving))
-        self.tally.courses.append(Course(self.node, window.running, path, moving, standing))
         granted = Permits()
         for i in window.running:
             own = self._permits(i, window, path, standing)
@@ -142,6 +141,8 @@ class Walk:
                     text = f"permits contact of {pair[0]} and {pair[1]}, which this motion may not"
                     yield Finding(self.node, text, window.start, pair)
             granted = granted.joined(own)
+        permitted = granted.loose | granted.raised
+        self.tally.courses.append(Course(self.node, window.running, path, moving, standing, permitted))
         yield from check_collision(self.node, path, moving, standing, granted, self.world, self.tally)
 
     def _things(self, path: Path) -> tuple[list[Thing], list[Thing]]:

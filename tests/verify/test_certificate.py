@@ -97,6 +97,22 @@ def test_a_contact_that_is_not_permitted_needs_a_proof(counter, plan):
     assert any("collide" in str(finding) for finding in report.findings), "the second way agrees"
 
 
+def test_a_contact_that_a_plan_permits_itself_but_may_not_needs_a_proof(counter, plan):
+    """Arms permit contact with the plate, and the certificate leaves out what then needs no proof."""
+    at, stretch = first_proven(plan)
+    node, proofs = plan.nodes[stretch.node], list(plan.certificate.proofs)
+    proofs[at] = replace(stretch, pairs=tuple(p for p in stretch.pairs if p.second != "plate"))
+    more = tuple((p.first, p.second) for p in stretch.pairs if p.second == "plate")
+    motion = tuple(
+        replace(s, allowed_contacts=(*s.allowed_contacts, *more)) if i in stretch.segments else s
+        for i, s in enumerate(node.motion)
+    )
+    spoilt = replace(plan, nodes={**plan.nodes, stretch.node: replace(node, motion=motion)})
+    findings = [str(each) for each in verify_plan(counter.problem, changed(spoilt, proofs=tuple(proofs))).findings]
+    assert any("which this motion may not" in each for each in findings)
+    assert any("no proof is given" in each for each in findings), "the second way agrees"
+
+
 def test_parts_that_are_smaller_than_their_mesh_are_refused(counter, plan):
     digest = min(plan.certificate.bodies)
     parts = plan.certificate.bodies[digest]
