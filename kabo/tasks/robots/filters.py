@@ -7,6 +7,7 @@ from kabo.geometry_server import lies_inside
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.letting_go import letting_go
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 
@@ -42,6 +43,9 @@ class PredicateFilter(RobotStage, Wrapper):
         "inside": Property((list, tuple), (), "[body, region]: it is proven to lie inside"),
         "free_hand": Property((str, type(None)), None, "a robot that holds nothing"),
         "free": Property((list, tuple), (), "robots that are proven to touch nothing that they may not"),
+        "lets_go": Property(
+            (list, tuple), (), "[object, robot]: the hand, which holds it there, has room to open and to draw back"
+        ),
         "predicate": Property(Any, None, "a function of the scene: true or false, or the reason why not"),
     }
 
@@ -49,7 +53,7 @@ class PredicateFilter(RobotStage, Wrapper):
         """The success itself, or what does not hold."""
         assert solution.end is not None
         scene: TaskScene = solution.end.scene
-        for refused in (_attached, _inside, _free_hand, _free, _predicate):
+        for refused in (_attached, _inside, _free_hand, _free, _lets_go, _predicate):
             failure = refused(scene, properties)
             if failure is not None:
                 return [failure]
@@ -57,15 +61,21 @@ class PredicateFilter(RobotStage, Wrapper):
 
     def names(self) -> tuple[tuple[str, str], ...]:
         """The things that it asks about."""
-        attached, inside = self.known("attached") or (), self.known("inside") or ()
+        attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
         asked = [*zip(("body", "robot"), attached, strict=False), *zip(("body", "region"), inside, strict=False)]
+        asked += zip(("body", "robot"), left, strict=False)
         asked += [("robot", name) for name in (self.known("free_hand"), *(self.known("free") or ())) if name]
         return tuple((kind, str(name)) for kind, name in asked)
 
     def reads(self) -> tuple[str, ...]:
         """What it asks about; where a held body lies depends on the robot as well."""
-        attached, inside = self.known("attached") or (), self.known("inside") or ()
-        found = [*attached[:1], *inside[:1], *([self.known("free_hand")] if self.known("free_hand") else [])]
+        attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
+        found = [
+            *attached[:1],
+            *inside[:1],
+            *left[:1],
+            *([self.known("free_hand")] if self.known("free_hand") else []),
+        ]
         if inside and attached:
             found += attached[1:]
         return tuple(dict.fromkeys(str(name) for name in found))
@@ -108,6 +118,10 @@ def _free(scene: TaskScene, properties: Values) -> Any:
         if hit is not None:
             return refusal("collision", hit=hit)
     return None
+
+
+def _lets_go(scene: TaskScene, properties: Values) -> Any:
+    return letting_go(scene, *properties["lets_go"]) if properties["lets_go"] else None
 
 
 def _predicate(scene: TaskScene, properties: Values) -> Any:
