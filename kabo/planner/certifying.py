@@ -191,15 +191,30 @@ class _Certifying:
         moving, standing = self._things(name, situation, dict(zip(stretch.waypoints, first_joint, strict=True)))
         things = [*moving, *standing]
         permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
-        numbers, pairs = self._chosen(things, len(moving), permitted, tree)
         waypoints = np.hstack([stretch.waypoints[robot.name] for robot in robots])
         bodies = [Placed(thing.mesh, thing.joint, thing.pose) for thing in things]
-        found = self.prover.prove(Course(tree, np.ascontiguousarray(waypoints), bodies, pairs))
+        passing = self._passing(node, stretch, things) & permitted
+        for left_out in (permitted - passing, permitted) if passing else (permitted,):
+            numbers, pairs = self._chosen(things, len(moving), left_out, tree)
+            found = self.prover.prove(Course(tree, np.ascontiguousarray(waypoints), bodies, pairs))
+            if not isinstance(found, Unproven):
+                break
         if isinstance(found, Unproven):
             a, b = (things[i].name for i in numbers[found.pair])
             self.gaps.append(Gap(name, stretch.segments, (a, b), found.start, found.gap))
             return StretchProof(name, stretch.segments), np.inf, None
         return self._proof(name, stretch, things, numbers, found)
+
+    def _passing(self, node: Node, stretch: MotionStretch, things: Sequence[Thing]) -> frozenset[frozenset[str]]:
+        """Fingers and bodies that they do not hold, while no hand moves: permitted or not, they must be apart."""
+        passing: set[frozenset[str]] = set()
+        for name in stretch.waypoints:
+            robot = self.scene.robots[name]
+            own = [node.motion[i] for i in stretch.segments if node.motion[i].robot == name]
+            if robot.gripper is not None and all(segment.joints == robot.planned_joints for segment in own):
+                others = [thing.name for thing in things if "." not in thing.name and thing.robot != name]
+                passing |= {frozenset((link, other)) for link in robot.gripper.touch_links for other in others}
+        return frozenset(passing)
 
     def _proof(
         self,

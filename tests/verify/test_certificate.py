@@ -113,6 +113,22 @@ def test_a_contact_that_a_plan_permits_itself_but_may_not_needs_a_proof(counter,
     assert any("no proof is given" in each for each in findings), "the second way agrees"
 
 
+def test_fingers_that_may_touch_what_they_do_not_hold_yet_or_any_more_are_proven_apart_from_it(counter):
+    """Contact is permitted on the whole way, but there is none but where the hand closes and opens."""
+    plan, nodes = counter.plan, {}
+    for name, node in plan.nodes.items():
+        pairs = sorted({p for s in node.motion for p in s.allowed_contacts if any("." in thing for thing in p)})
+        motion = tuple(
+            replace(s, allowed_contacts=(*s.allowed_contacts, *(p for p in pairs if p not in s.allowed_contacts)))
+            for s in node.motion
+        )
+        nodes[name] = replace(node, motion=motion)
+    assert nodes != plan.nodes
+    report = verify_plan(counter.problem, with_certificate(counter, replace(plan, nodes=nodes)))
+    assert report.ok, [str(finding) for finding in report.findings]
+    assert report.certificate is not None
+
+
 def test_parts_that_are_smaller_than_their_mesh_are_refused(counter, plan):
     digest = min(plan.certificate.bodies)
     parts = plan.certificate.bodies[digest]
