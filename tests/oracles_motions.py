@@ -199,10 +199,10 @@ class Judge:
 
     def least(self, pair: Pair, replay: Replay) -> float:
         """The least distance of two things over all moments [m]; 0 where they overlap."""
-        least = np.inf
-        for moment in replay.moments():
-            if self._overlap(pair, moment):
-                return 0.0
+        moments, least = list(replay.moments()), np.inf
+        if any(self._overlap(pair, moment) for moment in moments):
+            return 0.0  # distances take much longer
+        for moment in moments:
             first, second = self._placed(pair, moment)
             least = min(least, fcl.distance(first, second, fcl.DistanceRequest(), fcl.DistanceResult()))
         return float(least)
