@@ -2,7 +2,9 @@
 
 import kabo
 
-PAD, BLOCK = 0.01, 0.04  # heights [m]
+PAD = 0.01  # its height [m]
+HEIGHTS = {"block": 0.04, "tile": 0.02}  # of the scene's models [m]
+CUBES = 10  # blocks of a tower that the arm reaches; higher ones are of flat blocks
 
 PROBLEM = """\
 problem: stacked_n{n}
@@ -19,7 +21,6 @@ initial:
   - add(Kf, {below})
 goal:
 {goal}
-options: {{search: breadth-first}}
 """
 
 
@@ -31,18 +32,19 @@ def problem(n: int, home: str = "") -> str:
     """
     if n < 2:
         raise kabo.InputError([kabo.Diagnostic(__file__, 1, 1, f"STACKED takes 2 blocks or more, not {n}", None)])
+    model = "block" if n <= CUBES else "tile"
     start = [("o2", "stack_1"), *((f"o{k}", f"o{k - 1}") for k in range(3, n + 1)), ("o1", "stack_2")]
     goal = [("o1", "stack_1"), *((f"o{k}", f"o{k - 1}") for k in range(2, n + 1))]
     return PROBLEM.format(
         n=n,
         home=home,
         names=", ".join(f"o{k}" for k in range(1, n + 1)),
-        bodies="\n".join(_body(block, below) for block, below in start),
+        bodies="\n".join(_body(block, model, below) for block, below in start),
         below=", ".join(f"one_below({block}) = {below}" for block, below in start),
         goal="\n".join(f"  - K(one_below({block}) = {below})" for block, below in goal),
     )
 
 
-def _body(block: str, below: str) -> str:
-    height = BLOCK if below.startswith("o") else PAD / 2.0 + BLOCK / 2.0
-    return f"  {block}: {{model: block, pose: {{frame: {below}, position: [0, 0, {height:.3g}]}}}}"
+def _body(block: str, model: str, below: str) -> str:
+    height = HEIGHTS[model] if below.startswith("o") else PAD / 2.0 + HEIGHTS[model] / 2.0
+    return f"  {block}: {{model: {model}, pose: {{frame: {below}, position: [0, 0, {height:.3g}]}}}}"
