@@ -11,6 +11,7 @@ in one process, without loading. A run that is not solved within its limits says
 import argparse
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
@@ -42,10 +43,10 @@ def run(name: str, seed: int, seconds: float, **options: Any) -> tuple[str, dict
     figures = dict(result.statistics) | {"total s": time.process_time() - began - result.statistics["load_s"]}
     if result.plan is None:
         return result.status, figures
-    from kabo.planner.result import plan_figures
+    from kabo.plan import plan_statistics
 
     report = kabo.verify(problem, result.plan)
-    return "solved" if report.ok else "refused", figures | plan_figures(result.plan)
+    return "solved" if report.ok else "refused", figures | asdict(plan_statistics(result.plan))
 
 
 def told(values: Sequence[float]) -> str:
