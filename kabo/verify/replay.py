@@ -50,7 +50,9 @@ def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
             result.findings.append(Finding(name, TOO_MANY))
             return result
         told: dict[str, None] = {}
-        early = [after for after in plan.nodes[name].successors if plan.nodes[after].overlap > 0.0]
+        early = [
+            after for after in plan.nodes[name].successors if after in arriving and plan.nodes[after].overlap > 0.0
+        ]
         before: dict[tuple[str, str], None] = {}
         for state in arriving.pop(name).values():
             result.states += 1
