@@ -8,6 +8,7 @@ from typing import Any
 DOMAINS = Path(__file__).resolve().parent.parent / "domains"
 SIZES: dict[str, dict[str, dict[str, Any]]] = {
     "asking_bartender": {"n3": {"n": 3}},
+    "assembly": {"gearbox": {"n": 1}, "two_gearboxes": {"n": 2}},
     "bartender": {"four_bottles": {"n": 4}},
     "bomb_in_the_toilet": {"n3": {"n": 3}, "n4_two_toilets": {"n": 4, "toilets": 2}},
     "btcs": {"n4": {"n": 4}},
