@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from kabo.errors import MeshError
+from kabo.errors import InputError, MeshError
 from kabo.geometry_server import GeometryServer
 from kabo.language.loading import load_scene_description
 from kabo.scene import load_scene
@@ -50,3 +50,13 @@ def test_hulls_enclose_the_links_and_hollows_count_as_full(tmp_path: Path) -> No
         assert abs(end - 1.0) > 0.15 - 1e-9  # nothing is overlooked
         assert abs(end - inwards) < 0.01 + 1e-9
     assert np.diff(reached).max() < 0.011
+
+
+def test_a_gripper_without_joints_needs_no_open_and_closed_and_unknown_links_are_told(tmp_path: Path) -> None:
+    made = server(tmp_path, ", hulls: [arm], gripper: {joints: [], touch_links: [arm]}")
+    gripper = made.scene.robots["r"].gripper
+    assert gripper is not None and (gripper.joints, dict(gripper.open)) == ((), {})
+    with pytest.raises(InputError, match='did you mean "arm"'):
+        server(tmp_path, ", hulls: [amr]")
+    with pytest.raises(InputError, match='a gripper needs the key "open"'):
+        server(tmp_path, ", gripper: {joints: [slide], touch_links: [arm]}")
