@@ -89,6 +89,8 @@ class Planning:
             fallbacks.keep_shared()
         self.jobs = 0
         self.exhausted = False
+        self._left: list[Node] = []  # of a parallel round, the stages that have not had their turn
+        self._worked = False  # whether anything was done in it
         self.root.start()
         self._turns = self._lazily() if lazy else self._walk()
         self._torn = False  # an error left a step half done
@@ -253,30 +255,19 @@ class Planning:
         return any(advanced)
 
     # ----------------------------------------------------------------------------------- rounds with workers
-    def parallel_round(self, workers: "Workers", connector_jobs: int) -> bool:
-        """One round whose jobs run side by side; False if nothing is left to do."""
+    def parallel_round(self, workers: "Workers", connector_jobs: int, most: int | None = None) -> bool:
+        """One round whose jobs run side by side, or as much of it as `most` jobs are; False if nothing is left."""
         if self.exhausted:
             return False
         self._begin()
-        self.exhausted = not self._side_by_side(workers, connector_jobs)
+        self.exhausted = not self._side_by_side(workers, connector_jobs, most)
         self._torn = False
         return not self.exhausted
 
-    def _side_by_side(self, workers: "Workers", connector_jobs: int) -> bool:
-        taken: list[tuple[Node, Job]] = []
-        worked = False
-        for node in self.order:
-            if node is self.root:
-                continue
-            if isinstance(node, SerialNode):
-                worked |= node.lift()
-                self.settle()
-                continue
-            for _ in range(connector_jobs if isinstance(node, ConnectorNode) else 1):
-                job = self._job(node)
-                if job is None:
-                    break
-                taken.append((node, job))
+    def _side_by_side(self, workers: "Workers", connector_jobs: int, most: int | None) -> bool:
+        if not self._left:
+            self._left, self._worked = [node for node in self.order if node is not self.root], False
+        taken = self._taken(connector_jobs, most)
         try:
             outcomes = workers.run(taken)
         except BaseException:
@@ -284,4 +275,22 @@ class Planning:
             raise
         for (node, job), (found, finished, seconds) in zip(taken, outcomes, strict=True):
             self.take_in(node, job, found, finished, seconds)
-        return self.between_rounds() or bool(taken) or worked
+        return bool(self._left) or self.between_rounds() or self._worked
+
+    def _taken(self, connector_jobs: int, most: int | None) -> list[tuple[Node, Job]]:
+        """The jobs of the rest of a round, or the first of them; what is behind them is left for the next call."""
+        taken: list[tuple[Node, Job]] = []
+        while self._left and (most is None or len(taken) < most):
+            node = self._left.pop(0)
+            if isinstance(node, SerialNode):
+                self._worked |= node.lift()
+                self.settle()
+                continue
+            wanted = connector_jobs if isinstance(node, ConnectorNode) else 1
+            for _ in range(wanted if most is None else min(wanted, most - len(taken))):
+                job = self._job(node)
+                if job is None:
+                    break
+                taken.append((node, job))
+        self._worked |= bool(taken)
+        return taken

@@ -101,12 +101,15 @@ class Task(Serial):
         def spent() -> bool:
             return limit is not None and run.jobs >= limit
 
+        def left() -> int | None:
+            return None if limit is None else limit - run.jobs
+
         if workers is None:
             _advance(run, enough, spent, run.step)
         else:
             nodes = [n for n in run.order if not isinstance(n, (SerialNode, ParallelNode))]
             with Workers(nodes, [node.function() for node in nodes], workers) as pool:
-                _advance(run, enough, spent, lambda: run.parallel_round(pool, connector_jobs))
+                _advance(run, enough, spent, lambda: run.parallel_round(pool, connector_jobs, left()))
         return self.solutions
 
     def _run(self, scene: Any) -> Planning:

@@ -32,6 +32,38 @@ def test_turns_with_and_without_workers_neither_skip_nor_repeat_anything():
     assert [s.end.scene for s in task.solutions] == list(range(12))
 
 
+def test_rounds_execute_no_more_jobs_than_the_call_may():
+    @forward()
+    def twice(scene, properties, seed):
+        return Result(2 * scene)
+
+    task = Task("t", naturals("g"), twice("a"), twice("b"), twice("c"))
+    done = []
+    for most in (1, 3, 1, 1, 2, 40):
+        task.plan(jobs=most, workers=1)
+        done.append(sum(figures.calls for figures in task.statistics.values()))
+    assert [b - a for a, b in zip([0, *done], done, strict=False)][:-1] == [1, 3, 1, 1, 2]
+    assert [s.end.scene for s in task.plan(workers=1)] == [8 * value for value in range(12)]
+
+
+def test_a_round_cut_short_goes_on_behind_the_stage_where_it_ended():
+    @generator()
+    def endless(scene, properties, seed):
+        value = 0
+        while True:
+            yield Result(value)
+            value += 1
+
+    @forward()
+    def same(scene, properties, seed):
+        return Result(scene)
+
+    task = Task("t", endless("g"), same("a"), same("b"))
+    for _ in range(12):
+        task.plan(max_solutions=1, jobs=1, workers=1)
+    assert len(task.solutions) == 1, "the generator took every call for itself"
+
+
 def test_an_error_in_a_worker_names_the_stage_and_ends_all_processes():
     @forward()
     def broken(scene, properties, seed):
