@@ -215,17 +215,22 @@ def tracks_of(chain: Chain, bodies: Bodies, radii: Array, diameters: Array, slac
     joint, first_pair = bodies.groups[0, :-1], bodies.groups[2]
     first = np.repeat(np.arange(len(joint)), np.diff(first_pair))
     second = bodies.pairs[0]
-    carries = np.eye(chain.joints.shape[1], dtype=bool)  # carries[j, i]: joint i is j or before it
-    for j in range(1, len(carries)):
-        carries[j] |= carries[chain.joints[0, j]]
-    shared = carries[joint[first]] & carries[joint[second]]
-    frame = shared.shape[1] - 1 - np.argmax(shared[:, ::-1], axis=1)  # parents come before children
-    keys = np.concatenate([first, second]) * len(carries) + np.concatenate([frame, frame])
+    frame, frames = last_shared_joints(chain, joint[first], joint[second]), chain.joints.shape[1]
+    keys = np.concatenate([first, second]) * frames + np.concatenate([frame, frame])
     found, number = np.unique(keys, return_inverse=True)
-    tracks = np.array([found // len(carries), found % len(carries)], np.int64)
+    tracks = np.array([found // frames, found % frames], np.int64)
     lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
     pair_tracks = np.ascontiguousarray(number.reshape(2, -1), np.int64)
     return Tracks(lengths, radii, diameters, tracks, pair_tracks, slack[first] + slack[second])
+
+
+def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integers:
+    """The last joint that carries both of two joints (P,), 0 for the world."""
+    carries = np.eye(chain.joints.shape[1], dtype=bool)  # carries[j, i]: joint i is j or before it
+    for j in range(1, len(carries)):
+        carries[j] |= carries[chain.joints[0, j]]
+    shared = carries[first] & carries[second]
+    return shared.shape[1] - 1 - np.argmax(shared[:, ::-1], axis=1)  # parents come before children
 
 
 def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:

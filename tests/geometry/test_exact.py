@@ -63,7 +63,29 @@ def cube_view(place=(0.0, 0.0, 0.5), mesh=True):
     )
 
 
-def test_segments_are_sampled_densely_enough_to_see_what_lies_between():
+@pytest.mark.parametrize("height", [0.11, 0.317, 0.51, 0.99])
+def test_a_plate_as_thin_as_paper_is_not_passed_through(height):
+    enclosure, faces = solid([0.1, 0.1, 0.0002])
+    moving = [MovingGroup(1, IDENTITY, enclosure, faces)]
+    fixed = [FixedGroup(move(0, 0, height), enclosure, faces)]
+    view = ExactView(slide(IDENTITY), moving, fixed, np.array([[0, 1]]), BUDGET)
+    assert view.segment_hit([0.0], [1.0]) == 0
+    assert view.segment_hit([0.0], [height - 0.0004 - BUDGET.clearance]) == FREE
+    assert view.segment_hit([height + 0.0004 + BUDGET.clearance], [1.1]) == FREE
+
+
+def test_what_is_free_on_a_segment_touches_at_no_sample_of_it():
+    rows, view, seen = rng_rows(11, 24, 3), views(), set()
+    for start, end in zip(rows, rows[1:], strict=False):
+        end = start + 0.15 * (end - start)
+        free = view.segment_hit(start, end) == FREE
+        touching = (view.configurations_hit(np.linspace(start, end, 60)) != FREE).any()
+        seen.add((free, bool(touching)))
+        assert not (free and touching)
+    assert {(True, False), (False, True)} <= seen
+
+
+def test_segments_are_seen_between_their_ends():
     view = cube_view()
     assert view.configurations_hit([[0.0], [1.0]]).tolist() == [FREE, FREE]
     assert view.segment_hit([0.0], [1.0]) == 0
