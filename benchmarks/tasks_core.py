@@ -14,7 +14,7 @@ from typing import Any
 
 from table import Table
 
-from kabo.tasks import Failure, Result, Task, connector, forward, generator
+from kabo.tasks import Failure, Fallbacks, Result, Task, connector, forward, generator
 
 SIDE, PLACES, WAYS = 60, 13, 3
 LIMIT = 1500  # jobs of a tree; some trees have very many solutions
@@ -32,6 +32,12 @@ def join(start: Any, end: Any, properties: Any, seed: int) -> Any:
     return Result(cost=abs(start - end))
 
 
+@connector()
+def even(start: Any, end: Any, properties: Any, seed: int) -> Any:
+    """Joins two numbers whose difference is even."""
+    return Failure("odd") if (start - end) % 2 else Result(cost=abs(start - end))
+
+
 @forward()
 def never(scene: Any, properties: Any, seed: int) -> Any:
     """Always fails."""
@@ -41,7 +47,12 @@ def never(scene: Any, properties: Any, seed: int) -> Any:
 def core_table(repeat: int) -> Table:
     """The grid of a connector and the alternation, the median of some runs."""
     table = Table("Core of tasks, processor time")
-    for name, made in (("grid 60 x 60", _grid), ("13 places, 3 ways, all in vain", _alternation)):
+    made_by = {
+        "grid 60 x 60": _grid,
+        "13 places, 3 ways, all in vain": _alternation,
+        "grid 60 x 60, fallbacks": _second_tries,
+    }
+    for name, made in made_by.items():
         rows = [_measured(made()) for _ in range(repeat + 1)][1:]
         seconds, calls = median(row[0] for row in rows), rows[0][1]
         table.add(name, s=seconds, calls=calls, solutions=rows[0][2], **{"us per call": 1e6 * seconds / calls})
@@ -51,6 +62,13 @@ def core_table(repeat: int) -> Table:
 def _grid() -> Task:
     ends = list(range(SIDE))
     return Task("grid", numbers("from", values=ends), join("join"), numbers("to", values=ends))
+
+
+def _second_tries() -> Task:
+    """Half of the pairs are refused by the first of two connectors."""
+    ends = list(range(SIDE))
+    ways = Fallbacks("ways", even("even"), join("join"))
+    return Task("fallbacks", numbers("from", values=ends), ways, numbers("to", values=ends))
 
 
 def _alternation() -> Task:

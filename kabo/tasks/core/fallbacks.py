@@ -33,6 +33,9 @@ class FallbacksNode(ParallelNode):
         self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
         self._pairs: dict[Lane, tuple[State, State]] = {}
         self._lanes: dict[State, dict[Lane, None]] = {}  # of each state, those of its pairs that are open
+        self._between: dict[tuple[State, State], list[Lane]] = {}  # the same of each pair
+        self._came: dict[State, list[object]] = {}  # the lanes in which a state was let in
+        self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
         self._open = [0] * len(self.stage.children)  # how many pairs each child is asked for, and solved none yet
 
     # -------------------------------------------------------------------------------------------- generating
@@ -84,13 +87,17 @@ class FallbacksNode(ParallelNode):
             self._next()
             return
         self._sides[side].append((state, lane))
+        self._came.setdefault(state, []).append(lane)
+        self._lonely[state] = 1 - side
         for other, its_lane in list(self._sides[1 - side]):
             if meet(lane, its_lane):
                 pair = (state, other) if side == LEFT else (other, state)
                 key = (pair[0].number, pair[1].number, its_lane if lane is None else lane)
                 self._pairs[key] = pair
+                self._between.setdefault(pair, []).append(key)
                 for each in pair:
                     self._lanes.setdefault(each, {})[key] = None
+                    self._lonely.pop(each, None)
                 self._feed(key, 0)
 
     def _queue(self, state: State) -> None:
@@ -141,9 +148,8 @@ class FallbacksNode(ParallelNode):
 
     def _unsolved(self, child: Node, solution: Solution) -> list[Lane]:
         index = self.children.index(child)
-        lanes = () if solution.start is None else self._lanes.get(solution.start, ())
-        found = [x for x in lanes if self._pairs[x][1] is solution.end and self._asked[x] == index]
-        return [x for x in found if x not in self._solved]
+        lanes = self._between.get((solution.start, solution.end), ())  # type: ignore[arg-type]
+        return [x for x in lanes if self._asked[x] == index and x not in self._solved]
 
     def child_finished(self, child: Node, state: State, side: int, lane: object) -> Ended:
         """The next child has a try, if there is one and it is needed."""
@@ -175,9 +181,12 @@ class FallbacksNode(ParallelNode):
                 self._feed(lane, index + 1)
                 return []
         del self._asked[lane]
-        start, end = self._pairs.pop(lane)
-        for state in (start, end):
+        start, end = pair = self._pairs.pop(lane)
+        self._between[pair].remove(lane)
+        for state, side in ((start, RIGHT), (end, LEFT)):
             self._lanes[state].pop(lane, None)
+            if not self._lanes[state]:
+                self._lonely[state] = side
         return [*self.finished(start, RIGHT, lane[2]), *self.finished(end, LEFT, lane[2])]
 
     def works_on(self, state: State, side: int) -> bool:
@@ -188,9 +197,11 @@ class FallbacksNode(ParallelNode):
             return state in self._waiting or state in self._asked
         if any(partner.alive[side] for partner in self.partners(state, side)):
             return True
-        lanes = [lane for s, lane in self._sides[1 - side] if s is state]
         parent = self.parent
-        return parent is not None and any(parent.delivers_to(self, side, lane) for lane in lanes)
+        if parent is None or not any(parent.delivers_to(self, side, lane) for lane in self._came.get(state, ())):
+            return False
+        self._lonely[state] = side
+        return True
 
     def may_add(self, state: State, side: int) -> bool:
         """Whether it waits, a child may, or another is left to ask."""
@@ -202,7 +213,10 @@ class FallbacksNode(ParallelNode):
 
     def waiting(self) -> Ended:
         """The states that are alive through it only because partners may still come."""
-        return [(s, 1 - side) for side in (LEFT, RIGHT) for s, _ in self._sides[side] if s.alive[1 - side]]
+        for state, side in list(self._lonely.items()):
+            if not state.alive[side] or state.leads_on(side):
+                del self._lonely[state]  # dead; or alive by itself, and noted again when that ends
+        return list(self._lonely.items())
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Those with which it is a pair."""

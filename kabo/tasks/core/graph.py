@@ -58,7 +58,7 @@ class Level:
                 state.level, state.position = self, position
         start.edges[RIGHT].append(solution)
         end.edges[LEFT].append(solution)
-        self._improve(start, end, solution.cost)
+        _relax([(start, end, solution.cost, LEFT), (end, start, solution.cost, RIGHT)])
         for state, side in ((start, LEFT), (end, RIGHT)):
             if not state.announced:
                 state.announced = True
@@ -80,15 +80,9 @@ class Level:
         needed = state.position if side == LEFT else len(self.children) - state.position
         return state.best[side][0] == needed
 
-    # ------------------------------------------------------------------------------------------ best paths
-    def _improve(self, start: State, end: State, cost: float) -> None:
-        _relax([(start, end, cost, LEFT), (end, start, cost, RIGHT)])
-
     # --------------------------------------------------------------------------------------------- support
     def supported(self, state: State, side: int) -> bool:
-        """Whether something on that side of a state leads on, or may yet."""
-        if state.leads_on(side):
-            return True
+        """Whether something on that side of a state may yet lead on, where no solution does."""
         neighbour = self.neighbour(state, side)
         if neighbour is not None:
             if neighbour.reads[1 - side]:
@@ -174,7 +168,7 @@ def reconsider(states: Iterable[tuple[State, int]]) -> None:
     while waiting:
         state, side = waiting.pop()
         level = state.level
-        if level is None or not state.alive[side] or level.supported(state, side):
+        if level is None or not state.alive[side] or state.leads_on(side) or level.supported(state, side):
             continue
         state.alive[side] = False
         for edge in state.edges[1 - side]:

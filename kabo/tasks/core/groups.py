@@ -58,9 +58,9 @@ class SerialNode(Node):
         """Whether its counterpart is alive, or paths wait to be lifted."""
         if self.closed or self._inside.alive(state, side):
             return not self.closed
-        if self.paths:
+        if self.paths.heap:
             self._leaning.append((state, side))
-        return bool(self.paths)
+        return bool(self.paths.heap)
 
     def may_add(self, state: State, side: int) -> bool:
         """Whether paths wait, or more may come from its counterpart."""
@@ -68,7 +68,7 @@ class SerialNode(Node):
 
     def may_lead(self, inner: State, side: int) -> bool:
         """Whether paths wait, or more may come."""
-        return not self.closed and (bool(self.paths) or self.inner.may_extend(inner, side))
+        return not self.closed and (bool(self.paths.heap) or self.inner.may_extend(inner, side))
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Whom the inner connectors might still join with it: all that were let in on the other side."""
@@ -79,25 +79,26 @@ class SerialNode(Node):
 
     def busy(self) -> bool:
         """Whether a child is, or paths wait."""
-        return not self.closed and (bool(self.paths) or any(child.busy() for child in self.children))
+        return not self.closed and (bool(self.paths.heap) or any(child.busy() for child in self.children))
 
     def child_solved(self, child: Node, solution: Solution) -> None:
         """One more edge, and maybe whole paths."""
         self.inner.add(solution, child.index)
         self.paths.add(solution)
-        if self.parent is not None and self.paths and not self.solutions:
+        if self.parent is not None and self.paths.heap and not self.solutions:
             self.lift()  # the first at once: others wait for it
 
     def lift(self) -> bool:
         """Makes a solution of the cheapest path that waits; False if none does."""
-        if self.closed or not self.paths:
+        if self.closed or not self.paths.heap:
             return False
         path = self.paths.pop()
         first, last = path[0].start, path[-1].end
         if first is None or last is None:
             raise ValueError("a path has states at both ends")
-        start = self._outer(first, self.reads[RIGHT] and not self.reads[LEFT], last)
-        end = self._outer(last, self.reads[LEFT] and not self.reads[RIGHT], first)
+        left, right = self.reads
+        start = first.outside[0] if first.outside else self._outer(first, last if right and not left else None)
+        end = last.outside[0] if last.outside else self._outer(last, first if left and not right else None)
         cost = sum([part.cost for part in path])
         solution = Solution(self.stage, start, end, cost, parts=path, number=self.planning.count())
         for inner, outer in ((first, start), (last, end)):
@@ -111,14 +112,14 @@ class SerialNode(Node):
                     outer.inside.remove(inner)
                 elif self.reads[1 - side]:
                     self._doubtful[inner] = side
-        if not self.paths:
+        if not self.paths.heap:
             self.planning.ended(self._leaning)
             self._leaning = []
         return True
 
     def give_up(self) -> bool:
         """Tells of states from which whole paths led, all refused, and no more may come; whether there were any."""
-        if self.paths:
+        if not self._doubtful or self.paths.heap:
             return False
         vain = [(s, side) for s, side in self._doubtful.items() if not self.inner.may_extend(s, side)]
         for inner, side in vain:
@@ -128,11 +129,9 @@ class SerialNode(Node):
                 self.planning.ended(self.finished(outer, side, inner.lane))
         return bool(vain)
 
-    def _outer(self, inner: State, follows: bool, other: State) -> State:
-        """The counterpart of an inner border state; a new one has the lane of the state at the other end."""
-        if inner.outside:
-            return inner.outside[0]
-        lane = other.outside[0].lane if follows and other.outside else None
+    def _outer(self, inner: State, followed: State | None) -> State:
+        """A counterpart of an inner border state, in the lane of that of the state that it followed from."""
+        lane = followed.outside[0].lane if followed is not None and followed.outside else None
         return self.new_state(inner.scene, inner.properties, lane)
 
 

@@ -33,7 +33,7 @@ def call(function: Callable[..., Answers], arguments: tuple[Any, ...]) -> Answer
     return function(*scenes, MappingProxyType(properties), seed)
 
 
-@dataclass
+@dataclass(slots=True, eq=False)
 class Job:
     """A call of a stage function for some states; `asked` says how often it gave something already.
 

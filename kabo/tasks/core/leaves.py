@@ -9,6 +9,7 @@ from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.nodes import Ended, Leaf, Node
 from kabo.tasks.core.results import SAME, Answers, Result
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
+from kabo.tasks.core.stages import Connector
 
 
 class GeneratorNode(Leaf):
@@ -152,8 +153,10 @@ class ConnectorNode(Leaf):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._sides: tuple[dict[object, list[State]], dict[object, list[State]]] = ({}, {})  # by lane
-        self.open: dict[State, dict[tuple[State, object], Job]] = {}
+        self.open: dict[State, dict[Job, None]] = {}  # of each state, the jobs of its pairs
         self._lanes: dict[State, set[object]] = {}
+        self._choosy = type(self.stage).mismatch is not Connector.mismatch  # type: ignore[attr-defined]
+        self._beside = type(self.parent or self).child_finished is Node.child_finished  # its states are the parent's own
         self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
 
     def take(self, state: State, side: int, lane: object) -> None:
@@ -170,22 +173,21 @@ class ConnectorNode(Leaf):
 
     def _pair(self, start: State, end: State, lane: object) -> None:
         given = self.arguments((start.scene, end.scene), start.properties, end.properties)
-        if not isinstance(given, UndefinedProperty):
+        if self._choosy and not isinstance(given, UndefinedProperty):
             reason = self.stage.mismatch(*given[:3])  # type: ignore[attr-defined]
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
                 self.planning.misfits.append((self, start, end, lane))
                 return
         job = Job((start, end, lane), given)
-        self.open[start][end, lane] = job
-        self.open[end][start, lane] = job
+        self.open[start][job] = self.open[end][job] = None
         self._lonely.pop(start, None)
         self._lonely.pop(end, None)
         self.queue(job)
 
     def rekey(self, state: State, side: int) -> None:
         """Queues all its pairs again."""
-        for job in self.open.get(state, {}).values():
+        for job in self.open.get(state, ()):
             self._push(job)
 
     def key(self, job: Job) -> tuple[Any, ...]:
@@ -203,7 +205,7 @@ class ConnectorNode(Leaf):
         """Whether a pair is open with a state that is alive, or more states may come to the other side."""
         if self.closed:
             return False
-        if any(other.alive[side] for other, _ in self.open.get(state, ())):
+        if any(job.subject[side].alive[side] for job in self.open.get(state, ())):
             return True
         parent = self.parent
         if parent is None or not any(parent.delivers_to(self, side, lane) for lane in self._lanes[state]):
@@ -213,6 +215,8 @@ class ConnectorNode(Leaf):
 
     def waiting(self) -> Ended:
         """The states that are alive through it only because partners may still come."""
+        if not self._lonely:
+            return []
         for state, side in list(self._lonely.items()):
             if not state.alive[side] or state.leads_on(side):
                 del self._lonely[state]  # dead; or alive by itself, and noted again when that ends
@@ -220,19 +224,22 @@ class ConnectorNode(Leaf):
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Those with which it has open pairs."""
-        return [other for other, _ in self.open.get(state, ())]
+        return [job.subject[side] for job in self.open.get(state, ())]
 
     def dropped(self, job: Job) -> Ended:
         """Both ends have one partner less."""
         start, end, lane = job.subject
-        for state, other, side in ((start, end, RIGHT), (end, start, LEFT)):
-            self.open[state].pop((other, lane), None)
-            if not self.open[state]:
+        for state, side in ((start, RIGHT), (end, LEFT)):
+            pairs = self.open[state]
+            pairs.pop(job, None)
+            if not pairs:
                 self._lonely[state] = side
         return self.pair_closed(start, end, lane)
 
     def pair_closed(self, start: State, end: State, lane: object) -> Ended:
         """A pair is done with, or never fitted."""
+        if self._beside:
+            return [(start, RIGHT), (end, LEFT)]
         return [*self.finished(start, RIGHT, lane), *self.finished(end, LEFT, lane)]
 
     def function(self) -> Callable[..., Answers]:

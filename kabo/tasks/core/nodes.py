@@ -59,6 +59,7 @@ class Node:
         self.solutions: list[Solution] = []
         self.monitors: list[Node] = []
         self.closed = False  # a limit is reached: nothing more is wanted of it
+        self.heap: list[tuple[tuple[Any, ...], int, Job]] = []  # jobs that wait, or are no more; of leaves
         self.kept = False  # a monitor waits for its successes, of use otherwise or not
         self._resolver = Resolver(stage.properties)
         self._seed = stage_seed(planning.seed, stage.path)
@@ -153,7 +154,7 @@ class Node:
             cost, comment = answer if isinstance(answer, tuple) else (answer, "")
             solution.cost = float(cost)
             solution.comment = ", ".join(text for text in (solution.comment, comment) if text)
-        if solution.failed:
+        if not solution.cost < INFINITE:
             comment = solution.comment or (
                 "infinite cost" if solution.cost == INFINITE else "the cost is no number"
             )
@@ -230,7 +231,6 @@ class Leaf(Node):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.jobs: dict[Any, Job] = {}
-        self._heap: list[tuple[tuple[Any, ...], int, Job]] = []
 
     def busy(self) -> bool:
         """Whether a job waits or runs."""
@@ -243,7 +243,7 @@ class Leaf(Node):
 
     def _push(self, job: Job) -> None:
         job.key = self.key(job)
-        heappush(self._heap, (job.key, self.planning.count(), job))
+        heappush(self.heap, (job.key, self.planning.count(), job))
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """What orders jobs; less is better, and it only gets less with time (but for being asked again)."""
@@ -257,8 +257,8 @@ class Leaf(Node):
         """The best job that may run; those that no longer may are dropped for good."""
         if self.closed:
             return None
-        while self._heap:
-            key, _, job = heappop(self._heap)
+        while self.heap:
+            key, _, job = heappop(self.heap)
             if job.key is not key or self.jobs.get(job.subject) is not job:
                 continue  # queued again at a better priority, or done meanwhile
             if self.planning.pruning and not self.kept and not self.runnable(job):

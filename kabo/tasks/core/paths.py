@@ -19,7 +19,9 @@ class Paths:
 
     def __init__(self, level: Level) -> None:
         self._level = level
-        self._heap: list[tuple[float, int, Path, Iterator[tuple[float, Path]]]] = []
+        self.heap: list[
+            tuple[float, int, Path, Iterator[tuple[float, Path]] | None]
+        ] = []  # with what follows each
         self._count = 0
 
     def add(self, edge: Solution) -> None:
@@ -34,21 +36,19 @@ class Paths:
         self._count += 1
         first, last = only[0].start, only[-1].end
         if first is not None and last is not None and meet(first.lane, last.lane):
-            heappush(self._heap, (_bound(first, last, sum([e.cost for e in only])), self._count, only, iter(())))
+            heappush(self.heap, (_bound(first, last, sum([e.cost for e in only])), self._count, only, None))
 
     def _push(self, source: Iterator[tuple[float, Path]]) -> None:
         first = next(source, None)
         if first is not None:
             self._count += 1
-            heappush(self._heap, (first[0], self._count, first[1], source))
-
-    def __bool__(self) -> bool:
-        return bool(self._heap)
+            heappush(self.heap, (first[0], self._count, first[1], source))
 
     def pop(self) -> Path:
         """The cheapest path of all that were noted."""
-        _, _, path, source = heappop(self._heap)
-        self._push(source)
+        _, _, path, source = heappop(self.heap)
+        if source is not None:
+            self._push(source)
         return path
 
 

@@ -11,7 +11,7 @@ procedure tries candidate after candidate; the first solution costs least, many 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from kabo.tasks.core.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper
 from kabo.tasks.core.errors import TaskError, note
@@ -43,11 +43,7 @@ _GROUPS: tuple[tuple[type[Stage], type[Node]], ...] = (
 _LEAVES = {Flow.GENERATE: GeneratorNode, Flow.CONNECT: ConnectorNode}
 
 
-class _Turn(NamedTuple):
-    """Whose turn it is, with which job; without one, it is time to look for whole solutions."""
-
-    node: Node
-    job: Job | None
+_Turn = tuple[Node, Job | None]  # whose turn it is, with which job; without one, to look for whole solutions
 
 
 class Planning:
@@ -66,7 +62,7 @@ class Planning:
     ) -> None:
         self.flows, self.scene, self.seed, self.pruning = flows, scene, seed, pruning
         self.observe = observe
-        self._numbers = count(1)
+        self.count: Callable[[], int] = count(1).__next__  # numbers whatever must keep its order of arrival
         self._ended: Ended = []
         self.misfits: list[
             tuple[ConnectorNode, State, State, object]
@@ -78,6 +74,8 @@ class Planning:
             raise TypeError("a task is a serial container")
         self.root.inner.top = True
         self._gates = {node: self._gates_of(node) for node in self.order}
+        self._serials = [node for node in self.order if isinstance(node, SerialNode)]
+        self._round = [(node, isinstance(node, SerialNode)) for node in self.order if node is not self.root]
         self._fallbacks = [node for node in self.order if isinstance(node, FallbacksNode)]
         self._connectors = [node for node in self.order if isinstance(node, (ConnectorNode, FallbacksNode))]
         for node in self.order:
@@ -117,10 +115,6 @@ class Planning:
         return found
 
     # ------------------------------------------------------------------------------------ for the nodes
-    def count(self) -> int:
-        """The next number, for whatever must keep its order of arrival."""
-        return next(self._numbers)
-
     def ended(self, states: Ended) -> None:
         """Something may have died of these; looked at after the job that runs."""
         self._ended += states
@@ -128,7 +122,7 @@ class Planning:
     # -------------------------------------------------------------------------------------------- rounds
     def complete(self) -> bool:
         """Whether whole solutions wait to be lifted."""
-        return bool(self.root.paths)  # type: ignore[attr-defined]
+        return bool(self.root.paths.heap)  # type: ignore[attr-defined]
 
     def lift(self) -> Solution | None:
         """The cheapest whole solution that waits; None if its cost term refused it."""
@@ -144,8 +138,10 @@ class Planning:
             return False
         self._begin()
         turn = next(self._turns, None)
-        if turn is not None and turn.job is not None:
-            self._execute(turn.node, turn.job)
+        if turn is not None:
+            node, job = turn
+            if job is not None:
+                self._execute(node, job)
         self._torn = False
         self.exhausted = turn is None
         return not self.exhausted
@@ -172,29 +168,29 @@ class Planning:
             node.put_back(job)
         self._torn = False
 
-    def _walk(self) -> Iterator["_Turn"]:
+    def _walk(self) -> Iterator[_Turn]:
         """Round after round; yields jobs to be executed, and ends when there are none."""
         while True:
             worked = False
-            for node in self.order:
-                if node is self.root:
-                    continue
-                if isinstance(node, SerialNode):
-                    if node.lift():
+            for node, lifts in self._round:
+                if lifts:
+                    if node.lift():  # type: ignore[attr-defined]
                         worked = True
                         self.settle()
+                    continue
+                if not node.heap and not self._ended and not self.misfits:
                     continue
                 job = self._job(node)
                 if job is not None:
                     worked = True
-                    yield _Turn(node, job)
+                    yield node, job
             if not self.between_rounds() and not worked:
                 return
 
-    def _lazily(self) -> Iterator["_Turn"]:
+    def _lazily(self) -> Iterator[_Turn]:
         """One job after the other; yields them, and whatever may have completed solutions, and ends without any."""
-        serials = [node for node in self.order if isinstance(node, SerialNode) and node is not self.root]
-        jobs = [node for node in self.order if not isinstance(node, SerialNode)]
+        serials = [node for node in self._serials if node is not self.root]
+        jobs = [node for node, lifts in self._round if not lifts]
         sources = [n for n in jobs if n.flow is Flow.GENERATE]
         joining = [n for n in jobs if n.flow is Flow.CONNECT]
         carrying = [n for n in jobs if n.flow not in (Flow.GENERATE, Flow.CONNECT)]
@@ -202,11 +198,11 @@ class Planning:
             lifted = [node.lift() for node in serials]
             if any(lifted):
                 self.settle()
-                yield _Turn(self.root, None)
+                yield self.root, None
                 continue
             fresh = [node for node in sources if not node.statistics.calls]
             asked = ((node, self._job(node)) for node in (*carrying, *joining, *fresh, *reversed(sources)))
-            turn = next((_Turn(node, job) for node, job in asked if job is not None), None)
+            turn = next(((node, job) for node, job in asked if job is not None), None)
             if turn is not None:
                 yield turn
             elif not self.between_rounds():
@@ -240,19 +236,24 @@ class Planning:
 
     def between_rounds(self) -> bool:
         """What no single job brings about: partners that will never come, generators to fall back on."""
-        waiting = [entry for node in self._connectors for entry in node.waiting()]
+        waiting: Ended = []
+        for node in self._connectors:
+            waiting += node.waiting()
         if waiting:
             alive = sum(state.alive[side] for state, side in waiting)
             reconsider(waiting)
             self.settle()
             if sum(state.alive[side] for state, side in waiting) < alive:
                 return True
-        given_up = [node.give_up() for node in self.order if isinstance(node, SerialNode)]  # all of them
-        if any(given_up):
+        given_up = advanced = False
+        for serial in self._serials:
+            given_up |= serial.give_up()
+        if given_up:
             self.settle()
             return True
-        advanced = [node.advance() for node in self._fallbacks]  # all of them
-        return any(advanced)
+        for fallbacks in self._fallbacks:
+            advanced |= fallbacks.advance()
+        return advanced
 
     # ----------------------------------------------------------------------------------- rounds with workers
     def parallel_round(self, workers: "Workers", connector_jobs: int, most: int | None = None) -> bool:
@@ -266,7 +267,7 @@ class Planning:
 
     def _side_by_side(self, workers: "Workers", connector_jobs: int, most: int | None) -> bool:
         if not self._left:
-            self._left, self._worked = [node for node in self.order if node is not self.root], False
+            self._left, self._worked = [node for node, _ in self._round], False
         taken = self._taken(connector_jobs, most)
         try:
             outcomes = workers.run(taken)

@@ -1,5 +1,6 @@
 """Fallbacks go on wherever the child before gave nothing, however deep inside and for whatever reason."""
 
+import sys
 from itertools import count
 
 import pytest
@@ -155,3 +156,36 @@ def test_a_monitor_inside_a_child_does_not_wait_for_the_state_that_the_child_has
     inner = Serial("inner", step("first"), join("join"), refuse("never", after("after", "../first")))
     task = Task("t", offer("offer"), Fallbacks("f", inner, step("instead", step=7)))
     assert [solution.end.scene for solution in task.plan()] == [8]
+
+
+def test_connecting_costs_the_same_for_each_pair_however_many_there_are():
+    """Of every state all pairs are lanes of their own: what looks through all of them for each job is cubic."""
+
+    @generator(count=int)
+    def numbers(scene, properties, seed):
+        yield from (Result(value) for value in range(properties["count"]))
+
+    @connector()
+    def odd(start, end, properties, seed):
+        return Result() if (start + end) % 2 else Failure("even")
+
+    @connector()
+    def any_pair(start, end, properties, seed):
+        return Result()
+
+    def function_calls(count):
+        ways = Fallbacks("f", odd("odd"), any_pair("any"))
+        task, calls = Task("t", numbers("from", count=count), ways, numbers("to", count=count)), 0
+
+        def counted(frame, event, argument):
+            nonlocal calls
+            calls += event == "call"
+
+        sys.setprofile(counted)
+        try:
+            assert len(task.plan()) == count**2
+        finally:
+            sys.setprofile(None)
+        return calls / count**2
+
+    assert function_calls(40) < 1.1 * function_calls(20)
