@@ -140,6 +140,8 @@ class _Contingent:
         if isinstance(step, Decide):
             return (yield self.branch(node, step, rest))
         after = self.space.after(node, step)
+        if self.space.settled(after) is None:
+            return Failure(frozenset())
         outcome = yield self.solve(after, rest)
         if isinstance(outcome, Failure) or (step.action.call is None and self.serves(node, after, outcome)):
             return outcome

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.planner.ledger import Trace, answered
+from kabo.planner.ledger import Trace
 from kabo.planner.skeleton import SkeletonNode
 from kabo.planner.workers import Question
 
@@ -209,3 +209,15 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
             stack.append((node, True))
             stack.extend((after, False) for after in successors(node).values() if after not in done)
     return list(reversed(done))
+
+
+def answered(
+    server: "GeometricProcedures", call: GroundCall, situation: Situation, attempt: int, effort: int
+) -> Success | Failure:
+    """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
+    answer = server.call(call, situation, attempt, 0)
+    for more in range(1, effort + 1):
+        if isinstance(answer, Success) or answer.proof:
+            break
+        answer = server.call(call, situation, attempt, more)
+    return answer

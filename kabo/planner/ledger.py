@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING
 
-from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
+from kabo.geometry_server import MAX_EFFORT, Failure
 from kabo.language.formulas import GroundCall
 from kabo.planner.skeleton import Entry, LearntBook, Origin, Pattern
 
@@ -25,9 +25,7 @@ if TYPE_CHECKING:
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 
 IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
-ROUND = 20  # expansions, eagerly, before calls are asked for other answers; four times as many each time after
 SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
-MORE_ATTEMPTS = 2  # answers of one call that are asked for besides at each level of effort, eagerly
 ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
 
 
@@ -95,6 +93,10 @@ class Ledger:
 
     def test(self, call: GroundCall, trace: Trace) -> bool:
         """Geometric tests in formulas are taken to hold until they are asked."""
+        return True
+
+    def settle(self, trace: Trace) -> bool:
+        """Nothing is asked while searching."""
         return True
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
@@ -222,76 +224,3 @@ class Ledger:
             for refusal in rows:
                 self._taint(refusal.pattern)
         return True
-
-
-@dataclass
-class Interleaved:
-    """Eager geometry, as the thesis interleaves it [K Tables 6.2, 6.7]: asked when search meets a procedure.
-
-    The trace is the identifier of a geometric state. At first a call has one answer in each (a geometric branching
-    factor of one); where that leads nowhere, more answers are asked for, with more samples [K 6.1.2].
-    """
-
-    server: "GeometricProcedures"
-    effort: int = 0
-    failed: dict[GroundCall, Failure] = field(default_factory=dict)
-
-    @property
-    def start(self) -> int:
-        """The identifier of the first state."""
-        return self.server.identify(self.server.scene.start)
-
-    def options(self, call: GroundCall, trace: int) -> Sequence[tuple[int, int]]:
-        """The states after the call's answers, each once."""
-        state, found = self.server.state(trace), dict[int, int]()
-        for attempt in range(1 + MORE_ATTEMPTS * self.effort):
-            answer = answered(self.server, call, Situation.of(state), attempt, self.effort)
-            if not isinstance(answer, Success):
-                self.failed.setdefault(call, answer)
-                break
-            found.setdefault(self.server.identify(state.replace(answer.changes)), attempt)
-        return [(attempt, after) for after, attempt in found.items()]
-
-    def key(self, trace: int) -> int:
-        """Every geometric state is a node of its own."""
-        return trace
-
-    def test(self, call: GroundCall, trace: int) -> bool:
-        """Geometric tests in formulas are taken to hold."""
-        return True
-
-    def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """Nothing is said of calls without a situation."""
-        return frozenset(), False
-
-    def learnt(self) -> None:
-        """Nothing that could be compiled."""
-
-    def most_expansions(self, search: str) -> float:
-        """How far to look before more answers are asked for; as far as may be for the thesis' strategies [K 6.2]."""
-        return ROUND * 4**self.effort if search in ("best", "greedy", "astar") else inf
-
-    def try_harder(self) -> bool:
-        """More answers of each call, from more samples; False at the highest effort."""
-        self.effort += 1
-        return self.effort <= MAX_EFFORT
-
-    def failures(self) -> list[tuple[GroundCall, Failure]]:
-        """Every call that failed somewhere, with its first failure."""
-        return list(self.failed.items())
-
-    def proved(self) -> bool:
-        """Never: other answers of the calls that succeed are not looked at."""
-        return False
-
-
-def answered(
-    server: "GeometricProcedures", call: GroundCall, situation: Situation, attempt: int, effort: int
-) -> Success | Failure:
-    """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
-    answer = server.call(call, situation, attempt, 0)
-    for more in range(1, effort + 1):
-        if isinstance(answer, Success) or answer.proof:
-            break
-        answer = server.call(call, situation, attempt, more)
-    return answer

@@ -71,6 +71,10 @@ class Procedures:
         """Nothing tells nodes apart."""
         return trace
 
+    def settle(self, trace: Trace) -> bool:
+        """Nothing is left to be asked."""
+        return True
+
     def test(self, call: GroundCall, trace: Trace) -> bool:
         """A test inside a formula is asked where it is met: conjunctions have checked all before it."""
         return self.ask(call)

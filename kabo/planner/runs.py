@@ -15,7 +15,8 @@ from kabo.planner.result import Progress, Result
 from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
-    from kabo.planner.ledger import Interleaved, Ledger
+    from kabo.planner.interleaved import Interleaved
+    from kabo.planner.ledger import Ledger
     from kabo.tasks.procedures import GeometricProcedures
 
 MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0

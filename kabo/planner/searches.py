@@ -4,12 +4,13 @@ Each algorithm takes a start and a graph and returns the path to an end, or None
 when there is none. All are deterministic: successors are taken in the order in which the graph gives them.
 """
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
+MORE_VISITS = 4  # times as many visits of each state of knowledge, depth-first, whenever fewer were too few
 PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
 
 Node = TypeVar("Node")
@@ -17,11 +18,22 @@ Move = TypeVar("Move")
 Made = TypeVar("Made")
 
 
+_Parents = dict[Hashable, tuple[Hashable, Move, Node] | None]
+
+
 class Graph(Protocol[Node, Made]):
     """What a search needs; `successors` counts the expansion and raises when the budget is spent."""
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart."""
+        ...
+
+    def known(self, node: Node) -> Hashable:
+        """What is known at a node: nodes that differ only in geometry have it in common."""
+        ...
+
+    def settled(self, node: Node) -> Hashable | None:
+        """The key of a node that is about to be expanded: geometry is asked now what it was not; None: refused."""
         ...
 
     def successors(
@@ -65,10 +77,15 @@ Algorithm = Callable[[Node, Graph[Node, Move]], Search[Node, Move]]
 def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     """The shortest path to an end; of equally short ones the first."""
     root = graph.key(start)
-    parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
-    queue = deque([(root, start)])
+    parents: _Parents[Move, Node] = {root: None}
+    queue, done = deque([(root, start)]), set[Hashable]()
     while queue:
-        parent, node = queue.popleft()
+        waiting, node = queue.popleft()
+        parent = _expanded(waiting, node, graph, parents, done)
+        if parent is None:
+            continue
+        if parent != waiting and graph.is_end(node):
+            return Search(_path(parents, parent))
         for key, move, child in graph.successors(node):
             if key not in parents:
                 parents[key] = parent, move, child
@@ -81,17 +98,18 @@ def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
 def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     """A path of least cost to an end (A* without a heuristic: knowledge that is sensed is not estimated admissibly)."""
     root = graph.key(start)
-    parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
+    parents: _Parents[Move, Node] = {root: None}
     costs: dict[Hashable, float] = {root: 0.0}
     queue: list[tuple[float, int, Hashable, Node]] = [(0.0, 0, root, start)]
     done: set[Hashable] = set()
     while queue:
-        cost, number, key, node = heappop(queue)
-        if key in done:
+        cost, number, waiting, node = heappop(queue)
+        key = None if waiting in done else _expanded(waiting, node, graph, parents, done)
+        if key is None:
             continue
         if number and graph.is_end(node):
             return Search(_path(parents, key))
-        done.add(key)
+        costs[key] = cost
         for child_key, move, child in graph.successors(node):
             total = cost + graph.cost(move)
             if child_key not in costs or total < costs[child_key]:
@@ -101,22 +119,17 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
 
 
 def depth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
-    """The first path that following first successors meets; no node is expanded twice."""
-    visited = {graph.key(start)}
-    stack = [iter(graph.successors(start))]
-    path: list[tuple[Move, Node]] = []
-    while stack:
-        step = _first_new(stack[-1], visited)
-        if step is None:
-            stack.pop()
-            if path:
-                path.pop()
-            continue
-        path.append(step)
-        if graph.is_end(step[1]):
-            return Search(path)
-        stack.append(iter(graph.successors(step[1])))
-    return Search(None, visited)
+    """The first path that following first successors meets.
+
+    A state of knowledge is gone into once, whatever its geometry, and four times as often whenever that was too
+    little: so paths do not go round in circles that only geometry tells from standing still [K 6.2.3].
+    """
+    most = 1
+    while True:
+        found, whole = _depth_first(start, graph, most)
+        if found.path is not None or whole:
+            return found
+        most *= MORE_VISITS
 
 
 def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
@@ -131,7 +144,7 @@ def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> Search[Node, M
 
 def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge."""
-    found = _greedy(start, graph, graph.is_end, graph.parts, None)
+    found = _greedy(start, graph, graph.is_end, graph.parts, None, once=False)
     assert found is not None, "a search without a limit ends with an answer"
     return found
 
@@ -177,37 +190,52 @@ def _greedy(
     parts: Sequence[int],
     limit: int | None,
     kept: tuple[int, ...] = (),
+    once: bool = True,
 ) -> Search[Node, Move] | None:
     """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
     more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Where all other actions lead
-    is not even looked at before their turn comes.
+    is not even looked at before their turn comes. Whatever is known the same as where the search has been waits one
+    step longer for each time, or is left out if so wanted: nodes that only geometry tells apart seem equally far, and
+    there is no end of them.
     """
     root = graph.key(start)
-    parents: dict[Hashable, tuple[Hashable, Move, Node] | None] = {root: None}
+    parents: _Parents[Move, Node] = {root: None}
+    done: set[Hashable] = set()
     every: _Queue[Node] = _Queue()
     promising: _Queue[Node] = _Queue()
-    every.push(0, (root, start, None))
-    expanded = 0
+    every.push(0, (root, start, None, 0))
+    been: Counter[Hashable] = Counter()
     best: int | None = None
     while every.waiting or promising.waiting:
         first = promising.waiting and (promising.turns < every.turns or not every.waiting)
         queue = promising if first else every
-        value, key, node, preferred = queue.pop()
+        value, (waiting, node, preferred, counted) = queue.pop()
+        known = graph.known(node)
+        if preferred is None and been[known] > counted:
+            if once:
+                continue
+            queue.push(value + been[known] - counted, (waiting, node, None, been[known]))
+            continue
+        key = waiting if preferred is not None else _expanded(waiting, node, graph, parents, done)
+        if key is None:
+            continue
         if preferred is None:
-            if limit is not None and expanded >= limit:
+            if key != waiting and is_end(node):
+                return Search(_path(parents, key))
+            if limit is not None and len(done) > limit:
                 return None
-            expanded += 1
             estimate, preferred = graph.estimate(node, parts)
             if estimate is None:
                 continue
-            value = estimate
+            value = estimate + been[known]
+            been[known] += 1
             if best is None or value < best:
                 best = value
                 promising.turns -= PREFERRED_TURNS
             successors = graph.successors(node, among=preferred)
-            every.push(value, (key, node, preferred))
+            every.push(value, (key, node, preferred, 0))
             target = promising
         else:
             successors = graph.successors(node, without=preferred)
@@ -218,19 +246,20 @@ def _greedy(
             if not graph.holds(kept, child):
                 continue
             parents[child_key] = key, move, child
-            if is_end(child):
+            if is_end(child) and graph.settled(child) is not None:
                 return Search(_path(parents, child_key))
-            target.push(value, (child_key, child, None))
+            target.push(value, (child_key, child, None, 0))
     return Search(None, parents.keys())
 
 
-_Waiting = tuple[Hashable, Node, frozenset[int] | None]
+_Waiting = tuple[Hashable, Node, frozenset[int] | None, int]
 
 
 class _Queue(Generic[Node]):
     """Nodes by estimate, the oldest of equals first; `turns` counts what was taken out.
 
-    With a node waits nothing if it is to be expanded, and what was preferred if the rest of its successors is due.
+    With a node waits nothing if it is to be expanded, and what was preferred if the rest of its successors is due;
+    and how often the search had been where the same is known when the node began to wait.
     """
 
     def __init__(self) -> None:
@@ -243,11 +272,53 @@ class _Queue(Generic[Node]):
         self._count += 1
         heappush(self.waiting, (value, self._count, waiting))
 
-    def pop(self) -> "tuple[int, Hashable, Node, frozenset[int] | None]":
+    def pop(self) -> "tuple[int, _Waiting[Node]]":
         """Takes the nearest node out, with its estimate."""
         self.turns += 1
-        value, _, (key, node, preferred) = heappop(self.waiting)
-        return value, key, node, preferred
+        value, _, waiting = heappop(self.waiting)
+        return value, waiting
+
+
+def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[Search[Node, Move], bool]:
+    """Depth-first search with so many visits of each state of knowledge; and whether nothing more was left out."""
+    visited, times, whole = {graph.key(start)}, Counter([graph.known(start)]), True
+    stack = [iter(graph.successors(start))]
+    path: list[tuple[Move, Node]] = []
+    while stack:
+        step = _first_new(stack[-1], visited)
+        if step is None:
+            stack.pop()
+            if path:
+                path.pop()
+            continue
+        key, move, node = step
+        if graph.is_end(node):
+            return Search([*path, (move, node)]), True
+        known = graph.known(node)
+        if times[known] >= most:
+            whole = False
+            continue
+        settled = graph.settled(node)
+        if settled is None or (settled != key and settled in visited):
+            continue
+        visited.add(settled)
+        times[known] += 1
+        path.append((move, node))
+        stack.append(iter(graph.successors(node)))
+    return Search(None, visited), whole
+
+
+def _expanded(
+    waiting: Hashable, node: Node, graph: Graph[Node, Move], parents: "_Parents[Move, Node]", done: set[Hashable]
+) -> Hashable | None:
+    """The key of a node that is expanded now; None if geometry refuses it, or if that was done before."""
+    key = graph.settled(node)
+    if key is None or key in done:
+        return None
+    done.add(key)
+    if key != waiting:
+        parents[key] = parents[waiting]
+    return key
 
 
 def _depth_limited(
@@ -275,20 +346,26 @@ def _depth_limited(
         if graph.is_end(node):
             return [*path, (move, node)], depths
         if depth < limit:
+            settled = graph.settled(node)
+            if settled is None or (settled != key and depths.get(settled, limit + 1) <= depth):
+                continue
+            depths[settled] = depth
             path.append((move, node))
             stack.append(iter(graph.successors(node)))
     return None, depths
 
 
-def _first_new(steps: Iterator[tuple[Hashable, Move, Node]], visited: set[Hashable]) -> tuple[Move, Node] | None:
+def _first_new(
+    steps: Iterator[tuple[Hashable, Move, Node]], visited: set[Hashable]
+) -> tuple[Hashable, Move, Node] | None:
     for key, move, node in steps:
         if key not in visited:
             visited.add(key)
-            return move, node
+            return key, move, node
     return None
 
 
-def _path(parents: dict[Hashable, tuple[Hashable, Move, Node] | None], end: Hashable) -> list[tuple[Move, Node]]:
+def _path(parents: "_Parents[Move, Node]", end: Hashable) -> list[tuple[Move, Node]]:
     path: list[tuple[Move, Node]] = []
     link = parents[end]
     while link is not None:

@@ -59,6 +59,10 @@ class Geometry(Protocol):
         """A geometric test inside a formula; True where unknown."""
         ...
 
+    def settle(self, trace: Trace) -> bool:
+        """Whether what a trace comes from has succeeded, for all that is known when a node is about to be expanded."""
+        ...
+
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
         """The calls that are refused whatever was done before, and whether nothing else is refused."""
         ...

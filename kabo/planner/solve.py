@@ -33,7 +33,8 @@ from kabo.planner.runs import (
 from kabo.planner.skeleton import Exhausted, Found, Skeleton, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
-    from kabo.planner.ledger import Interleaved, Ledger
+    from kabo.planner.interleaved import Interleaved
+    from kabo.planner.ledger import Ledger
     from kabo.planner.workers import Workers
     from kabo.tasks.procedures import GeometricProcedures
 
@@ -181,7 +182,8 @@ def _integrated(run: Run, task: Task) -> Result:
 def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "Workers") -> Result:
     """Skeletons from knowledge and answers from geometry in turn, until there is a plan or no more to try."""
     from kabo.planner.assembly import assemble, files_read
-    from kabo.planner.ledger import Interleaved, Ledger
+    from kabo.planner.interleaved import Interleaved
+    from kabo.planner.ledger import Ledger
 
     ledger = Ledger(server)
     geometry: Ledger | Interleaved = ledger

@@ -77,6 +77,14 @@ class Space:
         state = self._reduced(node[0])
         return state if self.geometry is None else (state, self.geometry.key(node[1]))
 
+    def known(self, node: Node) -> int:
+        """What is known at a node, whatever geometry."""
+        return self._reduced(node[0])
+
+    def settled(self, node: Node) -> Hashable | None:
+        """The key of a node that is about to be expanded, or ends a search; None if geometry refuses it."""
+        return self.key(node) if self.geometry is None or self.geometry.settle(node[1]) else None
+
     def oracle(self, trace: Trace) -> GeometricOracle:
         """Answers the geometric tests inside formulas at this trace."""
         return optimistic if self.geometry is None else _Oracle(self.geometry, trace)

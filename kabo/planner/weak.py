@@ -79,8 +79,8 @@ class WeakGraph:
         self.parts = [*first, *rest]  # the numbers of the conjuncts of the goal, in the order to see to them
         self.holds = space.holds
         self.blocked: set[Hashable] = set()
-        self.key = space.key
-        self.is_end = is_end
+        self.key, self.known, self.settled = space.key, space.known, space.settled
+        self._is_end = is_end
         self._space, self._failures, self._counter = space, failures, counter
 
     def successors(
@@ -106,6 +106,10 @@ class WeakGraph:
                     yield leaf_key, (tried, decided), leaf
                 else:
                     self.blocked |= failure.blocked
+
+    def is_end(self, node: Node) -> bool:
+        """Whether the search may stop here, also for geometry, which is asked now."""
+        return self._is_end(node) and self.settled(node) is not None
 
     def _is_banned(self, key: Hashable, choice: Choice) -> bool:
         """Whether a choice has failed at a node; what stood in its way then stands in the way of the search."""

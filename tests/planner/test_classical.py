@@ -92,6 +92,8 @@ class States:
     def key(self, state):
         return state
 
+    settled = key
+
     def successors(self, state):
         after = [(act, act.after(state)) for act in self.task.actions if act.applicable(state)]
         return [(child, act, child) for act, child in after if child is not None]

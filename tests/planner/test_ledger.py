@@ -1,8 +1,8 @@
 """The ledger: refusals hold where what they rest on is the same, and only they tell search nodes apart."""
 
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Failure
 from kabo.language.formulas import GroundCall
-from kabo.planner.ledger import ATTEMPTS, Interleaved, Ledger
+from kabo.planner.ledger import ATTEMPTS, Ledger
 from tests.planner.scripted import ScriptedServer, at, moved
 
 PICK = GroundCall("pick", ("r", "a"))
@@ -126,17 +126,4 @@ def test_there_is_no_proof_where_what_was_sampled_was_refused() -> None:
     book.refuse(PLACE, 0, refused("a", proof=True), [book.start])
     assert book.proved()
     book.refuse(PLACE, 0, refused("a", proof=True), [book.after(PICK, 0, book.start)])
-    assert not book.proved()
-
-
-def test_eagerly_another_answer_is_asked_for_after_trying_harder() -> None:
-    def script(call: GroundCall, situation: Situation, attempt: int) -> Success | Failure:
-        return moved(r=(1.0,), a=at(0.1 * attempt)) if attempt < 2 else refused("a")
-
-    server = ScriptedServer(script, {"r": (0.0,)}, {"a": at(5.0), "b": at(1.0)})
-    book = Interleaved(server)  # type: ignore[arg-type]
-    assert [attempt for attempt, _ in book.options(PICK, book.start)] == [0]
-    assert book.most_expansions("breadth-first") > book.most_expansions("best")
-    assert book.try_harder()
-    assert [attempt for attempt, _ in book.options(PICK, book.start)] == [0, 1]
     assert not book.proved()

@@ -24,7 +24,8 @@ class Arrows:
     """A graph of numbers: `arrows` from each node, in order; expansions are noted.
 
     The move from a to b is a pair and its action's number is b. `far` says how far a node seems (None: hopeless),
-    `preferred` what seems to lead on; `goals` are the conjuncts, each the set of nodes where it holds.
+    `preferred` what seems to lead on; `goals` are the conjuncts, each the set of nodes where it holds. Of nodes that
+    are the `same` (which number) only geometry differs; it has `refused` some, and others it `turns_out` are another.
     """
 
     arrows: dict
@@ -35,9 +36,20 @@ class Arrows:
     goals: list = field(default_factory=list)
     expanded: list = field(default_factory=list)
     estimated: list = field(default_factory=list)
+    same: dict = field(default_factory=dict)
+    refused: set = field(default_factory=set)
+    turns_out: dict = field(default_factory=dict)
+    asked: list = field(default_factory=list)
 
     def key(self, node):
         return node
+
+    def known(self, node):
+        return self.same.get(node, node)
+
+    def settled(self, node):
+        self.asked.append(node)
+        return None if node in self.refused else self.turns_out.get(node, node)
 
     def successors(self, node, *, among=None, without=frozenset()):
         if not without:
@@ -46,7 +58,7 @@ class Arrows:
         return [(child, (node, child), child) for child in children if among is None or child in among]
 
     def is_end(self, node):
-        return node in self.ends
+        return node in self.ends and node not in self.refused
 
     @property
     def parts(self):
@@ -82,6 +94,46 @@ def test_depth_first_takes_the_first_way_that_leads_there():
 def test_depth_first_leaves_a_dead_end_behind():
     found = depth_first(0, Arrows({0: [1, 4], 1: [2], 4: [9]}, {9}))
     assert [move for move, _ in found.path] == [(0, 4), (4, 9)]
+
+
+CIRCLES = {n: [n + 1, 100 + n] for n in range(40)}  # 0, 2, 4 … differ in geometry only, and so do 1, 3, 5 …
+
+
+def test_depth_first_does_not_go_round_in_circles_that_only_geometry_tells_apart():
+    same = {n: n % 2 for n in range(41)}
+    assert nodes(depth_first(0, Arrows(CIRCLES, {101}, same=same))) == [1, 101]
+
+
+def test_depth_first_goes_round_as_often_as_it_must():
+    same = {n: n % 2 for n in range(41)}
+    assert nodes(depth_first(0, Arrows(CIRCLES, {111}, same=same))) == [*range(1, 12), 111]
+    assert depth_first(0, Arrows(CIRCLES, {999}, same=same)).path is None
+
+
+@pytest.mark.parametrize("search", [breadth_first, depth_first, iterative_deepening, cheapest_first, greedy])
+def test_what_geometry_refuses_is_not_gone_through(search):
+    assert nodes(search(0, Arrows({0: [1, 2], 1: [9], 2: [3], 3: [9]}, {9}, refused={1}))) == [2, 3, 9]
+    assert search(0, Arrows({0: [1], 1: [9]}, {9}, refused={9})).path is None
+
+
+@pytest.mark.parametrize("search", [breadth_first, depth_first, iterative_deepening, cheapest_first, greedy])
+def test_what_turns_out_to_be_known_is_not_expanded_again(search):
+    graph = Arrows({0: [1, 2], 1: [3], 2: [4]}, {9}, turns_out={2: 1})
+    assert search(0, graph).path is None
+    assert 4 not in graph.asked
+
+
+def test_geometry_is_not_asked_about_what_is_never_expanded():
+    graph = Arrows({0: [1, 2, 3], 1: [9], 2: [4], 3: [5]}, {9}, far={0: 3, 1: 1}, preferred={0: [1], 1: [9]})
+    assert nodes(greedy(0, graph)) == [1, 9]
+    assert not {2, 3} & set(graph.asked)
+
+
+def test_greedy_search_leaves_for_later_what_only_geometry_tells_from_where_it_was():
+    same = dict.fromkeys(range(1, 41), 1)
+    graph = Arrows({n: [n + 1] for n in range(1, 40)} | {0: [1, 50], 50: [9]}, {9}, far={50: 2}, same=same)
+    assert nodes(greedy(0, graph)) == [50, 9]
+    assert len(graph.expanded) < 20
 
 
 def test_of_equally_short_paths_the_first_is_taken():
