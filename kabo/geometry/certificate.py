@@ -12,7 +12,7 @@ import numpy as np
 
 from kabo.geometry.arrays import Integers, chain_of, offset_for
 from kabo.geometry.arrays import reach as reach_of
-from kabo.geometry.kernels.witness import AXIS, EXACT_AXIS, prove_pairs
+from kabo.geometry.kernels.witness import AXIS, EXACT_AXIS, FINEST, ONE, prove_pairs
 from kabo.geometry.parts import COLUMNS, Array, Enclosure
 from kabo.scene import KinematicTree
 
@@ -43,12 +43,16 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Bodies on a chain that moves straight from way point to way point, and pairs (P, 3): first, second, frame."""
+    """Bodies on a chain that moves straight from way point to way point, and pairs (P, 3): first, second, frame.
+
+    With `at_any_times` a claim is about whole pieces: then it holds for any two moments of the pieces that it is about.
+    """
 
     tree: KinematicTree
     waypoints: Array  # (W, n), W >= 2
     bodies: Sequence[Placed]
     pairs: Integers
+    at_any_times: bool = False
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ class Prover:
 
     def __init__(self, meshes: Mapping[str, Parts], near: float, clearance: float) -> None:
         """`near` [m]: boxes so far apart need no axis; `clearance` [m]: what the planner kept between parts."""
-        self.limits = np.array([near, max(NEEDED, SHARE_OF_CLEARANCE * clearance), NEEDED])
+        self.limits = np.array([near, max(NEEDED, SHARE_OF_CLEARANCE * clearance), NEEDED, 1.0])
         counts = [len(parts.sizes) for parts in meshes.values()]
         ends = np.cumsum([0, *counts])
         self.ranges = {name: (int(a), int(b)) for name, a, b in zip(meshes, ends, ends[1:], strict=False)}
@@ -132,6 +136,7 @@ class Prover:
         frames = np.zeros((rows + 1, joints, 12))
         frames[:, 0, [0, 4, 8]] = 1.0
         where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
+        self.limits[FINEST] = ONE if course.at_any_times else 1.0
         proven = prove_pairs(
             *(course.pairs, self.limits, offset, course.waypoints, chain.joints, chain.factors, chain.placement),
             *(np.linalg.norm(chain.placement[:, 9:], axis=1), np.zeros(joints), frames),

@@ -37,11 +37,17 @@ class PairProof:
 
 @dataclass(frozen=True)
 class StretchProof:
-    """The proofs of one stretch of a node's motion, in which the same segments are under way."""
+    """The proofs of one stretch of a node's motion, in which the same segments are under way.
+
+    If the node begins before the one before it has ended, there are also proofs that the two motions never meet: then
+    `before` are the segments of that other motion, and every piece of both paths is cut into `cut` parts.
+    """
 
     node: str
     segments: tuple[int, ...]
     pairs: tuple[PairProof, ...] = ()
+    before: tuple[int, ...] = ()
+    cut: int = 0
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 import base64
 import binascii
 import re
+from dataclasses import replace
 from typing import Any
 
 from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
@@ -34,6 +35,7 @@ def certificate_to_json(certificate: Certificate) -> dict[str, Any]:
             "segments": list(proof.segments),
             "pairs": [[index[p.first], index[p.second], p.place, p.walk, _text(p.axes)] for p in proof.pairs],
         }
+        | ({"before": list(proof.before), "cut": proof.cut} if proof.before else {})
         for proof in certificate.proofs
     ]
     return {**result, "near": certificate.near + 0.0, "bodies": bodies, "things": things, "proofs": proofs}
@@ -122,10 +124,19 @@ def _body(name: str, place: Place) -> BodyParts:
 
 
 def _stretch(place: Place, things: list[str]) -> StretchProof:
-    fields = place.fields(("node", "segments", "pairs"))
+    fields = place.fields(("node", "segments", "pairs"), ("before", "cut"))
     segments = tuple(entry.index() for entry in fields["segments"].items(1))
     pairs = tuple(_pair(entry, things) for entry in fields["pairs"].items())
-    return StretchProof(_node(fields["node"]), segments, pairs)
+    proof = StretchProof(_node(fields["node"]), segments, pairs)
+    if "before" not in fields and "cut" not in fields:
+        return proof
+    if "before" not in fields or "cut" not in fields:
+        place.wrong('"before" and "cut" stand together, or neither does')
+        return proof
+    before, cut = tuple(entry.index() for entry in fields["before"].items(1)), fields["cut"].index()
+    if cut < 1:
+        fields["cut"].expected("a number of parts above 0")
+    return replace(proof, before=before, cut=cut)
 
 
 def _pair(place: Place, things: list[str]) -> PairProof:

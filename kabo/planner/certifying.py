@@ -24,26 +24,27 @@ from kabo.plan import (
     StretchProof,
     topological_order,
 )
+from kabo.planner.certified_pairs import Choice, Thing
 from kabo.planner.component_values import ComponentValues
+from kabo.planner.couples import every_couple, since
 from kabo.planner.motion_situation import MotionSituation
 from kabo.planner.motion_stretches import MotionStretch, joined, stretches
-from kabo.scene import KinematicTree, Robot, link_poses
+from kabo.scene import Robot, link_poses
 from kabo.scene.transforms import flat
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 DECIMALS = 6  # of a clearance in metres; rounded down
+CUTS = (1, 2, 4, 8, 16)  # into how many parts pieces of motions that overlap are cut, until it is proven
+MOST = 20_000  # way points of a path that visits every couple of pieces
 
 
-class Thing(NamedTuple):
-    """A body at one of its places; moving ones hang on a joint of a robot that is under way."""
+class Moved(NamedTuple):
+    """A stretch that is certified: its course with what moves, and the names of that."""
 
-    name: str
-    place: int
-    mesh: str
-    robot: str | None
-    joint: int
-    pose: Array  # (12,) in the joint's frame, or in the world
+    stretch: MotionStretch
+    course: Course
+    things: Sequence[Thing]
 
 
 @dataclass(frozen=True)
@@ -102,12 +103,15 @@ class _Certifying:
         self.parts = self._all_parts()
         self.prover = Prover(self.parts, near, surroundings.budget.clearance)
         self.gaps: list[Gap] = []
-        self._pairs: dict[object, tuple[list[tuple[int, int]], Integers, dict[frozenset[str], list[int]]]] = {}
+        self.choice = Choice(surroundings.never_collide)
         self._links = {name: self._links_of(robot) for name, robot in self.scene.robots.items()}
         self._fixed = [
             Thing(name, 0, self._mesh(name), None, 0, flat(pose)) for name, pose in self.scene.fixed_poses.items()
         ]
         self._standing: dict[tuple[str, tuple[float, ...]], list[Array]] = {}
+        early = {name for name, node in plan.nodes.items() if node.overlap}
+        shared = early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
+        self._moved: dict[str, list[Moved]] = {name: [] for name in shared}  # motions that share time with another
 
     def made(self) -> Certificate | list[Gap]:
         proofs: list[StretchProof] = []
@@ -115,7 +119,8 @@ class _Certifying:
         for name in self.order:
             node = self.plan.nodes[name]
             least: dict[int, tuple[float, tuple[str, str] | None]] = {}
-            for proof, margin, between in self._node(name, node) if node.motion else ():
+            found = [*self._node(name, node), *self._early(name, node)] if node.motion else []
+            for proof, margin, between in found:
                 proofs.append(proof)
                 for i in proof.segments:
                     least[i] = min(least.get(i, (np.inf, None)), (margin, between), key=lambda entry: entry[0])
@@ -182,6 +187,19 @@ class _Certifying:
             for i in stretch.ending:
                 situation.end(node.motion[i])
 
+    def _early(self, name: str, node: Node) -> Iterator[tuple[StretchProof, float, tuple[str, str] | None]]:
+        """Proofs that a motion that begins early never meets the last of the one before, however late either is."""
+        if not node.overlap:
+            return
+        before = next(other for other in self.order if name in self.plan.nodes[other].successors)
+        begin = max(segment.times[-1] for segment in self.plan.nodes[before].motion) - node.overlap
+        for first in self._moved[before]:
+            waypoints = since(first.course.waypoints, first.stretch.times, begin)
+            if waypoints is not None:
+                tail = first._replace(course=replace(first.course, waypoints=waypoints))
+                for second in self._moved[name]:
+                    yield self._apart_at_any_times(name, tail, second)
+
     # ---------------------------------------------------------------------------------------------- a stretch
     def _stretch(
         self, name: str, node: Node, stretch: MotionStretch, situation: MotionSituation
@@ -193,9 +211,14 @@ class _Certifying:
         permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
         waypoints = np.hstack([stretch.waypoints[robot.name] for robot in robots])
         bodies = [Placed(thing.mesh, thing.joint, thing.pose) for thing in things]
+        if name in self._moved:
+            alone = Course(
+                tree, np.ascontiguousarray(waypoints), bodies[: len(moving)], np.empty((0, 3), np.int64)
+            )
+            self._moved[name].append(Moved(stretch, alone, moving))
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
-            numbers, pairs = self._chosen(things, len(moving), left_out, tree)
+            numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
             found = self.prover.prove(Course(tree, np.ascontiguousarray(waypoints), bodies, pairs))
             if not isinstance(found, Unproven):
                 break
@@ -204,6 +227,25 @@ class _Certifying:
             self.gaps.append(Gap(name, stretch.segments, (a, b), found.start, found.gap))
             return StretchProof(name, stretch.segments), np.inf, None
         return self._proof(name, stretch, things, numbers, found)
+
+    def _apart_at_any_times(
+        self, name: str, first: Moved, second: Moved
+    ) -> tuple[StretchProof, float, tuple[str, str] | None]:
+        things, count = [*first.things, *second.things], len(first.things)
+        pairs, rows = self.choice.across(first.things, second.things)
+        for cut in CUTS:
+            course = every_couple(first.course, second.course, rows, cut)
+            found = self.prover.prove(course)
+            if not isinstance(found, Unproven) or len(course.waypoints) > MOST:
+                break
+        if isinstance(found, Unproven):
+            i, k = pairs[found.pair]
+            names = first.things[i].name, second.things[k].name
+            self.gaps.append(Gap(name, second.stretch.segments, names, found.start, found.gap))
+            return StretchProof(name, second.stretch.segments), np.inf, None
+        numbers = [(i, count + k) for i, k in pairs]
+        proof, margin, between = self._proof(name, second.stretch, things, numbers, found)
+        return replace(proof, before=first.stretch.segments, cut=cut), margin, between
 
     def _passing(self, node: Node, stretch: MotionStretch, things: Sequence[Thing]) -> frozenset[frozenset[str]]:
         """Fingers and bodies that they do not hold, while no hand moves: permitted or not, they must be apart."""
@@ -260,49 +302,3 @@ class _Certifying:
                 poses = situation.places[body] if body in situation.places else [situation.pose(body)]
                 standing.extend(Thing(body, p, mesh, None, 0, flat(pose)) for p, pose in enumerate(poses))
         return moving, standing
-
-    def _chosen(
-        self,
-        things: Sequence[Thing],
-        moving: int,
-        permitted: frozenset[frozenset[str]],
-        tree: KinematicTree,
-    ) -> tuple[list[tuple[int, int]], Integers]:
-        """The pairs to prove: their numbers, and with the joint in whose frame each is looked at."""
-        key = moving, len(tree.parent), tuple((thing.name, thing.joint) for thing in things)
-        if key not in self._pairs:
-            self._pairs[key] = self._comparable(things, moving, tree)
-        numbers, rows, by_names = self._pairs[key]
-        left_out = [number for pair in permitted for number in by_names.get(pair, ())]
-        if not left_out:
-            return numbers, rows
-        kept = np.ones(len(numbers), bool)
-        kept[left_out] = False
-        return [numbers[i] for i in np.flatnonzero(kept)], rows[kept]
-
-    def _comparable(
-        self, things: Sequence[Thing], moving: int, tree: KinematicTree
-    ) -> tuple[list[tuple[int, int]], Integers, dict[frozenset[str], list[int]]]:
-        """The pairs that may not touch, and the numbers of each by its names."""
-        numbers: list[tuple[int, int]] = []
-        rows: list[tuple[int, int, int]] = []
-        by_names: dict[frozenset[str], list[int]] = {}
-        chains = [_chain(tree, thing.joint) for thing in things]
-        for i in range(moving):
-            first, own = things[i].name, chains[i]
-            for k in range(i + 1, len(things)):
-                second = things[k].name
-                if first != second and not self.surroundings.never_collide(first, second):
-                    by_names.setdefault(frozenset((first, second)), []).append(len(numbers))
-                    numbers.append((i, k))
-                    rows.append((i, k, next((joint for joint in chains[k] if joint in own), 0)))
-        return numbers, np.array(rows, np.int64).reshape(-1, 3), by_names
-
-
-def _chain(tree: KinematicTree, joint: int) -> dict[int, None]:
-    """The joints from one to the base; the first that is also in another chain is the last that carries both."""
-    chain: dict[int, None] = {}
-    while joint > 0:
-        chain[joint] = None
-        joint = int(tree.parent[joint])
-    return chain

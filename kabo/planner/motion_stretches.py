@@ -18,11 +18,12 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MotionStretch:
-    """One stretch: the numbers of the segments under way, those that end with it, and the way points of each robot."""
+    """One stretch: the numbers of the segments under way, those that end with it, the way points of each robot, times."""
 
     segments: tuple[int, ...]
     ending: tuple[int, ...]
     waypoints: dict[str, Array]  # robot -> (W, n), the same W for all
+    times: Array  # (W,) [s] since the beginning of the node's motion
 
 
 def stretches(
@@ -33,7 +34,7 @@ def stretches(
         for i, segment in enumerate(motion):
             own = _whole(segment, robots[segment.robot], start[segment.robot], np.array(segment.waypoints))
             start[segment.robot] = own[-1]
-            yield MotionStretch((i,), (i,), {segment.robot: own})
+            yield MotionStretch((i,), (i,), {segment.robot: own}, np.array(segment.times))
         return
     events = sorted({time for segment in motion for time in (segment.times[0], segment.times[-1])})
     for begin, end in zip(events, events[1:], strict=False):
@@ -49,7 +50,8 @@ def stretches(
             waypoints[segment.robot] = _whole(segment, robots[segment.robot], start[segment.robot], rows)
         for name, rows in waypoints.items():
             start[name] = rows[-1]
-        yield MotionStretch(under_way, tuple(i for i in under_way if motion[i].times[-1] == end), waypoints)
+        ending = tuple(i for i in under_way if motion[i].times[-1] == end)
+        yield MotionStretch(under_way, ending, waypoints, np.array(times))
 
 
 def at_time(segment: Segment, time: float) -> Array:

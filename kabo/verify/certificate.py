@@ -14,22 +14,31 @@ import numpy.typing as npt
 from kabo.plan import Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Mesh
 from kabo.verify.certificate_clearance import Margins, of_branches, of_objects
+from kabo.verify.certificate_couples import course_of
 from kabo.verify.certificate_exact import ExactFrames, ExactSide
 from kabo.verify.certificate_parts import Parts
 from kabo.verify.certificate_report import CertificateReport
-from kabo.verify.certificate_walk import Couple, Frames, Margin, Refuted, Side, SideOf
+from kabo.verify.certificate_walk import ONE, Couple, Frames, Margin, Refuted, Side, SideOf
 from kabo.verify.courses import Course
+from kabo.verify.overlaps import Meeting
 from kabo.verify.report import Finding
 from kabo.verify.surfaces import encloses
 from kabo.verify.sweep import Path, Thing
 from kabo.verify.world import World
 
 Array = npt.NDArray[np.float64]
+Name = tuple[str, tuple[int, ...], tuple[int, ...]]  # node, segments, segments of the node before
 SAME = 1e-9  # [m] by which a told clearance may be larger than what is found
 
 
 def check_certificate(
-    plan: Plan, world: World, order: Sequence[str], courses: Sequence[Course], *, paranoid: bool = False
+    plan: Plan,
+    world: World,
+    order: Sequence[str],
+    courses: Sequence[Course],
+    meetings: Sequence[Meeting] = (),
+    *,
+    paranoid: bool = False,
 ) -> tuple[list[Finding], CertificateReport | None]:
     """What is wrong with the certificate: at most one finding, the first; and what it proves. None without proofs.
 
@@ -38,6 +47,7 @@ def check_certificate(
         world: the scene.
         order: its nodes.
         courses: all stretches of its motions.
+        meetings: stretches that may be under way at once, where motions overlap.
         paranoid: evaluate poses and axes in exact arithmetic.
     """
     certificate = plan.certificate
@@ -47,7 +57,7 @@ def check_certificate(
     failed: list[tuple[str | None, str]] = []
     try:
         checker.take_parts(courses)
-        checker.take_proofs(courses)
+        courses = [*courses, *checker.take_proofs(courses, meetings)]
     except Refuted as error:
         failed.append((None, str(error)))
     for course in courses if not failed else ():
@@ -84,7 +94,7 @@ class _Checker:
     near: float
     paranoid: bool
     parts: dict[str, Parts] = field(default_factory=dict)
-    proofs: dict[tuple[str, tuple[int, ...]], StretchProof] = field(default_factory=dict)
+    proofs: dict[Name, StretchProof] = field(default_factory=dict)
     pairs: int = 0
     axes: int = 0
 
@@ -120,24 +130,30 @@ class _Checker:
             if (missing := self.parts[digest].missing(mesh)) is not None:
                 raise Refuted(f"the parts of {name} do not enclose it: triangle {missing} sticks out")
 
-    def take_proofs(self, courses: Sequence[Course]) -> None:
-        """Finds the proofs of every stretch.
+    def take_proofs(self, courses: Sequence[Course], meetings: Sequence[Meeting]) -> list[Course]:
+        """Finds the proofs of every stretch; the courses of meetings, as their proofs cut them.
 
         Raises:
             Refuted: a stretch has none or two, or proofs are about what is not there.
         """
         for proof in self.certificate.proofs:
-            key = proof.node, proof.segments
-            if key in self.proofs:
-                raise Refuted(f"it proves {_which(*key)} twice")
-            self.proofs[key] = proof
-        there = {(course.node, course.segments) for course in courses}
-        foreign = sorted(self.proofs.keys() - there)
+            name = proof.node, proof.segments, proof.before
+            if name in self.proofs:
+                raise Refuted(f"it proves {_which(*name)} twice")
+            self.proofs[name] = proof
+        early = {(m.node, m.second.segments, m.first.segments): m for m in meetings}
+        there = [*(course.name for course in courses), *early]
+        foreign = sorted(self.proofs.keys() - set(there))
         if foreign:
             raise Refuted(f"it speaks of {_which(*foreign[0])}, which is no stretch of the plan")
-        for course in courses:
-            if (course.node, course.segments) not in self.proofs:
-                raise Refuted(f"it says nothing of {_which(course.node, course.segments)}")
+        for name in there:
+            if name not in self.proofs:
+                raise Refuted(f"it says nothing of {_which(*name)}")
+        made = [course_of(meeting, self.proofs[name].cut) for name, meeting in early.items()]
+        for name, course in zip(early, made, strict=True):
+            if course is None:
+                raise Refuted(f"it cuts {_which(*name)} into too many parts")
+        return [course for course in made if course is not None]
 
     # ------------------------------------------------------------------------------------------------- one stretch
     def check(self, course: Course) -> None:
@@ -147,7 +163,7 @@ class _Checker:
             Refuted: a pair is not proven apart.
         """
         proofs: dict[tuple[str, str], list[PairProof]] = {}
-        for proof in self.proofs[course.node, course.segments].pairs:
+        for proof in self.proofs[course.name].pairs:
             proofs.setdefault((proof.first, proof.second), []).append(proof)
         things, frames = [*course.moving, *course.standing], self._frames(course.path)
         side = self._sides()
@@ -157,10 +173,13 @@ class _Checker:
             names = first.name, second.name
             if k <= i or not self.world.may_meet(*names) or frozenset(names) in course.permitted:
                 continue
+            if course.before and not i < course.divide <= k:
+                continue
             couple = Couple(frames, first, second, self._parts, side)
             if couple.moves:
                 own = proofs.get(names) or proofs.get(names[::-1], [])
-                margin = self._margin(couple, first, second, own, float(gaps[i, k]), frames)
+                finest = ONE if course.before else 1
+                margin = self._margin(couple, first, second, own, float(gaps[i, k]), frames, finest)
                 self.margins.add(course.node, course.segments, names, margin)
 
     def _frames(self, path: Path) -> Frames:
@@ -201,7 +220,14 @@ class _Checker:
         return np.asarray(np.maximum(low[:moving, None] - high[None], low[None] - high[:moving, None]).max(axis=2))
 
     def _margin(
-        self, couple: Couple, first: Thing, second: Thing, proofs: Sequence[PairProof], gap: float, frames: Frames
+        self,
+        couple: Couple,
+        first: Thing,
+        second: Thing,
+        proofs: Sequence[PairProof],
+        gap: float,
+        frames: Frames,
+        finest: int,
     ) -> float:
         """What keeps two things apart, at least [m]; one of several proofs may be about another place of the second."""
         told: Refuted | None = None
@@ -209,7 +235,7 @@ class _Checker:
         for proof in proofs:
             turned = proof.first != first.name
             try:
-                held.append((couple.turned() if turned else couple).check(proof, self.near))
+                held.append((couple.turned() if turned else couple).check(proof, self.near, finest))
             except Refuted as error:
                 told = told or error
                 continue
@@ -244,8 +270,9 @@ class _Checker:
         return wrong
 
 
-def _which(node: str, segments: tuple[int, ...]) -> str:
-    return f"{node}, segment{'s' if len(segments) > 1 else ''} {', '.join(map(str, segments))}"
+def _which(node: str, segments: tuple[int, ...], before: tuple[int, ...] = ()) -> str:
+    text = f"{node}, segment{'s' if len(segments) > 1 else ''} {', '.join(map(str, segments))}"
+    return f"{text}, beside {', '.join(map(str, before))} of the node before" if before else text
 
 
 def _contained(first: Thing, second: Thing, frames: Frames) -> bool:

@@ -174,8 +174,8 @@ class Couple:
         second, b = self.sides[1].farthest(s0, s1, *ranges[1], axis)
         return -first - second - a - b
 
-    def check(self, proof: PairProof, near: float) -> Margin:
-        """What the proof leaves.
+    def check(self, proof: PairProof, near: float, finest: int = 1) -> Margin:
+        """What the proof leaves; no stretch of `finest` positions or less may be halved.
 
         Raises:
             Refuted: a claim does not hold; says which.
@@ -194,7 +194,7 @@ class Couple:
             elif letter == "b":
                 gap = min(self.box_gap(s0, s1, ranges), near)
             else:
-                ahead.extend((*half, depth + 1) for half in reversed(_halves(letter, s0, s1, ranges)))
+                ahead.extend((*half, depth + 1) for half in reversed(_halves(letter, s0, s1, ranges, finest)))
                 continue
             if not gap > 0.0:
                 what = "boxes overlap" if letter == "b" else f"an axis leaves {float(gap):.3g} m"
@@ -206,10 +206,10 @@ class Couple:
 
 
 def _halves(
-    letter: str, s0: int, s1: int, ranges: list[tuple[int, int]]
+    letter: str, s0: int, s1: int, ranges: list[tuple[int, int]], finest: int
 ) -> list[tuple[int, int, list[tuple[int, int]]]]:
     if letter == "t":
-        if s1 - s0 < 2:
+        if s1 - s0 <= finest:
             raise Refuted("a stretch is halved that cannot be")
         middle = (s0 // ONE + s1 // ONE) // 2 * ONE if s1 - s0 > ONE else (s0 + s1) // 2
         return [(s0, middle, ranges), (middle, s1, ranges)]

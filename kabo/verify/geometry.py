@@ -13,7 +13,7 @@ from kabo.verify.certificate import check_certificate
 from kabo.verify.collision import Tally
 from kabo.verify.components import Components
 from kabo.verify.motions import check_motion
-from kabo.verify.overlaps import Motion, check_overlaps, sharing_time
+from kabo.verify.overlaps import Motion, all_meetings, check_overlaps, sharing_time
 from kabo.verify.report import Finding
 from kabo.verify.situation import check_start
 from kabo.verify.world import World
@@ -48,8 +48,10 @@ def check_geometry(
             kept = walked if name in together else None
             findings += check_motion(name, node, calls, world, components, tally, kept)
             motions += bool(node.motion)
-    findings += check_overlaps(plan, order, walked, world)
-    wrong, certificate = check_certificate(plan, world, order, tally.courses, paranoid=paranoid)
+    early = list(check_overlaps(plan, order, walked, world))
+    findings += early
+    meetings = [] if early else all_meetings(plan, order, walked)
+    wrong, certificate = check_certificate(plan, world, order, tally.courses, meetings, paranoid=paranoid)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
     return files, [*findings, *wrong], {**figures, "certificate": certificate}, calls.notes()
 

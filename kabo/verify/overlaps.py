@@ -23,10 +23,11 @@ ROUNDED = 2e-6  # [s] what the rounding of times may break a bound by
 
 @dataclass(frozen=True)
 class Sweep:
-    """What moves along a path."""
+    """What moves along a path, while segments with these numbers are under way."""
 
     path: Path
     things: Sequence[Thing]
+    segments: tuple[int, ...] = ()
 
     def since(self, time: float) -> "Sweep | None":
         """The part from a time on [s]; None if it has ended by then."""
@@ -38,7 +39,16 @@ class Sweep:
         later = path.times > time
         row = np.array([np.interp(time, path.times, column) for column in path.configurations.T])
         rows = np.concatenate([row[None], path.configurations[later]])
-        return Sweep(Path(tuple(path.arms.values()), rows, [time, *path.times[later]]), self.things)
+        return Sweep(Path(tuple(path.arms.values()), rows, [time, *path.times[later]]), self.things, self.segments)
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two sweeps that may be under way at any two moments of theirs, as the second motion, of `node`, begins early."""
+
+    node: str
+    first: Sweep
+    second: Sweep
 
 
 @dataclass(frozen=True)
@@ -59,6 +69,16 @@ def sharing_time(plan: Plan) -> set[str]:
     """The nodes whose motions overlap with another's."""
     early = {name for name, node in plan.nodes.items() if node.overlap > 0.0}
     return early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
+
+
+def all_meetings(plan: Plan, order: Sequence[str], motions: Mapping[str, Motion]) -> list[Meeting]:
+    """The meetings of all nodes that begin early, as far as they were walked."""
+    found = []
+    for name in order:
+        before = [other for other in order if name in plan.nodes[other].successors]
+        if plan.nodes[name].overlap > 0.0 and name in motions and len(before) == 1 and before[0] in motions:
+            found += meetings(plan, name, before[0], motions)
+    return found
 
 
 def check_overlaps(
@@ -108,16 +128,20 @@ def _check_apart(
         yield Finding(name, f"begins before {before} has ended, but both move or use {shared}", bodies=(shared,))
     if robots:
         return
-    begin = duration(plan.nodes[before]) - plan.nodes[name].overlap
-    tails = [tail for tail in (sweep.since(begin) for sweep in first.sweeps) if tail is not None]
     told: set[tuple[str, str]] = set()
-    for tail in tails:
-        for sweep in second.sweeps:
-            for pair, contact in _contacts(tail, sweep, world):
-                if pair not in told:
-                    told.add(pair)
-                    text = f"{pair[0]} and {pair[1]} can meet, as it begins before {before} has ended"
-                    yield Finding(name, text, contact.time, pair, contact.depth)
+    for meeting in meetings(plan, name, before, motions):
+        for pair, contact in _contacts(meeting.first, meeting.second, world):
+            if pair not in told:
+                told.add(pair)
+                text = f"{pair[0]} and {pair[1]} can meet, as it begins before {before} has ended"
+                yield Finding(name, text, contact.time, pair, contact.depth)
+
+
+def meetings(plan: Plan, name: str, before: str, motions: Mapping[str, Motion]) -> list[Meeting]:
+    """What of the motion before a node may be under way beside what of its own."""
+    begin = duration(plan.nodes[before]) - plan.nodes[name].overlap
+    tails = [tail for tail in (sweep.since(begin) for sweep in motions[before].sweeps) if tail is not None]
+    return [Meeting(name, tail, sweep) for tail in tails for sweep in motions[name].sweeps]
 
 
 def _contacts(first: Sweep, second: Sweep, world: World) -> Iterator[tuple[tuple[str, str], Contact]]:

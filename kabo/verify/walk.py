@@ -131,7 +131,7 @@ class Walk:
     def _check_collision(self, window: Window, path: Path) -> Iterator[Finding]:
         self.now = window.start
         moving, standing = self._things(path)
-        self.sweeps.append(Sweep(path, moving))
+        self.sweeps.append(Sweep(path, moving, window.running))
         granted = Permits()
         for i in window.running:
             own = self._permits(i, window, path, standing)

@@ -1,18 +1,22 @@
 """Certificates of plans in which robots move together, hands meet and parts are joined; and what cannot be proven."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from kabo.geometry.certificate import Course
 from kabo.geometry_server import GeometryServer
 from kabo.plan import Certificate, Plan
 from kabo.planner.certifying import certified, certify
+from kabo.planner.couples import every_couple
 from kabo.planner.motion_stretches import at_time, stretches
 from kabo.scene import load_scene
 from kabo.verify import verify_plan
 from tests.verify import bench as by_hand
 from tests.verify.bench import Bench
-from tests.verify.certified import with_certificate
-from tests.verify.test_several_robots import meeting, take_both
+from tests.verify.certified import small_robot, with_certificate
+from tests.verify.test_several_robots import coming_near, early, meeting, meeting_of, take_both
 
 
 @pytest.fixture(scope="module")
@@ -91,3 +95,36 @@ def test_between_way_points_a_configuration_is_proportional_to_time():
     middle = 0.5 * (segment.times[0] + segment.times[1])
     assert at_time(segment, middle) == pytest.approx(np.mean(segment.waypoints[:2], axis=0))
     assert at_time(segment, segment.times[-1]) == pytest.approx(segment.waypoints[-1])
+
+
+# ---------------------------------------------------------------------------------------- motions that begin early
+@pytest.mark.parametrize("y", [0.0, 0.06, 0.088, 0.092, -0.1, 0.15])
+@pytest.mark.parametrize("seconds", [0.1, 1.0, 1.1, 1.5])
+def test_a_motion_that_begins_early_is_proven_or_may_meet_the_one_before(bench, y, seconds):
+    """Both ways of judging say how near right may come to where left passes, and from when on."""
+    nodes = by_hand.take_peg(), meeting_of("left"), early(coming_near(y), seconds), by_hand.hand_over()
+    plan = bench.plan(*nodes)
+    made, report = tried(bench, plan), verify_plan(bench.problem, plan)
+    assert isinstance(made, Certificate) == report.ok, f"{made}\n{report}"
+    if isinstance(made, Certificate):
+        told = verify_plan(bench.problem, replace(plan, certificate=made))
+        assert told.ok and told.certificate.proven, str(told)
+        own = [proof for proof in made.proofs if proof.before]
+        assert {proof.node for proof in own} == {"n2"}, "with or without pairs that come near"
+
+
+def test_every_couple_of_pieces_is_passed():
+    tree = small_robot()[0].tree
+    first, second = (
+        Course(tree, np.cumsum(np.full((rows, tree.size), 0.1), axis=0), [], np.empty((0, 3), np.int64))
+        for rows in (4, 3)
+    )
+    for cut in (1, 2, 3):
+        path = every_couple(first, second, np.empty((0, 3), np.int64), cut)
+        pieces = {
+            (round(min(a[0], b[0]) * 10 * cut), round(min(a[-1], b[-1]) * 10 * cut))
+            for a, b in zip(path.waypoints, path.waypoints[1:], strict=False)
+            if a[0] != b[0] and a[-1] != b[-1]
+        }
+        wanted = {(i + cut, k + cut) for i in range(3 * cut) for k in range(2 * cut)}
+        assert pieces == wanted and path.at_any_times

@@ -7,7 +7,9 @@ import pytest
 
 from kabo.plan import plan_from_json, plan_to_json
 from kabo.verify import verify_plan
+from tests.verify import bench as by_hand
 from tests.verify.certified import changed, with_certificate
+from tests.verify.test_several_robots import coming_near, early, meeting_of
 
 
 @pytest.fixture(scope="module")
@@ -212,3 +214,51 @@ def test_what_no_reader_lets_through_is_refused_all_the_same(counter, plan):
     """Plans may be built without a file."""
     for walk, axes in (("a", b""), ("x", b""), ("", b""), ("e", b"123")):
         only_finding(counter, with_pair(plan, lambda pair, w=walk, a=axes: replace(pair, walk=w, axes=a)))
+
+
+# ---------------------------------------------------------------------------------------- motions that begin early
+@pytest.fixture(scope="module")
+def overlapping(tmp_path_factory):
+    """A bench where right comes near while left still passes, and the plan with its certificate."""
+    bench = by_hand.load(tmp_path_factory.mktemp("early"))
+    nodes = by_hand.take_peg(), meeting_of("left"), early(coming_near(0.1), 1.5), by_hand.hand_over()
+    return bench, with_certificate(bench, bench.plan(*nodes))
+
+
+def of_meetings(plan):
+    """The places of proofs of motions that are under way at any times, with axes."""
+    return [i for i, p in enumerate(plan.certificate.proofs) if p.before and any(pair.axes for pair in p.pairs)]
+
+
+def test_proofs_of_motions_that_begin_early_hold_and_are_kept(overlapping):
+    bench, plan = overlapping
+    report = verify_plan(bench.problem, plan, paranoid=True)
+    assert report.ok and report.certificate.proven and of_meetings(plan), str(report)
+    assert plan_from_json(plan_to_json(plan)) == plan
+
+
+def test_proofs_of_motions_that_begin_early_are_missed_and_judged(overlapping):
+    bench, plan = overlapping
+    proofs = list(plan.certificate.proofs)
+    at = of_meetings(plan)[0]
+    found = proofs[at]
+    beside = f"{found.node}, segment {found.segments[0]}, beside {found.before[0]} of the node before"
+    without = [p for i, p in enumerate(proofs) if i != at]
+    assert f"it says nothing of {beside}" in only_finding(bench, changed(plan, proofs=tuple(without)))
+    twice = (*proofs, found)
+    assert f"it proves {beside} twice" in only_finding(bench, changed(plan, proofs=twice))
+    many = replace(found, cut=100_000)
+    assert "into too many parts" in only_finding(bench, changed(plan, proofs=(*without, many)))
+
+
+def test_halving_time_inside_a_piece_is_no_proof_for_any_two_moments(overlapping):
+    """At the same moments the two are apart, which says nothing of one that is late."""
+    bench, plan = overlapping
+    proofs = list(plan.certificate.proofs)
+    at = of_meetings(plan)[0]
+    deep = "t" * 24 + "b" * 25
+    pairs = tuple(replace(pair, walk=deep, axes=b"") for pair in proofs[at].pairs)
+    text = only_finding(
+        bench, changed(plan, proofs=(*proofs[:at], replace(proofs[at], pairs=pairs), *proofs[at + 1 :]))
+    )
+    assert "a stretch is halved that cannot be" in text

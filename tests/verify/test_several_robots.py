@@ -279,6 +279,12 @@ def meeting_of(robot: str) -> Node:
     return replace(node, motion=motion, after=StateChange({robot: node.after.robots[robot]}))
 
 
+def coming_near(y: float) -> Node:
+    """Right comes near where left passes, `y` to its side, and returns."""
+    home, place = by_hand.HOME["right"], by_hand.beside(-0.02, y, 0.45)
+    return replace(meeting_of("right"), motion=(by_hand.stretch("right", 0.0, [home, place, home]),))
+
+
 def test_who_may_begin_early(bench):
     start = by_hand.take_peg()
     cases = [

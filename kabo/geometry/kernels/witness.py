@@ -34,7 +34,7 @@ DECIDED = 0.05  # share of the wanted margin: where sweeping adds less than that
 LOW, HIGH, START, END = 0, 1, 2, 3  # columns of `ends`
 JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `things`
 DEVIATION, PATH = 0, 1  # columns of `bounds` and `over`
-NEAR, WANTED, NEEDED = 0, 1, 2  # places of `limits`
+NEAR, WANTED, NEEDED, FINEST = 0, 1, 2, 3  # places of `limits`; no stretch of FINEST or less is halved
 
 
 @lean_kernel
@@ -285,7 +285,7 @@ def _prove(
             continue
         grow, moved = over[0, DEVIATION] + over[1, DEVIATION], over[0, PATH] + over[1, PATH]
         single = ends[0, HIGH] - ends[0, LOW] == 1 and ends[1, HIGH] - ends[1, LOW] == 1
-        last = single and (grow + moved <= DECIDED * limits[WANTED] or s1 - s0 == 1)
+        last = single and (grow + moved <= DECIDED * limits[WANTED] or s1 - s0 <= limits[FINEST])
         least = grow + (limits[NEEDED] if last else limits[WANTED])
         if axis[0] == 0.0 and axis[1] == 0.0 and axis[2] == 0.0:
             for r in range(3):
@@ -303,7 +303,17 @@ def _prove(
             for e in range(2):
                 if ends[e, HIGH] - ends[e, LOW] > 1:
                     several = max(several, size[e])
-            _halve(stack, top, s0, s1, ends, size, single or (moved > several and s1 - s0 > 1), codes, row)
+            _halve(
+                stack,
+                top,
+                s0,
+                s1,
+                ends,
+                size,
+                single or (moved > several and s1 - s0 > limits[FINEST]),
+                codes,
+                row,
+            )
             top += 2
         row += 1
     return row

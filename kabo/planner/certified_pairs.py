@@ -1,0 +1,92 @@
+"""Which pairs of bodies a certificate has to prove apart along a stretch, and in the frame of which joint."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.scene import KinematicTree
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Numbers = list[tuple[int, int]]  # of two things
+
+
+class Thing(NamedTuple):
+    """A body at one of its places; moving ones hang on a joint of a robot that is under way."""
+
+    name: str
+    place: int
+    mesh: str
+    robot: str | None
+    joint: int
+    pose: Array  # (12,) in the joint's frame, or in the world
+
+
+class Choice:
+    """Chooses pairs; what moves, and on what, is mostly the same from stretch to stretch."""
+
+    def __init__(self, never_collide: Callable[[str, str], bool]) -> None:
+        """`never_collide`: whether two things need no proof at all, by their names."""
+        self.never_collide = never_collide
+        self._known: dict[object, tuple[Numbers, Integers, dict[frozenset[str], list[int]]]] = {}
+
+    def pairs(
+        self, things: Sequence[Thing], moving: int, permitted: frozenset[frozenset[str]], tree: KinematicTree
+    ) -> tuple[Numbers, Integers]:
+        """The pairs to prove: their numbers, and with the joint in whose frame each is looked at (P, 3).
+
+        Args:
+            things: what moves, and then what stands.
+            moving: how many of them move.
+            permitted: pairs of names that may touch.
+            tree: whose joints carry them.
+        """
+        key = moving, len(tree.parent), tuple((thing.name, thing.joint) for thing in things)
+        if key not in self._known:
+            self._known[key] = self._comparable(things, moving, tree)
+        numbers, rows, by_names = self._known[key]
+        left_out = [number for pair in permitted for number in by_names.get(pair, ())]
+        if not left_out:
+            return numbers, rows
+        kept = np.ones(len(numbers), bool)
+        kept[left_out] = False
+        return [numbers[i] for i in np.flatnonzero(kept)], rows[kept]
+
+    def _comparable(
+        self, things: Sequence[Thing], moving: int, tree: KinematicTree
+    ) -> tuple[Numbers, Integers, dict[frozenset[str], list[int]]]:
+        """The pairs that may not touch, and the numbers of each by its names."""
+        numbers: Numbers = []
+        rows: list[tuple[int, int, int]] = []
+        by_names: dict[frozenset[str], list[int]] = {}
+        chains = [_chain(tree, thing.joint) for thing in things]
+        for i in range(moving):
+            first, own = things[i].name, chains[i]
+            for k in range(i + 1, len(things)):
+                second = things[k].name
+                if first != second and not self.never_collide(first, second):
+                    by_names.setdefault(frozenset((first, second)), []).append(len(numbers))
+                    numbers.append((i, k))
+                    rows.append((i, k, next((joint for joint in chains[k] if joint in own), 0)))
+        return numbers, np.array(rows, np.int64).reshape(-1, 3), by_names
+
+    def across(self, first: Sequence[Thing], second: Sequence[Thing]) -> tuple[Numbers, Integers]:
+        """The pairs of one of the first and one of the second things, which have no joint in common."""
+        numbers = [
+            (i, k)
+            for i, thing in enumerate(first)
+            for k, other in enumerate(second)
+            if not self.never_collide(thing.name, other.name)
+        ]
+        return numbers, np.array([(i, k, 0) for i, k in numbers], np.int64).reshape(-1, 3)
+
+
+def _chain(tree: KinematicTree, joint: int) -> dict[int, None]:
+    """The joints from one to the base; the first that is also in another chain is the last that carries both."""
+    chain: dict[int, None] = {}
+    while joint > 0:
+        chain[joint] = None
+        joint = int(tree.parent[joint])
+    return chain
