@@ -1,10 +1,12 @@
 """Certificates of plans in which robots move together, hands meet and parts are joined; and what cannot be proven."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from kabo import load_problem, solve
 from kabo.geometry.certificate import Course
 from kabo.geometry_server import GeometryServer
 from kabo.plan import Certificate, Plan
@@ -17,6 +19,8 @@ from tests.verify import bench as by_hand
 from tests.verify.bench import Bench
 from tests.verify.certified import small_robot, with_certificate
 from tests.verify.test_several_robots import coming_near, early, meeting, meeting_of, take_both
+
+DOMAINS = Path(__file__).resolve().parents[2] / "domains"
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +76,23 @@ def test_a_plan_that_collides_keeps_no_certificate_and_says_why(bench):
     plan = bench.plan(by_hand.take_peg(), by_hand.insert(allowed_contacts=by_hand.fingers("left", "peg")))
     same, figures = certified(plan, GeometryServer(scene, scene.epsilon, 0).surroundings)
     assert same == plan and any("peg and socket" in gap for gap in figures["certificate_gaps"])
+
+
+def test_fingers_round_what_they_let_go_of_are_proven_apart_though_a_plan_permits_contact():
+    """The boxes of both meet until the hand is up and away, so that whoever checks wants a proof."""
+    problem = load_problem(DOMAINS / "circular_rearrange" / "n2.yaml")
+    plan, nodes = solve(problem, seed=0, certificate=False).plan, {}
+    for name, node in plan.nodes.items():
+        fingers = sorted({pair for s in node.motion for pair in s.allowed_contacts if any("." in t for t in pair)})
+        motion = tuple(
+            replace(s, allowed_contacts=tuple(sorted({*s.allowed_contacts, *fingers}))) for s in node.motion
+        )
+        nodes[name] = replace(node, motion=motion)
+    scene, plan = load_scene(problem.scene), replace(plan, nodes=nodes)
+    made = certify(plan, GeometryServer(scene, scene.epsilon, 0).surroundings)
+    assert isinstance(made, Certificate), [str(gap) for gap in made]
+    report = verify_plan(problem, replace(plan, certificate=made))
+    assert report.ok, str(report)
 
 
 def test_stretches_end_wherever_a_segment_begins_or_ends(bench):
