@@ -1,143 +1,27 @@
-"""From URDF files to a Robot: pinocchio reads the joints, the link geometry is read beside it."""
+"""From URDF files to a Robot: pinocchio reads the joints, `urdf_file` the geometry of the links."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
-from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
 import numpy as np
 import numpy.typing as npt
 
-from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
+from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
-from kabo.language.scene_description import RobotDescription, Shape
-from kabo.meshes import Mesh, load_mesh
+from kabo.language.scene_description import RobotDescription
+from kabo.meshes import Mesh
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
-from kabo.scene.shapes import primitive
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
+from kabo.scene.urdf_file import pinocchio, read_urdf, refusal
 
 Array = npt.NDArray[np.float64]
 V = TypeVar("V")
 
 ENDLESS = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]
 SLOW = math.pi  # velocity where a URDF gives none [rad/s or m/s]
-
-
-def _refuse(place: Place | None, message: str, hint: str | None = None) -> InputError:
-    at = place or Place("scene", 1, 1)
-    return InputError([Diagnostic(at.file, at.line, at.column, message, hint, at.length)])
-
-
-@dataclass(frozen=True)
-class UrdfFile:
-    """What is read of a URDF beside pinocchio: link meshes (link frame, metres), mimic rules, files read."""
-
-    path: Path
-    meshes: Mapping[str, Mesh]
-    mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
-    files: tuple[Path, ...] = field(default=())
-
-
-def pinocchio() -> Any:
-    """The pinocchio module, or one line that says what its import lacks."""
-    try:
-        import pinocchio as module
-    except ImportError as error:
-        if "libgomp" in str(error):
-            raise KaboError(
-                "pinocchio needs the system library libgomp1; on Debian: apt-get install libgomp1"
-            ) from None
-        raise KaboError(f"pinocchio cannot be imported: {error}") from None
-    return module
-
-
-def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> UrdfFile:
-    """The links' geometry (collision, else visual) and the mimic rules of a URDF file.
-
-    Raises:
-        InputError: the file is not XML, or names a mesh that does not load.
-    """
-    try:
-        root = ElementTree.parse(path).getroot()  # noqa: S314
-    except (ElementTree.ParseError, OSError, UnicodeDecodeError) as error:
-        raise _refuse(place, f'robot file "{path.name}" cannot be read: {error}') from None
-    if root.tag != "robot":
-        raise _refuse(place, f'robot file "{path.name}" has <{root.tag}> where <robot> is expected')
-    meshes, files = {}, [path]
-    for link in root.iter("link"):
-        shapes = link.findall("collision") or link.findall("visual")
-        pieces = [_piece(shape, path, packages, place, files) for shape in shapes]
-        if pieces:
-            meshes[link.get("name", "")] = _merged(pieces)
-    mimics = {}
-    for joint in root.iter("joint"):
-        mimic = joint.find("mimic")
-        if mimic is not None:
-            factors = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-            mimics[joint.get("name", "")] = (mimic.get("joint", ""), *factors)
-    return UrdfFile(path, meshes, mimics, tuple(files))
-
-
-def _numbers(text: str | None, default: str) -> list[float]:
-    return [float(word) for word in (text or default).split()]
-
-
-def _origin(element: Any) -> Array:
-    origin = element.find("origin")
-    xyz = _numbers(None if origin is None else origin.get("xyz"), "0 0 0")
-    roll, pitch, yaw = _numbers(None if origin is None else origin.get("rpy"), "0 0 0")
-    matrix: Array = np.eye(4)
-    matrix[:3, :3] = pinocchio().rpy.rpyToMatrix(roll, pitch, yaw) if roll or pitch or yaw else np.eye(3)
-    matrix[:3, 3] = xyz
-    return matrix
-
-
-def _piece(element: Any, urdf: Path, packages: Mapping[str, Path], place: Place | None, files: list[Path]) -> Mesh:
-    geometry = element.find("geometry")
-    shape = None if geometry is None else next(iter(geometry), None)
-    if shape is None:
-        raise _refuse(place, f'robot file "{urdf.name}": a link has an empty geometry')
-    if shape.tag == "mesh":
-        path = _locate(shape.get("filename", ""), urdf, packages, place)
-        files.append(path)
-        made = load_mesh(path, _numbers(shape.get("scale"), "1 1 1"), place)
-    elif shape.tag == "box":
-        x, y, z = _numbers(shape.get("size"), "0 0 0")
-        made = primitive(Shape("box", size=(x, y, z)))
-    elif shape.tag == "cylinder":
-        radius, length = float(shape.get("radius", "0")), float(shape.get("length", "0"))
-        made = primitive(Shape("cylinder", size=(radius, radius, length)))
-    elif shape.tag == "sphere":
-        radius = float(shape.get("radius", "0"))
-        made = primitive(Shape("sphere", size=(radius, radius, radius)))
-    else:
-        raise _refuse(place, f'robot file "{urdf.name}": unknown geometry <{shape.tag}>')
-    return made.moved(_origin(element))
-
-
-def _locate(name: str, urdf: Path, packages: Mapping[str, Path], place: Place | None) -> Path:
-    if name.startswith("package://"):
-        package, _, rest = name.removeprefix("package://").partition("/")
-        if package not in packages:
-            hint = did_you_mean(package, packages) or f"add packages: {{{package}: FOLDER}} to the scene"
-            raise _refuse(place, f'robot file "{urdf.name}" names the unknown package "{package}"', hint)
-        path = packages[package] / rest
-    else:
-        path = urdf.parent / name.removeprefix("file://")
-    if not path.is_file():
-        raise _refuse(place, f'robot file "{urdf.name}" names the mesh "{name}", which does not exist')
-    return path
-
-
-def _merged(pieces: list[Mesh]) -> Mesh:
-    if len(pieces) == 1:
-        return pieces[0]
-    offsets = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
-    faces = np.concatenate([piece.faces + offset for piece, offset in zip(pieces, offsets, strict=False)])
-    return Mesh(np.concatenate([piece.vertices for piece in pieces]), faces)
 
 
 def load_robot(
@@ -170,14 +54,14 @@ def _model(path: Path, place: Place | None) -> Any:
         return pinocchio().buildModelFromUrdf(str(path))
     except (ValueError, RuntimeError) as error:
         reason = str(error).strip().splitlines()[0]
-        raise _refuse(place, f'robot file "{path.name}" is not a usable URDF: {reason}') from None
+        raise refusal(place, f'robot file "{path.name}" is not a usable URDF: {reason}') from None
 
 
 def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
     bodies = [frame.name for frame in model.frames]
     if mount not in bodies:
         at = description.gripper.place if description.gripper else description.place
-        raise _refuse(at, f'unknown link "{mount}" to mount the gripper on', did_you_mean(mount, bodies))
+        raise refusal(at, f'unknown link "{mount}" to mount the gripper on', did_you_mean(mount, bodies))
     pin = pinocchio()
     return pin.appendModel(model, gripper, model.getFrameId(mount), pin.SE3.Identity())
 
@@ -226,19 +110,19 @@ def _assemble(
 ) -> Robot:
     for link in description.hulls:
         if link not in meshes:
-            raise _refuse(
+            raise refusal(
                 description.place, f'no link "{link}" with a shape, in hulls', did_you_mean(link, meshes)
             )
     movable = [name for name in list(model.names)[1:] if name not in mimics]
     for name in (*(description.joints or ()), *gripper_joints):
         if name not in movable:
-            raise _refuse(description.place, f'unknown joint "{name}"', did_you_mean(name, movable))
+            raise refusal(description.place, f'unknown joint "{name}"', did_you_mean(name, movable))
     planned = description.joints or tuple(name for name in movable if name not in gripper_joints)
     names = (*planned, *gripper_joints)
     kinds, turns = [REVOLUTE], [np.eye(3)]
     for j, kind_axis in list(enumerate(_axes(model)))[1:]:
         if kind_axis is None:
-            raise _refuse(description.place, f'joint "{model.names[j]}" is neither revolute nor prismatic')
+            raise refusal(description.place, f'joint "{model.names[j]}" is neither revolute nor prismatic')
         kinds.append(kind_axis[0])
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
@@ -284,7 +168,7 @@ def _actuation(
         if name in names:
             source.append(names.index(name))
         elif model.names[j] in mimics and name not in list(model.names):
-            raise _refuse(description.place, f'joint "{model.names[j]}" mimics the unknown joint "{name}"')
+            raise refusal(description.place, f'joint "{model.names[j]}" mimics the unknown joint "{name}"')
         else:  # a joint that is not planned stands at zero, within its limits
             i = model.joints[j].idx_q
             lower, upper = model.lowerPositionLimit[i], model.upperPositionLimit[i]
@@ -339,7 +223,7 @@ def _named(
     """Values by joint, if all of these are the robot's."""
     for name in values:
         if name not in names:
-            raise _refuse(description.place, f'unknown joint "{name}" in the {what}', did_you_mean(name, names))
+            raise refusal(description.place, f'unknown joint "{name}" in the {what}', did_you_mean(name, names))
     return values
 
 
@@ -348,7 +232,7 @@ def _tool(description: RobotDescription, links: Mapping[str, Link]) -> Tool | No
         return None
     if description.tool_frame not in links:
         hint = did_you_mean(description.tool_frame, links)
-        raise _refuse(description.place, f'unknown link "{description.tool_frame}" as tool frame', hint)
+        raise refusal(description.place, f'unknown link "{description.tool_frame}" as tool frame', hint)
     return Tool(description.tool_frame, description.tool_features)
 
 
@@ -358,10 +242,10 @@ def _gripper(description: RobotDescription, joints: tuple[str, ...], links: Mapp
         return None
     for link in gripper.touch_links:
         if link not in links:
-            raise _refuse(gripper.place, f'unknown link "{link}" in touch_links', did_you_mean(link, links))
+            raise refusal(gripper.place, f'unknown link "{link}" in touch_links', did_you_mean(link, links))
     for name in (*gripper.open, *gripper.closed):
         if name not in joints:
-            raise _refuse(gripper.place, f'unknown joint "{name}" of the gripper', did_you_mean(name, joints))
+            raise refusal(gripper.place, f'unknown joint "{name}" of the gripper', did_you_mean(name, joints))
     touch = tuple(f"{description.name}.{link}" for link in gripper.touch_links)
     return Gripper(joints, gripper.open, gripper.closed, touch)
 
@@ -371,16 +255,16 @@ def _check_configurations(description: RobotDescription, robot: Robot) -> None:
     for name, values in description.configurations.items():
         if len(values) != robot.planned:
             count = f"{len(values)} values, but the robot has {robot.planned} planned joints"
-            raise _refuse(description.place, f'configuration "{name}" has {count}')
+            raise refusal(description.place, f'configuration "{name}" has {count}')
         for joint, value, low, high in zip(robot.planned_joints, values, lower, upper, strict=True):
             if not low <= value <= high:
                 limits = f"[{low:.6g}, {high:.6g}]"
                 text = f'configuration "{name}": {joint} = {value:.6g} is outside its limits {limits}'
-                raise _refuse(description.place, text)
+                raise refusal(description.place, text)
 
 
 def _check_structure(description: RobotDescription, robot: Robot) -> None:
     if robot.inverse_kinematics == "analytic" and isinstance(robot.structure, NoStructure):
         text = f'no closed form (`analytic`) of the inverse kinematics of "{robot.name}" is known: '
         hint = "write `projection`, or leave the key out"
-        raise _refuse(description.analytic or description.place, text + robot.structure.reason, hint)
+        raise refusal(description.analytic or description.place, text + robot.structure.reason, hint)
