@@ -16,10 +16,15 @@ MAX_EFFORT = 8  # how often more samples are drawn, each time four times as many
 
 @dataclass(frozen=True)
 class Success:
-    """A motion that is proven free, and the components that have new values after it."""
+    """A motion that is proven free, and the components that have new values after it.
+
+    `reads` are the components that were in the way of other samples before: with them elsewhere, one of those might have
+    been the answer.
+    """
 
     motion: tuple[Segment, ...]
     changes: Mapping[str, Component]
+    reads: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ the node is evaluated once for each [LANGUAGE 6].
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from kabo.geometry_server import Failure, Situation, Success
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures
 
 Expect = Callable[[list[Question]], None]
-Advance = Callable[[GroundCall, int, Trace], Trace]  # the trace after a call
+Advance = Callable[[GroundCall, int, Trace, Success], Trace]  # the trace after a call that has succeeded
 
 
 @dataclass(eq=False)
@@ -73,7 +73,6 @@ class Evaluator:
     stop: Callable[[], bool]
     share: bool = True
     expect: Expect | None = None  # told which questions come, as soon as they are known
-    moved: Callable[[GroundCall, Iterable[str]], None] | None = None  # told what a call has changed
 
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
         """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
@@ -183,9 +182,7 @@ class Evaluator:
         if isinstance(variant.answer, Success) and node.action is not None and node.action.call is not None:
             call = node.action.call
             situation = situation.replace(variant.answer.changes)
-            if self.moved is not None:
-                self.moved(call, variant.answer.changes)
-            traces = frozenset(self.advance(call, node.attempt, trace) for trace in traces)
+            traces = frozenset(self.advance(call, node.attempt, trace, variant.answer) for trace in traces)
         for outcome, after in successors(node).items():
             arrivals[after].append(_Arrival(variant, outcome, situation, traces))
 
@@ -215,9 +212,10 @@ def answered(
     server: "GeometricProcedures", call: GroundCall, situation: Situation, attempt: int, effort: int
 ) -> Success | Failure:
     """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
-    answer = server.call(call, situation, attempt, 0)
+    answer, reads = server.call(call, situation, attempt, 0), frozenset[str]()
     for more in range(1, effort + 1):
         if isinstance(answer, Success) or answer.proof:
             break
+        reads |= answer.reads
         answer = server.call(call, situation, attempt, more)
-    return answer
+    return replace(answer, reads=answer.reads | reads) if reads and isinstance(answer, Success) else answer

@@ -15,13 +15,15 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING
 
-from kabo.geometry_server import MAX_EFFORT, Failure
+from kabo.geometry_server import MAX_EFFORT, Failure, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.skeleton import Entry, LearntBook, Origin, Pattern
+from kabo.scene import Component
 
 if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures
 
+Name = tuple[GroundCall, int, int, Pattern]  # of a lineage: an attempt at a call, what it made, and from what
 Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 
 IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
@@ -51,9 +53,16 @@ class Ledger:
         scene = self.server.scene
         self.components = (*scene.robots, *scene.movable)
         self._index = {name: i for i, name in enumerate(self.components)}
-        self._lineages: dict[tuple[object, ...], int] = {}
+        self._lineages: dict[Name, int] = {}
+        self._values: dict[tuple[int, Component], int] = {}  # the lineage of every value that was met [K Def. 5]
+        self._valued = {0}
+        self._rests: dict[Name, frozenset[str]] = {}  # on what it rested which value a name has
+        self._reads: dict[GroundCall, frozenset[int]] = {}
+        self._count = 0
+        for i, name in enumerate(self.components):
+            self._values[i, scene.start[name]] = 0
         self._options: dict[tuple[GroundCall, Trace], list[tuple[int, Trace]]] = {}
-        self._origins: dict[Entry, Origin] = {}
+        self._origins: dict[Entry, dict[Origin, None]] = {}
         self._tainted: dict[Entry, None] = {}
         self._moves: dict[GroundCall, tuple[int, ...]] = {}
 
@@ -117,7 +126,7 @@ class Ledger:
             for call, rows in self.refusals.items()
         }
         suspicions = {call: tuple(rows) for call, rows in self.suspicions.items()}
-        origins = {entry: self._origins[entry] for entry in self._tainted if entry in self._origins}
+        origins = {entry: tuple(self._origins[entry]) for entry in self._tainted if self._origins.get(entry)}
         named = tuple(sorted(self._tainted))
         return LearntBook(named, origins, refusals, suspicions, self.moves, ATTEMPTS * (1 + self.effort))
 
@@ -129,23 +138,83 @@ class Ledger:
             known = self._moves[call] = tuple(self._index[name] for name in self.server.bind(call).moves)
         return known
 
-    def moved(self, call: GroundCall, names: Iterable[str]) -> None:
-        """A call has changed these components: what is not declared (parts of a group hang on another one) is learnt."""
-        known = self.moves(call)
-        more = tuple(i for i in (self._index[name] for name in names) if i not in known)
-        if more:
-            self._moves[call] = known + more
-            self._options.clear()
+    def reads(self, call: GroundCall) -> frozenset[int]:
+        """The components on which it depends what a call makes, as far as is known."""
+        known = self._reads.get(call)
+        if known is None:
+            known = self._reads[call] = frozenset(self._index[name] for name in self.server.bind(call).reads)
+        return known
 
     def after(self, call: GroundCall, attempt: int, trace: Trace) -> Trace:
         """The trace after a call: what it moves has the lineage of the call and of what its samples depend on."""
-        bound = self.server.bind(call)
-        reads = frozenset((self._index[name], trace[self._index[name]]) for name in bound.reads)
+        reads = frozenset((i, trace[i]) for i in self.reads(call))
         result = list(trace)
         for i in self.moves(call):
-            result[i] = self._lineages.setdefault((call, attempt, i, reads), len(self._lineages) + 1)
-            self._origins[i, result[i]] = Origin(call, attempt, reads)
+            name = call, attempt, i, reads
+            if name not in self._lineages:
+                self._lineages[name] = self._new()
+            result[i] = self._lineages[name]
+            self._note_origin((i, result[i]), Origin(call, attempt, reads))
         return tuple(result)
+
+    def came(self, call: GroundCall, attempt: int, trace: Trace, answer: Success) -> Trace:
+        """The trace after a call that has succeeded: equal values have one lineage, whatever made them.
+
+        What is not declared to be moved (parts of a group hang on another one) is learnt.
+        """
+        if self.effort:
+            self._rest_on(call, answer.reads)
+        known = self.moves(call)
+        more = tuple(i for i in (self._index[name] for name in answer.changes) if i not in known)
+        if more:
+            self._moves[call] = known + more
+            self._options.clear()
+        if not all(self._agrees(call, attempt, trace, name, answer) for name in answer.changes):
+            return self.came(call, attempt, trace, answer)
+        return self.after(call, attempt, trace)
+
+    def _agrees(self, call: GroundCall, attempt: int, trace: Trace, component: str, answer: Success) -> bool:
+        """Notes the value of a lineage; False if it had another one: then it depends on more than was known."""
+        i, reads = self._index[component], frozenset((i, trace[i]) for i in self.reads(call))
+        name, value = (call, attempt, i, reads), (i, answer.changes[component])
+        named = self._lineages.get(name)
+        if value not in self._values:
+            self._values[value] = self._new() if named is None or named in self._valued else named
+        line = self._values[value]
+        another = named in self._valued and named != line
+        if another and self._rest_on(call, answer.reads | self._rests.get(name, frozenset())):
+            return False
+        if named != line:
+            self._options.clear()
+            self._origins.get((i, named or 0), {}).pop(Origin(call, attempt, reads), None)
+        self._valued.add(line)
+        self._lineages[name], self._rests[name] = line, answer.reads
+        return True
+
+    def _rest_on(self, call: GroundCall, names: Iterable[str]) -> bool:
+        """What a call makes depends on these as well; whether that is new. What it made until now is forgotten."""
+        known = self.reads(call)
+        more = frozenset(self._index[name] for name in names) - known
+        if not more:
+            return False
+        self._reads[call] = known | more
+        self._options.clear()
+        self._lineages = {name: line for name, line in self._lineages.items() if name[0] != call}
+        for origins in self._origins.values():
+            for origin in [each for each in origins if each.call == call]:
+                del origins[origin]
+        return True
+
+    def _new(self) -> int:
+        self._count += 1
+        return self._count
+
+    def _note_origin(self, entry: Entry, origin: Origin) -> None:
+        origins = self._origins.setdefault(entry, {})
+        if origin not in origins:
+            origins[origin] = None
+            if entry in self._tainted:
+                self._taint(origin.reads)
 
     def _taint(self, pattern: Pattern) -> None:
         """Marks lineages that tell nodes apart: those of a refusal, and those from which they come."""
@@ -154,8 +223,8 @@ class Ledger:
             entry = waiting.pop()
             if entry not in self._tainted:
                 self._tainted[entry] = None
-                origin = self._origins.get(entry)
-                waiting.extend(sorted(origin.reads) if origin else ())
+                for origin in self._origins.get(entry, ()):
+                    waiting.extend(sorted(origin.reads))
 
     def refuse(self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Trace]) -> None:
         """Notes that a call failed, wherever the components that the failure reads are as in one of the traces."""
@@ -187,7 +256,7 @@ class Ledger:
     def blamed(self, call: GroundCall, failure: Failure, trace: Trace) -> tuple[GroundCall, int] | None:
         """The attempt at a call that made what a failed call was to move; None if nothing else can be tried there."""
         for i in self.moves(call):
-            origin = self._origins.get((i, trace[i]))
+            origin = next(iter(self._origins.get((i, trace[i]), ())), None)
             own = self.components[i] in failure.reads and self.components[i] not in self.server.scene.robots
             if own and origin is not None and origin.attempt + 1 < ATTEMPTS * (1 + self.effort):
                 return origin.call, origin.attempt

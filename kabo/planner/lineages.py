@@ -58,8 +58,9 @@ class _Learnt:
             self._value.update({(component, lineage): 1 + k for k, lineage in enumerate(lineages)})
             self._initial.append(self._value.get((component, 0), OTHER))
         self._made: dict[tuple[GroundCall, int], list[tuple[Entry, Pattern]]] = {}
-        for entry, origin in book.origins.items():
-            self._made.setdefault((origin.call, origin.attempt), []).append((entry, origin.reads))
+        for entry, origins in book.origins.items():
+            for origin in origins:
+                self._made.setdefault((origin.call, origin.attempt), []).append((entry, origin.reads))
         self._sizes = {n: v.size for n, v in enumerate(self._variables, len(base.variables))}
 
     def made(self) -> LearntTask:

@@ -12,7 +12,7 @@ from kabo.planner.packed import PackedTask
 from kabo.planner.procedures import Procedures
 from kabo.planner.reasons import exhausted, no_plan
 from kabo.planner.result import Progress, Result
-from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Unreachable
+from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Statistics, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
     from kabo.planner.interleaved import Interleaved
@@ -65,9 +65,7 @@ class Run:
     symbolic_s: float = 0.0
     geometric_s: float = 0.0
     load_s: float = 0.0
-    expanded: int = 0
-    generated: int = 0
-    rounds: int = 0
+    searched: Statistics = field(default_factory=Statistics)
     packed: PackedTask | None = None
     refined: Mapping[str, float] = field(default_factory=dict)
     witness: "Callable[[GeometricProcedures], None] | None" = None
@@ -82,7 +80,7 @@ class Run:
     def tell(self, doing: str, calls: int = 0) -> None:
         """Sends progress to whoever asked for it."""
         if self.progress is not None:
-            self.progress(Progress(doing, self.expanded, self.generated, calls))
+            self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
 
 
 def search_once(
@@ -90,8 +88,7 @@ def search_once(
 ) -> Found | Unreachable | Exhausted:
     """A skeleton, the proof that there is none, or what ended the search; counted and timed."""
     began = perf_counter()
-    run.rounds += 1
-    left = run.options.max_expansions - run.expanded
+    left = run.options.max_expansions - run.searched.expanded
     most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
     limits = Limits(most, run.stop)
     run.packed = run.packed or PackedTask(task)
@@ -102,8 +99,7 @@ def search_once(
         limits=limits,
         packed=run.packed,
     )
-    run.expanded += found.statistics.expanded
-    run.generated += found.statistics.generated
+    run.searched += found.statistics
     run.symbolic_s += perf_counter() - began
     return found
 
@@ -138,8 +134,8 @@ def statistics_of(run: Run, server: "GeometricProcedures | None") -> dict[str, A
         "symbolic_s": run.symbolic_s,
         "geometric_s": run.geometric_s,
         "load_s": run.load_s,
-        "expanded": run.expanded,
-        "generated": run.generated,
+        "expanded": run.searched.expanded,
+        "generated": run.searched.generated,
     }
     if server is not None:
         counted = server.statistics

@@ -5,7 +5,7 @@ leaves, with a single goal node [LANGUAGE section 6].
 """
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal, Protocol
 
 from kabo.knowledge import GroundAction
@@ -29,13 +29,13 @@ class Origin:
 class LearntBook:
     """All that lazy geometry has learnt: by call, the attempt from which on it is refused, and where.
 
-    `named` are the lineages that refusals and suspicions name, and those that these come from; `origins` says how calls
-    make them. `suspicions`: where something was in the way of a call, whatever else was so. `attempts`: how many
+    `named` are the lineages that refusals and suspicions name, and those that these come from; `origins` says which
+    calls make them. `suspicions`: where something was in the way of a call, whatever else was so. `attempts`: how many
     there are of one call at most. `moves`: the components that a call moves.
     """
 
     named: tuple[Entry, ...]
-    origins: Mapping[Entry, Origin]
+    origins: Mapping[Entry, Sequence[Origin]]
     refusals: Mapping[GroundCall, Sequence[tuple[int, Pattern]]]
     suspicions: Mapping[GroundCall, Sequence[Pattern]]
     moves: Callable[[GroundCall], tuple[int, ...]]
@@ -88,6 +88,11 @@ class Statistics:
     generated: int = 0
     weak_searches: int = 0
     solved: int = 0
+
+    def __add__(self, other: "Statistics") -> "Statistics":
+        """What two searches did."""
+        counts = ((getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
+        return Statistics(*(one + more for one, more in counts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +165,7 @@ class Exhausted:
     """Nothing is known: the budget named ended the search."""
 
     statistics: Statistics
-    budget: Literal["expansions", "time"]
+    budget: Literal["expansions", "samples", "time"]
 
 
 SearchResult = Found | Unreachable | Exhausted

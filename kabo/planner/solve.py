@@ -3,13 +3,13 @@
 until a plan is found, proven impossible, or the budget is spent:
     skeleton := a contingent plan on the knowledge level, taking every procedure as possible that is not refused
     ask the procedures along it, in order, wherever its branches lead
-    if all have a motion: the plan;  else: note the refusals and what they rest on
+    if all have a motion: the plan;  else: note the refusals and what they rest on (`rounds.py`)
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
@@ -25,17 +25,13 @@ from kabo.planner.runs import (
     SECONDS,
     Options,
     Run,
-    failures_of,
     search_once,
     statistics_of,
     without_plan,
 )
-from kabo.planner.skeleton import Exhausted, Found, Skeleton, Unreachable
+from kabo.planner.skeleton import Exhausted, Found, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
-    from kabo.planner.interleaved import Interleaved
-    from kabo.planner.ledger import Ledger
-    from kabo.planner.workers import Workers
     from kabo.tasks.procedures import GeometricProcedures
 
 
@@ -168,7 +164,8 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
 
 
 def _integrated(run: Run, task: Task) -> Result:
-
+    from kabo.planner.assembly import assemble, files_read
+    from kabo.planner.rounds import Rounds
     from kabo.planner.workers import Workers
 
     run.tell("loading the scene")
@@ -176,57 +173,15 @@ def _integrated(run: Run, task: Task) -> Result:
     if run.witness is not None:
         run.witness(server)
     with Workers(server, run.workers, run.stop) as workers:
-        return _interleaved(run, task, server, workers)
-
-
-def _interleaved(run: Run, task: Task, server: "GeometricProcedures", workers: "Workers") -> Result:
-    """Skeletons from knowledge and answers from geometry in turn, until there is a plan or no more to try."""
-    from kabo.planner.assembly import assemble, files_read
-    from kabo.planner.interleaved import Interleaved
-    from kabo.planner.ledger import Ledger
-
-    ledger = Ledger(server)
-    geometry: Ledger | Interleaved = ledger
-    if run.options.geometry_order == "eager":
-        geometry = Interleaved(server)
-    else:
-        _note_proofs(task, ledger)
-    while True:
-        if (
-            geometry is ledger
-            and run.options.geometry_order == "adaptive"
-            and task.branchings
-            and ledger.in_vain()
-        ):
-            geometry = Interleaved(server)
-        run.tell("searching", sum(server.statistics.calls.values()))
-        found = search_once(run, task, geometry)
-        if isinstance(found, Unreachable) and isinstance(geometry, Interleaved):
-            proof = _proved(run, task, ledger)
-            if proof is not None:
-                return without_plan(run, task, proof, server, ledger)
-        cut = isinstance(found, Exhausted) and found.budget == "expansions"
-        if cut and run.expanded < run.options.max_expansions and geometry.try_harder():
-            continue
-        if isinstance(found, Unreachable) and not geometry.proved() and geometry.try_harder():
-            continue
-        if not isinstance(found, Found):
-            return without_plan(run, task, found, server, geometry)
-        run.tell("moving", sum(server.statistics.calls.values()))
-        variants = _with_repairs(run, found.skeleton, server, geometry, workers, bool(task.branchings))
-        if run.stop() or server.statistics.samples > run.options.max_samples:
-            over = "time" if run.stop() else "samples"
-            return Result("exhausted", None, statistics_of(run, server), exhausted(over, failures_of(geometry)))
-        if variants is not None:
-            if run.options.quality == "good":
-                run.tell("refining", sum(server.statistics.calls.values()))
-                run.refined = _refined(variants, server)
-            files = files_read(run.problem, server)
-            plan = assemble(run.problem, variants, server, files, run.options.written())
-            plan = _certified(run, plan, server)
-            return Result("solved", plan, statistics_of(run, server))
-        if geometry is not ledger and not geometry.try_harder():
-            return without_plan(run, task, Exhausted(found.statistics, "expansions"), server, geometry)
+        rounds = Rounds(run, task, server, workers.expect)
+        found = rounds.played()
+        if isinstance(found, Unreachable | Exhausted):
+            return without_plan(run, task, found, server, rounds.geometry)
+        if run.options.quality == "good":
+            run.tell("refining", sum(server.statistics.calls.values()))
+            run.refined = _refined(found, server)
+        plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
+        return Result("solved", _certified(run, plan, server), statistics_of(run, server))
 
 
 def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
@@ -238,14 +193,6 @@ def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
     run.tell("certifying", sum(server.statistics.calls.values()))
     plan, run.certified = certified(plan, server.server.surroundings)
     return plan
-
-
-def _proved(run: Run, task: Task, ledger: "Ledger") -> Unreachable | None:
-    """The proof that there is no plan whatever is sampled, if there is one."""
-    if not ledger.refusals:
-        _note_proofs(task, ledger)
-    found = search_once(run, task, ledger) if ledger.proved() else None
-    return found if isinstance(found, Unreachable) else None
 
 
 def _refined(variants: Any, server: "GeometricProcedures") -> Mapping[str, float]:
@@ -269,61 +216,3 @@ def _server(run: Run) -> "GeometricProcedures":
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
     return GeometricProcedures(server, None if domain is None else domain.parent)
-
-
-def _note_proofs(task: Task, ledger: "Ledger") -> None:
-    """What can be refuted without sampling is, before the search builds on it."""
-    for call in dict.fromkeys(action.call for action in task.actions if action.call is not None):
-        failure = ledger.server.refuted(call)
-        if failure is not None:
-            ledger.refuse(call, 0, failure, [ledger.start])
-
-
-def _with_repairs(
-    run: Run,
-    skeleton: Skeleton,
-    server: "GeometricProcedures",
-    geometry: "Ledger | Interleaved",
-    workers: "Workers",
-    branches: bool,
-) -> Any:
-    """The variants of the skeleton; where it branches, other answers are tried before another skeleton is."""
-    from kabo.planner.ledger import Ledger
-    from kabo.planner.repairing import REPAIRS, repaired
-
-    for _ in range(1 + REPAIRS):
-        evaluation = _evaluated(run, skeleton, server, geometry, workers)
-        if not evaluation.refused or run.stop() or server.statistics.samples > run.options.max_samples:
-            break
-        found = (
-            repaired(skeleton, evaluation.refused, geometry) if branches and isinstance(geometry, Ledger) else None
-        )
-        if found is None:
-            break
-        skeleton = found
-    return None if evaluation.refused else evaluation.variants
-
-
-def _evaluated(
-    run: Run,
-    skeleton: Skeleton,
-    server: "GeometricProcedures",
-    geometry: "Ledger | Interleaved",
-    workers: "Workers",
-) -> Any:
-    """The evaluation of the skeleton, its refusals noted."""
-    from kabo.planner.evaluation import Evaluator
-    from kabo.planner.ledger import Ledger
-
-    began = perf_counter()
-    lazy = isinstance(geometry, Ledger)
-    advance = geometry.after if isinstance(geometry, Ledger) else lambda _call, _attempt, trace: trace
-    moved = geometry.moved if isinstance(geometry, Ledger) else None
-
-    evaluator = Evaluator(server, advance, geometry.effort, server.stop, lazy, workers.expect, moved)
-    evaluation = evaluator.evaluate(skeleton.root, cast("Any", geometry.start))
-    for refused in evaluation.refused:
-        if isinstance(geometry, Ledger):
-            geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)
-    run.geometric_s += perf_counter() - began
-    return evaluation

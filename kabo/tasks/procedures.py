@@ -274,7 +274,7 @@ class GeometricProcedures:
         found = asked.task.plan(scene, attempt + 1, stop=stop)
         for solution in found[len(asked.successes) :]:
             motion = segments(solution, self.scene, call.procedure)
-            asked.successes.append(Success(motion, changed(solution)))
+            asked.successes.append(Success(motion, changed(solution), asked.refusals.movable(self.scene)))
         return asked
 
     def _failure(self, call: GroundCall, situation: Situation, refusals: Refusals, again: bool) -> Failure:

@@ -42,6 +42,11 @@ class Refusals:
         """How many attempts were refused for a reason."""
         return sum(n for (_, other), n in self.reasons.items() if other == reason)
 
+    def movable(self, scene: Scene) -> frozenset[str]:
+        """The components that were in the way of an attempt."""
+        owners = {name.partition(".")[0] for pair in self.pairs for name in pair}
+        return frozenset(owners & {*scene.robots, *scene.movable})
+
     def failure(self, what: str, reads: frozenset[str], scene: Scene, *, again: bool = False) -> Failure:
         """The failure of a call whose attempts were all refused.
 
@@ -55,12 +60,10 @@ class Refusals:
         for (_, reason), count in self.reasons.items():
             counts[reason] += count
         proof = self.proved and bool(self.reasons) and not again
-        owners = {name.partition(".")[0] for pair in self.pairs for name in pair}
-        movable = frozenset(owners & {*scene.robots, *scene.movable})
         between = tuple(sorted(self.pairs.items(), key=lambda item: (-item[1], item[0])))
         reason = counts.most_common(1)[0][0] if counts else "empty_family"
         text = f"{what}{' in yet another way' if again else ''}: {self._why(between)}"
-        read = frozenset(self.reads) if proof else reads | self.reads | movable
+        read = frozenset(self.reads) if proof else reads | self.reads | self.movable(scene)
         missing = self.missing if proof else None
         return Failure(reason, text, read, between, proof, missing, sum(counts.values()))  # type: ignore[arg-type]
 

@@ -25,7 +25,7 @@ def sense(false: SkeletonNode, true: SkeletonNode) -> SkeletonNode:
 def evaluate(root: SkeletonNode, script: Script, share: bool = True) -> tuple[Evaluation, ScriptedServer]:
     server = ScriptedServer(script, {"r": (0.0,), "s": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
     book = Ledger(server)  # type: ignore[arg-type]
-    evaluator = Evaluator(server, book.after, 0, lambda: False, share)  # type: ignore[arg-type]
+    evaluator = Evaluator(server, book.came, 0, lambda: False, share)  # type: ignore[arg-type]
     return evaluator.evaluate(root, book.start), server
 
 

@@ -93,7 +93,7 @@ def test_equal_keys_have_equal_options_even_before_the_refused_call() -> None:
 def test_what_a_call_is_found_to_move_besides_has_a_lineage_of_its_own_from_then_on() -> None:
     book = ledger()
     assert book.after(PICK, 0, book.start)[2] == book.start[2]
-    book.moved(PICK, ["r", "a", "b"])
+    book.came(PICK, 0, book.start, moved(r=(1.0,), a=at(2.0), b=at(2.5)))
     assert book.after(PICK, 0, book.start)[2] != book.start[2]
 
 
