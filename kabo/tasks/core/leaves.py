@@ -44,11 +44,12 @@ class GeneratorNode(Leaf):
         """A state on either side."""
         self.offer(result, {})
 
-    def offer(self, result: Result, inherited: Any) -> None:
+    def offer(self, result: Result, inherited: Any, cause: Solution | None = None) -> None:
         """Writes both states of a result."""
         properties = {**inherited, **result.properties}
         before = result.scene if result.start is SAME else result.start
         start, end = self.new_state(before, properties), self.new_state(result.scene, properties)
+        start.cause = end.cause = cause
         self.report(self.solution(start, end, result))
 
 
@@ -93,7 +94,11 @@ class MonitorNode(GeneratorNode):
 
     def solve(self, job: Job, result: Result) -> None:
         """A state on either side, with the properties of what was monitored."""
-        self.offer(result, job.subject.end.properties)
+        self.offer(result, job.subject.end.properties, job.subject)
+
+    def cause(self, job: Job) -> Solution | None:
+        """What triggered it."""
+        return job.subject  # type: ignore[no-any-return]
 
 
 class PropagatorNode(Leaf):
@@ -112,7 +117,7 @@ class PropagatorNode(Leaf):
         """Queues its job again."""
         job = self.jobs.get(state)
         if job is not None:
-            self._push(job)
+            self.push(job)
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, then by the path to the state."""
@@ -156,7 +161,9 @@ class ConnectorNode(Leaf):
         self.open: dict[State, dict[Job, None]] = {}  # of each state, the jobs of its pairs
         self._lanes: dict[State, set[object]] = {}
         self._choosy = type(self.stage).mismatch is not Connector.mismatch  # type: ignore[attr-defined]
-        self._beside = type(self.parent or self).child_finished is Node.child_finished  # its states are the parent's own
+        self._beside = (
+            type(self.parent or self).child_finished is Node.child_finished
+        )  # its states are the parent's own
         self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
 
     def take(self, state: State, side: int, lane: object) -> None:
@@ -188,7 +195,7 @@ class ConnectorNode(Leaf):
     def rekey(self, state: State, side: int) -> None:
         """Queues all its pairs again."""
         for job in self.open.get(state, ()):
-            self._push(job)
+            self.push(job)
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, then by the sum of depths, then of costs."""

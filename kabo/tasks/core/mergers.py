@@ -33,7 +33,7 @@ class MergerNode(Leaf):
             child.rekey(state, side)
         for subject, job in self.jobs.items():
             if subject[0] is state:
-                self._push(job)
+                self.push(job)
 
     def works_on(self, state: State, side: int) -> bool:
         """Whether a combination waits, or every child has solutions or may have more."""

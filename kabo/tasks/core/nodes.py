@@ -104,6 +104,10 @@ class Node:
         """Queues a job again that was taken out and not run to an end."""
         raise NotImplementedError
 
+    def cause(self, job: Job) -> Solution | None:
+        """The success of another stage for which a job generates, if it is for one in particular."""
+        return None
+
     def absorb(self, job: Job, found: list[Answer], finished: bool) -> Ended:
         """Takes in what a job found."""
         raise NotImplementedError
@@ -239,9 +243,10 @@ class Leaf(Node):
     def queue(self, job: Job) -> None:
         """Puts a job in, at its present priority."""
         self.jobs[job.subject] = job
-        self._push(job)
+        self.push(job)
 
-    def _push(self, job: Job) -> None:
+    def push(self, job: Job) -> None:
+        """Puts a job in its place, at its present priority; entries of former ones are passed over."""
         job.key = self.key(job)
         heappush(self.heap, (job.key, self.planning.count(), job))
 
@@ -271,7 +276,7 @@ class Leaf(Node):
     def put_back(self, job: Job) -> None:
         """Queues it again; what it had given is passed over when its function is called anew."""
         job.source = None
-        self._push(job)
+        self.push(job)
 
     def dropped(self, job: Job) -> Ended:
         """What may have died with a job that will not be run, or is done."""

@@ -4,16 +4,17 @@ A round walks the stages in order of time; each that is ready executes one job, 
 order sees the states that came earlier in the same round. With workers, a round takes the jobs first, runs them side
 by side, and takes their answers in in the order of the stages: the same for any number of workers.
 
-Lazily, one job at a time: what was offered last is followed to its end before anything more is sampled. That is how a
-procedure tries candidate after candidate; the first solution costs least, many solutions vary less.
+Lazily, it is one job at a time, depth first: that is how a procedure tries candidate after candidate. A run may begin
+so, for its first solution, and go on round by round, for others that vary.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import count
+from itertools import chain, count
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from kabo.tasks.core.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper
+from kabo.tasks.core.depth_first import DepthFirst
 from kabo.tasks.core.errors import TaskError, note
 from kabo.tasks.core.fallbacks import FallbacksNode
 from kabo.tasks.core.flow import Flow
@@ -58,6 +59,7 @@ class Planning:
         *,
         pruning: bool = True,
         lazy: bool = False,
+        depth_first: int = 0,
         observe: Callable[[Stage, Failure], None] | None = None,
     ) -> None:
         self.flows, self.scene, self.seed, self.pruning = flows, scene, seed, pruning
@@ -90,7 +92,7 @@ class Planning:
         self._left: list[Node] = []  # of a parallel round, the stages that have not had their turn
         self._worked = False  # whether anything was done in it
         self.root.start()
-        self._turns = self._lazily() if lazy else self._walk()
+        self._turns = self._lazily() if lazy else chain(self._lazily_at_first(depth_first), self._walk())
         self._torn = False  # an error left a step half done
 
     def _built(self, stage: Stage, parent: Node | None, level: Level, index: int) -> Node:
@@ -187,25 +189,25 @@ class Planning:
             if not self.between_rounds() and not worked:
                 return
 
-    def _lazily(self) -> Iterator[_Turn]:
-        """One job after the other; yields them, and whatever may have completed solutions, and ends without any."""
-        serials = [node for node in self._serials if node is not self.root]
-        jobs = [node for node, lifts in self._round if not lifts]
-        sources = [n for n in jobs if n.flow is Flow.GENERATE]
-        joining = [n for n in jobs if n.flow is Flow.CONNECT]
-        carrying = [n for n in jobs if n.flow not in (Flow.GENERATE, Flow.CONNECT)]
+    def _lazily(self, *, by_targets: bool = False) -> Iterator[_Turn]:
+        """One job after the other, depth first, and whatever may have completed solutions; ends without any."""
+        choice = DepthFirst([node for node, _ in self._round], self._job, by_targets=by_targets)
         while True:
-            lifted = [node.lift() for node in serials]
-            if any(lifted):
+            if choice.lift():
                 self.settle()
                 yield self.root, None
                 continue
-            fresh = [node for node in sources if not node.statistics.calls]
-            asked = ((node, self._job(node)) for node in (*carrying, *joining, *fresh, *reversed(sources)))
-            turn = next(((node, job) for node, job in asked if job is not None), None)
+            turn = choice.job()
             if turn is not None:
                 yield turn
             elif not self.between_rounds():
+                return
+
+    def _lazily_at_first(self, jobs: int) -> Iterator[_Turn]:
+        """Depth first, until there is a whole solution or so many jobs were executed."""
+        for turn in self._lazily(by_targets=True) if jobs else ():
+            yield turn
+            if self.jobs >= jobs or self.root.solutions or self.complete():
                 return
 
     def _job(self, node: Node) -> Job | None:

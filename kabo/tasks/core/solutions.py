@@ -18,13 +18,15 @@ class State:
 
     Planning's own: `best` per side is (stages, stages outside, cost) of the longest, then cheapest path, `order`
     puts states with longer paths first, then those with cheaper ones; `alive` per
-    side, whether it may still become part of a whole solution; `outside` its counterparts beyond the border.
+    side, whether it may still become part of a whole solution; `outside` its counterparts beyond the border; `cause`
+    the success for which a monitor wrote it.
     """
 
     __slots__ = (
         "alive",
         "announced",
         "best",
+        "cause",
         "edges",
         "inside",
         "lane",
@@ -51,6 +53,7 @@ class State:
         self.outside: list[State] = []
         self.inside: list[State] = []
         self.announced = False
+        self.cause: Solution | None = None
 
     @property
     def incoming(self) -> tuple["Solution", ...]:

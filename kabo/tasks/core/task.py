@@ -32,6 +32,7 @@ class Task(Serial):
         name: of the task. children: its stages, in order of time.
         seed: of all random choices. properties: its inputs, for the stages to inherit.
         lazy: one job at a time, what was offered last is followed to its end first; else round by round.
+        depth_first: so many jobs are executed lazily at first, as long as there is no solution (not with workers).
         observe: told of every failed attempt.
     """
 
@@ -43,12 +44,13 @@ class Task(Serial):
         seed: int = 0,
         pruning: bool = True,
         lazy: bool = False,
+        depth_first: int = 0,
         observe: Callable[[Stage, Failure], None] | None = None,
         **properties: Any,
     ) -> None:
         super().__init__(name, *children, **properties)
         self.seed = seed
-        self.pruning, self.lazy, self.observe = pruning, lazy, observe
+        self.pruning, self.lazy, self.depth_first, self.observe = pruning, lazy, depth_first, observe
         self.directions: Mapping[Stage, Flow] = {}
         self._planning: Planning | None = None
 
@@ -115,8 +117,16 @@ class Task(Serial):
     def _run(self, scene: Any) -> Planning:
         if self._planning is None:
             self.initialise()
-            how = {"pruning": self.pruning, "lazy": self.lazy, "observe": self.observe}
-            self._planning = Planning(self, self.directions, scene, self.seed, **how)  # type: ignore[arg-type]
+            self._planning = Planning(
+                self,
+                self.directions,
+                scene,
+                self.seed,
+                pruning=self.pruning,
+                lazy=self.lazy,
+                depth_first=self.depth_first,
+                observe=self.observe,
+            )
         elif set(self.walk()) != set(self._planning.nodes):
             raise TaskError(
                 f"stages of {self.name!r} were added or removed since planning began; reset() it first"

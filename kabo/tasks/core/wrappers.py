@@ -102,6 +102,10 @@ class WrapperNode(Leaf):
             found.append((solution.start, LEFT))
         return found
 
+    def cause(self, job: Job) -> Solution | None:
+        """That of what it wraps."""
+        return job.subject.start.cause if self.flow is Flow.GENERATE else None
+
     def function(self) -> Callable[..., Answers]:
         """`transform`."""
         return self.stage.transform  # type: ignore[attr-defined]

@@ -15,6 +15,8 @@ from kabo.tasks.files.checking import Recipe, check_task
 from kabo.tasks.files.kinds import KIND_TYPES
 from kabo.tasks.files.values import NoValue, value_of, wanted
 
+DEPTH_FIRST = 3  # jobs for each stage, depth first: for a first solution; then round by round
+
 
 class TaskFile:
     """A task file that was read and checked; `task` makes a new task of it, with arguments bound."""
@@ -75,6 +77,7 @@ class TaskFile:
         for name, value in self.recipe.values.items():
             task.properties.set(name, value)
         task.cost = self.recipe.cost
+        task.depth_first = DEPTH_FIRST * sum(1 for _ in task.walk())
         return task
 
     def _bound(self, arguments: Mapping[str, Any], partly: bool) -> dict[str, Any]:
