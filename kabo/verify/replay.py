@@ -2,10 +2,15 @@
 
 Nodes are taken in topological order with the *set* of knowledge states that can arrive there; states that agree on
 all that the continuation asks for are one. So a plan for 2^n outcomes costs about its nodes, not its branches.
+
+Where more knowledge never hurts, all states that arrive at a node are one, which knows what they all know. Where that
+goes wrong, this is undone for the last steps before the node, for more and more of them; if that does not help, all
+states are looked at one by one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from kabo.language.problem import Problem
 from kabo.plan import Plan
@@ -14,11 +19,14 @@ from kabo.verify.draft import ContradictionError
 from kabo.verify.ground import NotVerifiableError
 from kabo.verify.interpreter import Interpreter
 from kabo.verify.knowledge import Frozen, Knowledge
+from kabo.verify.merging import meet, more_never_hurts
 from kabo.verify.relevance import Relevance
 from kabo.verify.report import Finding
-from kabo.verify.steps import step, unmet_early
+from kabo.verify.steps import Way, step, unmet_early
 
 MOST_STATES = 200_000  # different ones; a plan of 25,000 nodes has about as many
+KEPT = 2000  # nodes whose states are remembered for that
+UNDONE = (4, 8, 16, 32)  # for so many steps before a node states are looked at one by one, before they all are
 TOO_MANY = f"more than {MOST_STATES} different states of knowledge arise up to here: the rest was not judged"
 
 
@@ -32,43 +40,115 @@ class Replay:
 
 def replay(plan: Plan, problem: Problem, order: Sequence[str]) -> Replay:
     """Replays all branches of a plan whose nodes are given, each before its successors."""
-    result = Replay()
-    result.findings.extend(check_calls(plan, order, problem))
-    if result.findings:
-        return result
+    findings = list(check_calls(plan, order, problem))
+    if findings:
+        return Replay(findings)
     try:
         interpreter = Interpreter(problem)
         start = interpreter.initial()
     except (NotVerifiableError, ContradictionError) as error:
-        result.findings.append(Finding(None, f"the initial knowledge: {error}"))
+        return Replay([Finding(None, f"the initial knowledge: {error}")])
+    run = _Run(plan, order, interpreter, start)
+    result = run.at_once() if more_never_hurts(problem) else None
+    return run.one_by_one() if result is None else result
+
+
+class _Run:
+    """All replays of one plan."""
+
+    def __init__(self, plan: Plan, order: Sequence[str], interpreter: Interpreter, start: Knowledge) -> None:
+        self.plan, self.order, self.interpreter = plan, order, interpreter
+        self.relevance = Relevance(plan, order, interpreter)
+        self.start = self.relevance.reduced(plan.root, start)
+
+    # ------------------------------------------------------------------------------------------------ one by one
+    def one_by_one(self) -> Replay:
+        """Looks at all states that differ in what the rest of the plan asks for."""
+        result = Replay()
+        arriving: dict[str, dict[Frozen, Knowledge]] = {name: {} for name in self.order}
+        arriving[self.plan.root][self.start.frozen()] = self.start
+        for name in self.order:
+            if result.states > MOST_STATES:
+                result.findings.append(Finding(name, TOO_MANY))
+                return result
+            states = arriving.pop(name).values()
+            result.states += len(states)
+            findings, ways = self._played(name, states)
+            result.findings.extend(findings)
+            for way in ways:
+                if way.successor in arriving:
+                    state = self.relevance.reduced(way.successor, way.state)
+                    arriving[way.successor].setdefault(state.frozen(), state)
+            self.relevance.leave(name)
         return result
-    relevance = Relevance(plan, order, interpreter)
-    arriving: dict[str, dict[Frozen, Knowledge]] = {name: {} for name in order}
-    _arrive(arriving[plan.root], relevance.reduced(plan.root, start))
-    for name in order:
-        if result.states > MOST_STATES:
-            result.findings.append(Finding(name, TOO_MANY))
-            return result
+
+    def _played(self, name: str, states: Iterable[Knowledge]) -> tuple[list[Finding], list[Way]]:
+        """What is wrong at a node in some states, and the ways on."""
+        nodes = self.plan.nodes
+        early = [after for after in nodes[name].successors if after in nodes and nodes[after].overlap > 0.0]
         told: dict[str, None] = {}
-        early = [
-            after for after in plan.nodes[name].successors if after in arriving and plan.nodes[after].overlap > 0.0
-        ]
         before: dict[tuple[str, str], None] = {}
-        for state in arriving.pop(name).values():
-            result.states += 1
-            played = step(interpreter, plan.nodes[name], state)
+        ways: list[Way] = []
+        for state in states:
+            played = step(self.interpreter, nodes[name], state)
             told.update(dict.fromkeys(played.messages))
             for after in early:
-                wrong = unmet_early(interpreter, plan.nodes[after], state)
+                wrong = unmet_early(self.interpreter, nodes[after], state)
                 before.update(dict.fromkeys((after, message) for message in wrong))
-            for way in played.ways:
-                if way.successor in arriving:
-                    _arrive(arriving[way.successor], relevance.reduced(way.successor, way.state))
-        relevance.leave(name)
-        result.findings.extend(Finding(name, message) for message in told)
-        result.findings.extend(Finding(after, message) for after, message in before)
-    return result
+            ways += played.ways
+        return [Finding(name, message) for message in told] + [Finding(*each) for each in before], ways
 
+    # -------------------------------------------------------------------------------------------------- at once
+    def at_once(self) -> Replay | None:
+        """Makes the states that arrive at a node one; None if something is wrong, which need not be the plan."""
+        result = Replay()
+        arriving = {self.plan.root: self.start}
+        played: dict[str, list[Knowledge]] = {}
+        for name in self.order:
+            played[name] = [arriving.pop(name)] if name in arriving else []
+            if len(played) > KEPT:
+                del played[next(iter(played))]
+            findings, ways = self._played(name, played[name])
+            for far in UNDONE if findings else ():
+                played[name] = self._apart(name, far, played, {})
+                findings, ways = self._played(name, played[name])
+                if not findings:
+                    break
+            if findings:
+                return None
+            result.states += len(played[name])
+            for way in ways:
+                state, other = way.state, arriving.get(way.successor)
+                arriving[way.successor] = (
+                    state if other is None else meet(other, state, self.start, self.interpreter.problem)
+                )
+        return result
 
-def _arrive(states: dict[Frozen, Knowledge], state: Knowledge) -> None:
-    states.setdefault(state.frozen(), state)
+    @cached_property
+    def _before(self) -> dict[str, list[str]]:
+        """The nodes that lead to each node."""
+        before: dict[str, list[str]] = {name: [] for name in self.order}
+        for name in self.order:
+            for successor in dict.fromkeys(self.plan.nodes[name].successors):
+                if successor in before:
+                    before[successor].append(name)
+        return before
+
+    def _apart(
+        self,
+        name: str,
+        far: int,
+        played: Mapping[str, list[Knowledge]],
+        known: dict[tuple[str, int], list[Knowledge]],
+    ) -> list[Knowledge]:
+        """The states that arrive at a node from those that were `played` so many steps before it."""
+        if far == 0 or name == self.plan.root or any(before not in played for before in self._before[name]):
+            return played[name]
+        if (name, far) not in known:
+            found: dict[Frozen, Knowledge] = {}
+            for before in self._before[name]:
+                for way in self._played(before, self._apart(before, far - 1, played, known))[1]:
+                    if way.successor == name:
+                        found.setdefault(way.state.frozen(), way.state)
+            known[name, far] = list(found.values())
+        return known[name, far]
