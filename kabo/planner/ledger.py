@@ -28,6 +28,7 @@ Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledg
 
 IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
 SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
+EXACT = 2  # the effort from which on what a call makes is taken to depend on everything: any sample may be blocked
 ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
 
 
@@ -58,6 +59,7 @@ class Ledger:
         self._valued = {0}
         self._rests: dict[Name, frozenset[str]] = {}  # on what it rested which value a name has
         self._reads: dict[GroundCall, frozenset[int]] = {}
+        self._everything = frozenset(range(len(self.components)))
         self._count = 0
         for i, name in enumerate(self.components):
             self._values[i, scene.start[name]] = 0
@@ -140,6 +142,8 @@ class Ledger:
 
     def reads(self, call: GroundCall) -> frozenset[int]:
         """The components on which it depends what a call makes, as far as is known."""
+        if self.effort >= EXACT:
+            return self._everything
         known = self._reads.get(call)
         if known is None:
             known = self._reads[call] = frozenset(self._index[name] for name in self.server.bind(call).reads)
@@ -254,13 +258,25 @@ class Ledger:
         return frozenset() if failure.reason == "out_of_reach" else None
 
     def blamed(self, call: GroundCall, failure: Failure, trace: Trace) -> tuple[GroundCall, int] | None:
-        """The attempt at a call that made what a failed call was to move; None if nothing else can be tried there."""
-        for i in self.moves(call):
-            origin = next(iter(self._origins.get((i, trace[i]), ())), None)
-            own = self.components[i] in failure.reads and self.components[i] not in self.server.scene.robots
-            if own and origin is not None and origin.attempt + 1 < ATTEMPTS * (1 + self.effort):
-                return origin.call, origin.attempt
+        """The attempt at a call that made what a failed call was to move; None if nothing else can be tried there.
+
+        Where that call has no other answer, it is the one that made what it was given, and so on.
+        """
+        bound, objects = self.server.bind(call), self.server.scene.movable
+        own = (name for name in (*bound.moves, *bound.reads) if name in failure.reads and name in objects)
+        waiting = [(self._index[name], trace[self._index[name]]) for name in own]
+        for entry in waiting:  # grows while it is read
+            for origin in self._origins.get(entry, ()):
+                if not self._has_ended(origin.call, origin.attempt + 1):
+                    return origin.call, origin.attempt
+                before = [e for e in sorted(origin.reads) if self.components[e[0]] in objects and e not in waiting]
+                waiting.extend(before)
         return None
+
+    def _has_ended(self, call: GroundCall, attempt: int) -> bool:
+        """Whether there are no so many answers of a call: they are too many, or it had no more somewhere."""
+        refusals = self.refusals.get(call, ())
+        return attempt >= ATTEMPTS * (1 + self.effort) or any(0 < row.attempt <= attempt for row in refusals)
 
     def in_vain(self) -> bool:
         """Whether so many calls along finished plans were refused that asking while searching is the better way."""
@@ -287,8 +303,8 @@ class Ledger:
         self._options.clear()
         kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
         self.refusals = {call: rows for call, rows in kept.items() if rows}
-        self.suspicions = {}
-        self._tainted = {}
+        self.suspicions, self._tainted = {}, {}
+        self._lineages, self._rests, self._origins = {}, {}, {}
         for rows in self.refusals.values():
             for refusal in rows:
                 self._taint(refusal.pattern)

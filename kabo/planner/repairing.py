@@ -4,7 +4,7 @@ Where plans branch, a search that starts over tells apart all that refusals name
 of one earlier call is all that is needed: another place for a cup, so that the hand that lets go of it has room.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from dataclasses import replace
 
 from kabo.language.formulas import GroundCall
@@ -15,8 +15,10 @@ from kabo.planner.skeleton import Skeleton, SkeletonNode
 REPAIRS = 24  # of one skeleton, before another one is looked for
 
 
-def repaired(skeleton: Skeleton, refused: Iterable[Refused], ledger: Ledger) -> Skeleton | None:
+def repaired(skeleton: Skeleton, refused: Collection[Refused], ledger: Ledger) -> Skeleton | None:
     """The skeleton with the next attempts at the calls that are to blame; None if nothing that was sampled is.
+
+    What failed at a later attempt begins with the first one again: it is given something else now.
 
     Args:
         skeleton: whose evaluation was refused.
@@ -24,6 +26,7 @@ def repaired(skeleton: Skeleton, refused: Iterable[Refused], ledger: Ledger) -> 
         ledger: knows which call made what a refusal rests on.
     """
     blamed: set[tuple[GroundCall, int]] = set()
+    failed = {(each.call, each.attempt) for each in refused}
     for each in refused:
         for trace in each.traces:
             step = ledger.blamed(each.call, each.failure, trace)
@@ -33,10 +36,10 @@ def repaired(skeleton: Skeleton, refused: Iterable[Refused], ledger: Ledger) -> 
     made: dict[SkeletonNode, SkeletonNode] = {}
     for node in reversed(in_order(skeleton.root)):
         call = None if node.action is None else node.action.call
-        again = call is not None and (call, node.attempt) in blamed
+        step = None if call is None else (call, node.attempt)
         made[node] = replace(
             node,
-            attempt=node.attempt + again,
+            attempt=node.attempt + 1 if step in blamed else 0 if step in failed else node.attempt,
             outcomes=tuple((outcome, made[after]) for outcome, after in node.outcomes),
             next=None if node.next is None else made[node.next],
         )

@@ -1,6 +1,6 @@
 """The ledger: refusals hold where what they rest on is the same, and only they tell search nodes apart."""
 
-from kabo.geometry_server import Failure
+from kabo.geometry_server import Failure, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.ledger import ATTEMPTS, Ledger
 from tests.planner.scripted import ScriptedServer, at, moved
@@ -127,3 +127,31 @@ def test_there_is_no_proof_where_what_was_sampled_was_refused() -> None:
     assert book.proved()
     book.refuse(PLACE, 0, refused("a", proof=True), [book.after(PICK, 0, book.start)])
     assert not book.proved()
+
+
+def test_equal_values_have_one_lineage_whatever_made_them() -> None:
+    book = ledger()
+    once = book.came(PICK, 0, book.start, moved(r=(1.0,), a=at(3.0)))
+    assert book.came(PLACE, 0, once, moved(r=(1.0,), a=at(3.0))) == once
+    assert book.came(PLACE, 0, once, moved(r=(0.0,), a=at(0.0))) == book.start
+    assert book.after(PLACE, 0, once) == book.start, "and so the search expects it"
+
+
+def test_a_lineage_that_has_two_values_depends_on_what_was_in_the_way() -> None:
+    """The first answer is another one where something is in the way of the sample that was the first before."""
+    book = ledger()
+    elsewhere = book.came(OTHER, 0, book.start, moved(r=(0.0,), b=at(2.0)))
+    first = book.came(PICK, 0, book.start, moved(r=(1.0,), a=at(3.0)))
+    second = book.came(PICK, 0, elsewhere, Success((), {"r": (1.0,), "a": at(4.0)}, frozenset({"b"})))
+    assert first[1] != second[1]
+    assert book.came(PICK, 0, book.start, moved(r=(1.0,), a=at(3.0))) == first
+    assert book.after(PICK, 0, book.start) == first
+    assert book.after(PICK, 0, elsewhere) == second
+
+
+def test_after_two_rounds_in_vain_nothing_is_taken_to_be_independent() -> None:
+    book = ledger()
+    elsewhere = book.after(OTHER, 0, book.start)
+    assert book.after(PICK, 0, elsewhere)[1] == book.after(PICK, 0, book.start)[1]
+    assert book.try_harder() and book.try_harder()
+    assert book.after(PICK, 0, elsewhere)[1] != book.after(PICK, 0, book.start)[1]

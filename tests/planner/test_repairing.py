@@ -51,3 +51,29 @@ def test_repairs_end_with_the_attempts() -> None:
     book = ledger()
     skeleton = Skeleton(act(PLACE, act(RELEASE, GOAL), ATTEMPTS - 1))
     assert repaired(skeleton, [refusal(book, ATTEMPTS - 1, "a")], book) is None
+
+
+def test_what_has_no_other_answer_is_not_asked_for_one_but_what_came_before_it() -> None:
+    """A place that was found by no sample, say: then another grasp may help."""
+    book, pick = ledger(), GroundCall("pick", ("r", "a"))
+    held = book.after(pick, 0, book.start)
+    placed = book.after(PLACE, 0, held)
+    book.refuse(PLACE, 1, Failure("collision", "", frozenset({"a"})), [held])
+    refused = Refused(RELEASE, 0, Failure("collision", "", frozenset({"a"})), frozenset([placed]))
+    found = repaired(Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL)))), [refused], book)
+    assert found is not None
+    assert [found.root.attempt, found.root.next.attempt] == [1, 0]  # type: ignore[union-attr]
+
+
+def test_what_failed_at_a_later_attempt_begins_anew_with_what_it_is_given_now() -> None:
+    book, pick = ledger(), GroundCall("pick", ("r", "a"))
+    held = book.after(pick, 0, book.start)
+    failure = Failure("collision", "", frozenset({"a"}))
+    book.refuse(PLACE, 1, failure, [held])
+    found = repaired(
+        Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL), 1))),
+        [Refused(PLACE, 1, failure, frozenset([held]))],
+        book,
+    )
+    assert found is not None
+    assert [found.root.attempt, found.root.next.attempt] == [1, 0]  # type: ignore[union-attr]

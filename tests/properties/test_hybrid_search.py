@@ -78,3 +78,13 @@ def test_a_plan_is_found_if_and_only_if_brute_force_finds_one(search, order, sen
             lost[seed] = found
     assert not lost
     assert min(seen.values()) > COUNT // 8, seen
+
+
+@pytest.mark.parametrize(
+    ("seed", "search"),
+    [(1300, "breadth-first")],
+)
+def test_problems_that_were_lost_once_are_solved(seed, search, monkeypatch):
+    monkeypatch.setattr(ledger, "MAX_EFFORT", 2)
+    hybrid = random_hybrid(seed, False)
+    assert isinstance(played(hybrid, search, "lazy")[0], tuple)
