@@ -7,8 +7,8 @@ from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
 from kabo.geometry_server import lies_inside
+from kabo.tasks.binding import library_task
 from kabo.tasks.core import Solution, Task
-from kabo.tasks.procedures import library_task
 from kabo.tasks.robots import TaskScene, segments
 from tests.tasks.robots.conftest import first
 from tests.tasks.robots.judge import Judge

@@ -1,0 +1,174 @@
+"""Calls of a domain bound to task files: arguments by name, what a call moves and reads, and how it is said.
+
+A call names a task file of the domain or of the library. Its arguments fill the file's properties; what it moves and
+reads follows from the stages of the task with these arguments, which is looked at once for each call.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from kabo.language.calls import TRUTH
+from kabo.language.formulas import GroundCall
+from kabo.language.procedures import FOLDER, LIBRARY
+from kabo.scene import Scene
+from kabo.tasks.core import Generator, InitialisationError
+from kabo.tasks.core.stages import Connector
+from kabo.tasks.files import TaskFile, load_task_file
+from kabo.tasks.robots import RobotStage, check_names
+from kabo.tasks.robots.states import CurrentState
+
+_PREPOSITIONS = ("robot", "body", "region")
+
+
+@lru_cache(maxsize=64)
+def library_task(name: str) -> TaskFile:
+    """A task file of the library."""
+    return load_task_file(LIBRARY / f"{name}.yaml")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A ground call bound to its task: arguments by name, and the components that it moves and reads."""
+
+    file: TaskFile
+    arguments: Mapping[str, Any]
+    moves: tuple[str, ...]
+    reads: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """The beginning of why it fails: `right cannot place bottle_4 in dishwasher`."""
+        kinds = {each.name: each.kind for each in self.file.inputs}
+        named = [
+            (kinds[name], str(value)) for name, value in self.arguments.items() if kinds[name] in _PREPOSITIONS
+        ]
+        robot = next((value for kind, value in named if kind == "robot"), "nobody")
+        text, bodies = f"{robot} cannot {self.file.name.replace('_', ' ')}", 0
+        for kind, value in named:
+            if kind == "body":
+                text, bodies = f"{text} {'on ' if bodies else ''}{value}", bodies + 1
+            elif kind == "region":
+                text = f"{text} in {value}"
+        return text
+
+
+class _Looked:
+    """A task of a file that is only looked at: one call after the other is bound to it."""
+
+    def __init__(self, file: TaskFile) -> None:
+        self._file, self._task = file, file.task(partly=True)
+        self._stages = tuple(stage for stage in self._task.walk() if isinstance(stage, RobotStage))
+        self._refuting = tuple(stage for stage in self._stages if _may_refute(type(stage)))
+        self._arguments: Mapping[str, Any] = {}
+
+    def stages(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
+        """Its robot stages, in order of time, with the arguments bound."""
+        if arguments is not self._arguments:
+            for name in self._arguments.keys() - arguments.keys():
+                self._task.properties.unset(name)
+            for name, value in arguments.items():
+                self._task.properties.set(name, value)
+            self._arguments = arguments
+        return self._stages
+
+    def check(self, arguments: Mapping[str, Any], scene: Scene) -> None:
+        """Refuses names that the scene does not have.
+
+        Raises:
+            InputError: at their places in the file.
+        """
+        self.stages(arguments)
+        try:
+            check_names(self._task, scene)
+        except InitialisationError as error:
+            raise self._file.told(error) from None
+
+    def refuting(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
+        """Those that may tell, without sampling, that a call must fail."""
+        self.stages(arguments)
+        return self._refuting
+
+
+def _may_refute(kind: type[RobotStage]) -> bool:
+    return kind.refute is not RobotStage.refute or kind.foresee is not RobotStage.foresee
+
+
+class Bindings:
+    """The tasks that calls bind to, in the order in which they were first asked for."""
+
+    def __init__(self, scene: Scene, folder: Path | None) -> None:
+        self._scene, self._folder = scene, folder
+        self._bound: dict[GroundCall, Bound] = {}
+        self._looked: dict[str, _Looked] = {}
+
+    @property
+    def calls(self) -> tuple[GroundCall, ...]:
+        """Every call that was bound."""
+        return tuple(self._bound)
+
+    def bind(self, call: GroundCall) -> Bound:
+        """The task of a call with its arguments by name."""
+        if call not in self._bound:
+            file = self._file(call.procedure)
+            arguments = self._arguments(file, call)
+            if call.procedure not in self._looked:
+                self._looked[call.procedure] = _Looked(file)
+                self._looked[call.procedure].check(arguments, self._scene)
+            stages = self._looked[call.procedure].stages(arguments)
+            components = {*self._scene.robots, *self._scene.movable}
+            moves = dict.fromkeys(name for stage in stages for name in stage.moves() if name in components)
+            reads = dict.fromkeys(name for name in _read(stages) if name in components)
+            self._bound[call] = Bound(file, arguments, tuple(moves), tuple(reads))
+        return self._bound[call]
+
+    def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
+        """The robot stages of a call's task with its arguments, in order of time; until another one is asked for."""
+        arguments = self.bind(call).arguments
+        return self._looked[call.procedure].stages(arguments)
+
+    def refuting(self, call: GroundCall) -> tuple[RobotStage, ...]:
+        """Those of them that may tell, without sampling, that the call must fail."""
+        arguments = self.bind(call).arguments
+        return self._looked[call.procedure].refuting(arguments)
+
+    def _file(self, name: str) -> TaskFile:
+        own = None if self._folder is None else self._folder / FOLDER / f"{name}.yaml"
+        return library_task(name) if own is None or not own.exists() else _task_file(own)
+
+    def _arguments(self, file: TaskFile, call: GroundCall) -> dict[str, Any]:
+        kinds = {each.name: each.kind for each in file.inputs}
+        given = dict(zip(kinds, call.arguments, strict=False)) | dict(call.options)
+        arguments = {name: _argument(value, kinds[name]) for name, value in given.items()}
+        for each in file.inputs:  # a constraint that a scene need not have
+            kept = each.kind == "motion_constraint" and each.name not in arguments
+            if kept and each.default not in self._scene.motion_constraints:
+                arguments[each.name] = ""
+        return arguments
+
+
+@lru_cache(maxsize=64)
+def _task_file(path: Path) -> TaskFile:
+    return load_task_file(path)
+
+
+def _argument(value: str | float, kind: str | None) -> Any:
+    """What a call gives, as the task declares it."""
+    if kind in ("boolean", "any") and value in TRUTH:
+        return value == "true"
+    return value if kind in ("number", "any") else str(value)
+
+
+def _read(stages: tuple[RobotStage, ...]) -> Iterator[str]:
+    """What stages read; a robot as well, where a motion goes on from where it stood, with no way in between."""
+    from_start = False
+    for stage in stages:
+        yield from stage.reads()
+        if isinstance(stage, CurrentState):
+            from_start = True
+        elif isinstance(stage, (Connector, Generator)):
+            from_start = False
+        elif stage.FROM_START and from_start:
+            yield from stage.moves()
