@@ -172,6 +172,8 @@ class Compiler:
         self, arguments: tuple[Term, ...], binding: Binding, ask: Callable[[tuple[str, ...]], Query]
     ) -> Query:
         """What is asked, for whatever objects the argument terms are known to be."""
+        if all(isinstance(argument, Variable | Constant) for argument in arguments):
+            return ask(tuple([object_of(argument, binding) for argument in arguments]))  # type: ignore[arg-type]
         return disjunction(
             conjunction([condition, ask(names)]) for condition, names in self.argument_cases(arguments, binding)
         )

@@ -5,6 +5,7 @@ Add wins over delete. What the world changed drops the entries that speak of it;
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, ConjunctionBits, Group, NumberBits, TermBits
@@ -46,12 +47,22 @@ class Update:
     entry: Group | None = None
     static: bool = False  # its bits are those of static knowledge, not of states
 
-    @property
+    @cached_property
+    def is_possible(self) -> bool:
+        """Whether its condition is not plainly false."""
+        return self.condition != FALSE
+
+    @cached_property
+    def is_certain(self) -> bool:
+        """Whether it has no condition."""
+        return self.condition == TRUE
+
+    @cached_property
     def writes(self) -> int:
         """All bits that it may change, beside entries that it drops."""
         return self.clear | self.make
 
-    @property
+    @cached_property
     def reads(self) -> int:
         """All bits that decide whether and what it changes."""
         return self.condition.reads | (self.assignment.value.reads if self.assignment else 0)
@@ -83,15 +94,22 @@ class Effects:
     switches: tuple[Switch, ...]
     conditional: tuple[Update, ...]
     assigned: tuple[Update, ...]
-    writes: int = field(init=False)  # all bits that any update may change
-    reads: int = field(init=False)  # all bits that decide what is changed
-    contested: int = field(init=False)  # bits for which contradictions can happen
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def writes(self) -> int:
+        """All bits that any update may change."""
         dropped = union(entry.mask for entry in self.entries) | union(c.whether for c in self.conjunctions)
-        object.__setattr__(self, "writes", union(update.writes for update in self.updates) | dropped)
-        object.__setattr__(self, "reads", union(update.reads for update in self.updates))
-        object.__setattr__(self, "contested", union(self.exclusive) | _assigned_twice(self.assigned))
+        return union(update.writes for update in self.updates) | dropped
+
+    @cached_property
+    def reads(self) -> int:
+        """All bits that decide what is changed."""
+        return union(update.reads for update in self.updates)
+
+    @cached_property
+    def contested(self) -> int:
+        """Bits for which contradictions can happen."""
+        return union(self.exclusive) | _assigned_twice(self.assigned)
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
         """The state after the updates, not closed yet; None if they contradict each other."""
@@ -151,6 +169,16 @@ class Lexicon:
     switches: dict[tuple[int, ...], tuple[list[Update], Switch]] = field(default_factory=dict)
     effects: dict[tuple[int, ...], tuple[tuple[Update, ...], "Effects"]] = field(default_factory=dict)
 
+    _at_odds: dict[int, tuple[int, ...]] = field(default_factory=dict)
+
+    def at_odds(self, made: int) -> tuple[int, ...]:
+        """The masks of `contradictions` in which some of these bits are, each once."""
+        found = self._at_odds.get(made)
+        if found is None:
+            masks = [mask for bit in bits_of(made) for mask in self.contradictions.get(bit, ())]
+            found = self._at_odds[made] = tuple(dict.fromkeys(masks))
+        return found
+
     @staticmethod
     def of(groups: Iterable[Group], entries: Iterable[Entry] = ()) -> "Lexicon":
         """The lexicon of a vocabulary."""
@@ -181,11 +209,11 @@ def effects_of(updates: Sequence[Update], lexicon: Lexicon) -> Effects:
 
 
 def _sorted(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
-    possible = tuple(update for update in updates if update.condition != FALSE)
+    possible = tuple([update for update in updates if update.is_possible])
     plain = [update for update in possible if update.assignment is None]
-    unconditional = [update for update in plain if update.condition == TRUE]
+    unconditional = [update for update in plain if update.is_certain]
     touched = union(update.touch for update in possible)
-    switches, conditional = _switches([update for update in plain if update.condition != TRUE], lexicon)
+    switches, conditional = _switches([update for update in plain if not update.is_certain], lexicon)
     return Effects(
         updates=possible,
         entries=tuple(e for e in lexicon.entries if any(member.group.mask & touched for member in e.members)),
@@ -240,14 +268,15 @@ def _waits_for(condition: Query, lexicon: Lexicon) -> int:
 
 
 def _exclusive(updates: list[Update], lexicon: Lexicon) -> tuple[int, ...]:
-    made = union(update.make for update in updates)
-    masks = {mask & made: None for bit in bits_of(made) for mask in lexicon.contradictions.get(bit, ())}
-    return tuple(mask for mask in masks if mask & (mask - 1) and _different(mask, updates))
-
-
-def _different(mask: int, updates: list[Update]) -> bool:
-    """Whether two updates make different bits of the mask (one update is never at odds with itself)."""
-    return len({update.make & mask for update in updates if update.make & mask}) > 1
+    """Bits that contradict each other and that two updates make (one update is never at odds with itself)."""
+    made: dict[int, int] = {}
+    contested: dict[int, int] = {}
+    for update in updates:
+        for mask in lexicon.at_odds(update.make):
+            bits = update.make & mask
+            if made.setdefault(mask, bits) != bits:
+                contested[mask] = contested.get(mask, made[mask]) | bits
+    return tuple(sorted(set(contested.values())))
 
 
 def _assigned_twice(assigned: tuple[Update, ...]) -> int:

@@ -49,6 +49,8 @@ def _unanswered(problem: Problem) -> Iterator[_Refusal]:
     """Values that nobody can be asked for; each procedure where it is declared."""
     given = frozenset() if problem.answers is None else problem.answers.given
     domain = problem.domain
+    if not domain.procedures:
+        return
     used = _externals((*domain.actions.values(), *problem.initial, *problem.goal))
     for name in sorted({external.procedure for external in used} - given):
         if not domain.procedures[name].is_test:
