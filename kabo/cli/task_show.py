@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _show_report(options: argparse.Namespace) -> int:
     from kabo.plan import write_atomically
-    from kabo.tasks.files.describing import describe_report
+    from kabo.tasks.files.describing import counted, describe_report
     from kabo.tasks.files.html import to_html
     from kabo.tasks.files.report_form import read_report
 
@@ -54,7 +54,7 @@ def _show_report(options: argparse.Namespace) -> int:
     elif options.html is None:
         print(describe_report(found, options.comments))
     else:
-        tell(f"{options.html}: {len(found['stages'])} stages, {len(found['runs'])} runs")
+        tell(f"{options.html}: {counted(len(found['stages']), 'stage')}, {counted(len(found['runs']), 'run')}")
     return exit_codes.DONE
 
 

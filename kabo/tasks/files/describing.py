@@ -141,3 +141,13 @@ def added(several: Iterable[Mapping[str, int]]) -> dict[str, int]:
 def number(value: float) -> str:
     """A cost for people."""
     return f"{value:.4g}"
+
+
+def counted(count: int, what: str) -> str:
+    """`1 call`, `2 calls`."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def duration(seconds: float) -> str:
+    """A time for people: `0.05 ms`, `1.2 s`."""
+    return f"{seconds:.3g} s" if seconds >= 0.1 else f"{round(1e3 * seconds, 2):g} ms"  # noqa: PLR2004

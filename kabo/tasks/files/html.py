@@ -4,15 +4,19 @@ from collections.abc import Iterator, Sequence
 from html import escape
 
 from kabo.tasks.core import shown
-from kabo.tasks.files.describing import added, counts, describe_report, explain, number, said
+from kabo.tasks.files.describing import added, counted, counts, describe_report, duration, explain, number, said
 from kabo.tasks.files.report_form import Figures, Report, RunReport, StageReport, Whole
 
 _STYLE = """
-:root { color-scheme: light dark; --line: #8884; --good: #2a7d46; --bad: #b3402e; --dim: #777; }
+:root { color-scheme: light dark; --line: #8884; --good: #1f6f3b; --bad: #b3402e; --dim: #666; }
+@media (prefers-color-scheme: dark) { :root { --good: #6cc48a; --bad: #f08a76; --dim: #a0a0a0; } }
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 75em; padding: 0 1em; }
 h1 { font-size: 1.5em; margin-bottom: 0.2em; } h2 { font-size: 1.15em; margin-top: 1.8em; }
 details { margin: 0; } details > *:not(summary) { margin-left: 1.4em; }
+details > details { border-left: 1px solid var(--line); padding-left: 0.4em; }
 summary { cursor: pointer; padding: 0.12em 0; } summary:hover { background: #8881; }
+summary > * { margin-right: 0.45em; } summary:focus-visible { outline: 2px solid; outline-offset: 1px; border-radius: 2px; }
+.blame { background: #b3402e22; } .share { display: inline-block; height: 0.55em; background: #8886; }
 .arrows { font-family: monospace; color: var(--dim); white-space: pre; } .type { color: var(--dim); font-size: 0.9em; }
 .good { color: var(--good); } .bad { color: var(--bad); } .dim { color: var(--dim); }
 table { border-collapse: collapse; margin: 0.4em 0 0.8em; } th { text-align: left; font-weight: 600; }
@@ -20,6 +24,10 @@ td, th { border-bottom: 1px solid var(--line); padding: 0.15em 0.7em; }
 td { vertical-align: top; } td.n, th.n { text-align: right; }
 pre { background: #8881; padding: 0.7em; overflow-x: auto; }
 """
+
+
+OPEN = 2  # how deep the tree of stages is unfolded at first
+LITTLE = 0.02  # of the whole time: shares below are not drawn
 
 
 def to_html(report: Report) -> str:
@@ -31,7 +39,7 @@ def _page(report: Report) -> Iterator[str]:
     title = escape(report["task"])
     headline = escape(describe_report(report, 0).split("\n", 1)[0].partition(": ")[2])
     yield f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-    yield f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>\n'
+    yield f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body><main>\n'
     yield f"<h1>{title}</h1><p>{headline}</p>\n"
     given = [f"{name} = {value}" for name, value in report["arguments"].items()]
     if report["file"] or given:
@@ -43,23 +51,30 @@ def _page(report: Report) -> Iterator[str]:
     yield "<h2>Stages</h2>\n"
     yield from _tree(report["stages"], report["runs"])
     yield from _solutions(report["runs"])
-    yield "</body></html>\n"
+    yield "</main></body></html>\n"
 
 
 # ----------------------------------------------------------------------------------------------------- the stages
 def _tree(stages: Sequence[StageReport], runs: Sequence[RunReport]) -> Iterator[str]:
     """The stages, each inside what holds it."""
     depth = -1
-    for stage in stages:
+    blamed = {run["explanation"]["stage"] for run in runs if run["explanation"] is not None} - {None}
+    total = sum(run["stages"][stage["path"]]["seconds"] for run in runs for stage in stages)
+    for stage, after in zip(stages, [*stages[1:], None], strict=True):
         yield "</details>\n" * (depth + 1 - stage["depth"])
         depth = stage["depth"]
         figures = [run["stages"][stage["path"]] for run in runs]
-        yield f"<details{' open' if depth < 2 else ''}><summary>{_summary(stage, figures)}</summary>\n"  # noqa: PLR2004
+        guilty = stage["path"] in blamed
+        above = any(str(path).startswith(f"{stage['path']}/") for path in blamed)
+        holds = after is not None and after["depth"] > depth
+        opened = " open" if (holds and depth < OPEN) or guilty or above else ""
+        yield f"<details{opened}><summary class='blame'>" if guilty else f"<details{opened}><summary>"
+        yield f"{_summary(stage, figures, total)}{' – never succeeds' if guilty else ''}</summary>\n"
         yield from _stage(stage, figures)
     yield "</details>\n" * (depth + 1)
 
 
-def _summary(stage: StageReport, figures: Sequence[Figures]) -> str:
+def _summary(stage: StageReport, figures: Sequence[Figures], total: float) -> str:
     successes, calls = sum(f["successes"] for f in figures), sum(f["calls"] for f in figures)
     failures, mismatches = added(f["failures"] for f in figures), added(f["mismatches"] for f in figures)
     failed = sum(failures.values())
@@ -70,11 +85,16 @@ def _summary(stage: StageReport, figures: Sequence[Figures]) -> str:
         f'<span class="{"bad" if failed else "dim"}">{failed} failed</span>',
     ]
     if failures:
-        parts.append(f'<span class="bad">{escape(counts(failures))}</span>')
+        parts.append(f'<span class="bad">({escape(counts(failures))})</span>')
     if mismatches:
         parts.append(f'<span class="bad">never fit: {escape(counts(mismatches))}</span>')
     if calls:
-        parts.append(f'<span class="dim">{calls} calls, {sum(f["seconds"] for f in figures):.3g} s</span>')
+        seconds = sum(f["seconds"] for f in figures)
+        parts.append(f'<span class="dim">{counted(calls, "call")}, {duration(seconds)}</span>')
+        if seconds >= LITTLE * total > 0.0:
+            share = 100 * seconds / total
+            bar = f'<span class="share" style="width: {share / 10:.1f}em"></span>'
+            parts.append(f'{bar} <span class="dim">{share:.0f} % of the time</span>')
     return " ".join(parts)
 
 
@@ -83,28 +103,26 @@ def _stage(stage: StageReport, figures: Sequence[Figures]) -> Iterator[str]:
     if stage["monitors"]:
         given["monitors"] = stage["monitors"]
     if given:
-        rows = ([escape(name), escape(shown(value))] for name, value in given.items())
+        rows = [[escape(name), escape(shown(value))] for name, value in given.items()]
         yield from _folded("properties", _table(["property", "value"], rows))
     found = [each for f in figures for each in f["solutions"]]
     if found:
-        rows = ([number(each["cost"]), escape(each["comment"]), _changes(each["changes"])] for each in found)
+        rows = [[number(each["cost"]), escape(each["comment"]), _changes(each["changes"])] for each in found]
         successes = sum(f["successes"] for f in figures)
-        yield from _folded(
-            _title("solutions", len(found), successes), _table(["cost", "comment", "changes"], rows)
-        )
+        yield from _folded(_title("solution", len(found), successes), _table(["cost", "comment", "changes"], rows))
     refused = [each for f in figures for each in f["refusals"]]
     if refused:
-        rows = (
+        rows = [
             [escape(said(each["reason"])), escape(each["comment"]), _changes(each["changes"])] for each in refused
-        )
+        ]
         failures = sum(sum(f["failures"].values()) for f in figures)
         yield from _folded(
-            _title("failures", len(refused), failures), _table(["reason", "comment", "changes"], rows)
+            _title("failure", len(refused), failures), _table(["reason", "comment", "changes"], rows)
         )
 
 
 def _title(what: str, shown: int, count: int) -> str:
-    return f"{count} {what}" if shown >= count else f"{what}: the first {shown} of {count}"
+    return counted(count, what) if shown >= count else f"{what}s: the first {shown} of {count}"
 
 
 def _folded(title: str, content: str) -> Iterator[str]:
@@ -131,20 +149,19 @@ def _whole(i: int, seconds: float | None, solution: Whole) -> Iterator[str]:
     title = f"{i}: cost {number(solution['cost'])}" + (f", after {seconds:.3g} s" if seconds is not None else "")
     if solution["comment"]:
         title += f", {solution['comment']}"
-    rows = (
+    rows = [
         [escape(part["stage"]), number(part["cost"]), escape(part["comment"]), _changes(part["changes"])]
         for part in solution["parts"]
-    )
+    ]
     yield from _folded(title, _table(["stage", "cost", "comment", "changes"], rows))
 
 
-def _table(header: Sequence[str], rows: Iterator[list[str]]) -> str:
-    head = "".join(f"<th{_aligned(name)}>{name}</th>" for name in header)
-    body = "".join(
-        f"<tr>{''.join(f'<td{_aligned(name)}>{cell}</td>' for name, cell in zip(header, row, strict=True))}</tr>"
-        for row in rows
-    )
-    return f"<table><tr>{head}</tr>{body}</table>"
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table without the columns in which nothing is said."""
+    told = [k for k, _ in enumerate(header) if k == 0 or any(row[k] for row in rows)]
+    head = "".join(f'<th scope="col"{_aligned(header[k])}>{header[k]}</th>' for k in told)
+    body = "".join(f"<tr>{''.join(f'<td{_aligned(header[k])}>{row[k]}</td>' for k in told)}</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _aligned(name: str) -> str:

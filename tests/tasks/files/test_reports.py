@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 
 from kabo.errors import InputError
-from kabo.tasks.core import Failure, Fallbacks, Result, Task, generator
+from kabo.tasks.core import Failure, Fallbacks, Result, Serial, Task, forward, generator
 from kabo.tasks.files import load_task_file
 from kabo.tasks.files.changes import changes
 from kabo.tasks.files.comparing import compare, describe_comparison
@@ -161,6 +161,20 @@ def test_the_page_needs_no_other_file_and_believes_no_comment(tmp_path: Path) ->
     parser.feed(page)
     assert not parser.open and not parser.fetched and "<script" not in page
     assert "alert(2)</script> & co" in parser.text and "</details></body>" in parser.text
+
+
+def test_the_page_opens_at_the_stage_that_is_to_blame_and_counts_in_words(tmp_path: Path) -> None:
+    @forward()
+    def never(scene: Any, properties: Any, seed: int) -> Any:
+        yield Failure("never", "not today")
+
+    task = Task("t", Serial("outer", Serial("deep", Serial("deeper", nasty("first"), never("last")))))
+    task.plan(None)
+    page = to_html(report([Run(task, 0, 0.1)]))
+    assert page.count("never succeeds") >= 2 and "<summary class='blame'>" in page
+    before = page[: page.index("<summary class='blame'>")]
+    assert before.count("<details open>") == 5, "what holds the stage is unfolded, and so is the stage"
+    assert "1 solution<" in page and "1 solutions" not in page and "1 calls" not in page
 
 
 def test_the_page_has_every_comment_and_change(tmp_path: Path) -> None:
