@@ -77,7 +77,7 @@ def sample(
     Raises:
         ValueError: shapes do not fit, or a number is not finite.
     """
-    every = rows if free is None else stacked([rows, free])
+    every = stacked([rows] if free is None else [rows, free])  # a copy: one kind of array, one kernel
     low, high, moving = checked(tree, every, lower, upper, np.asarray(active, np.bool_))
     start = np.clip(0.0, low, high) if base is None else np.array(base, np.float64)
     if start.shape != (tree.size,) or not np.all(np.isfinite(start)):

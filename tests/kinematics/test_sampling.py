@@ -16,6 +16,7 @@ from kabo.kinematics import (
     values,
 )
 from kabo.kinematics.kernels import streams
+from kabo.kinematics.kernels.projection import project_seeds
 from tests.kinematics.trees import seven_axes
 
 ARM = seven_axes()
@@ -56,6 +57,16 @@ def test_a_sample_alone_is_the_same_as_in_a_batch_in_any_order():
     later, still = draw(20, 20)
     assert np.array_equal(later, Q[20:])
     assert np.array_equal(still, right[20:])
+
+
+def test_rows_that_may_not_be_written_are_no_reason_to_compile_again():
+    """A kernel is compiled once for each kind of array, and this one takes seconds."""
+    rows = rows_of("coincident", TIP, AXIS)
+    sample(TREE, rows, stream_key(1), 0, 1, TREE.lower, TREE.upper, ALL)
+    known = list(project_seeds.signatures)
+    fixed = np.frombuffer(rows.tobytes()).reshape(rows.shape)
+    Q, _ = sample(TREE, fixed, stream_key(1), 0, 4, TREE.lower, TREE.upper, ALL)
+    assert Q.shape == (4, 7) and list(project_seeds.signatures) == known
 
 
 def test_another_key_gives_other_samples():

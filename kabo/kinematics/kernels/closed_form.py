@@ -287,7 +287,8 @@ def solve_poses(
             if trial == 0:
                 short[i, 0], short[i, 1] = missing, tilt
             for s in range(number):
-                q[:] = base
+                for j in range(q.shape[0]):
+                    q[j] = base[j]
                 if lock >= 0:
                     q[source[hold]] = locked[i]
                 write_turns(turns[s], backwards, lock, joints, source, ratio, shift, q)

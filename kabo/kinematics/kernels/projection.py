@@ -114,6 +114,13 @@ def draw_again(key, index, attempt, lower, upper, active, q):
             q[j] = low + uniform(key, index, attempt * q.shape[0] + j) * (high - low)
 
 
+@kernel  # (n,) f8, (n,) bool -> writes (n,) f8, (n,) bool
+def keep(q, active, kept, free):
+    """Copies values and a mask; one by one, since numba spends seconds on what it might say of assigned slices."""
+    for j in range(q.shape[0]):
+        kept[j], free[j] = q[j], active[j]
+
+
 @kernel  # (N, n) f8, (N,) bool, (R, W) f8, i8, (N, R) f8, f8, (n,) f8 x 2, (n,) bool, tree x 6, i8, i8, u8, i8, i8
 def project_seeds(
     Q,
@@ -156,7 +163,7 @@ def project_seeds(
         for attempt in range(tries if aiming else 1):
             if attempt > 0:
                 draw_again(key, first + i, attempt, lower, upper, active, q)
-            seed[:], free[:] = q, active
+            keep(q, active, seed, free)
             budget = AIMED if aiming else iterations
             reached = descend(
                 q, seed, aimed, low, high, lower, upper, free, turning, tree, signs, work, budget, policy
@@ -164,7 +171,7 @@ def project_seeds(
             if reached == ARRIVED or not aiming:
                 break
             if attempt == 0:
-                spare[:], free[:] = seed, active
+                keep(seed, active, spare, free)
                 set_bounds(rows, required, no_aims, inset, aimed, low, high)
                 spared = descend(
                     spare,
@@ -186,7 +193,7 @@ def project_seeds(
                     break
                 set_bounds(rows, required, aims[i], inset, aimed, low, high)
         if reached != ARRIVED and spared == ARRIVED:
-            q[:] = spare
+            keep(spare, active, q, free)
         succeeded[i] = reached == ARRIVED or spared == ARRIVED
 
 
