@@ -12,33 +12,17 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.geometry.kernels.depths import between_is_far
-from kabo.geometry.nearness import GLANCE, INSIDE, SAMPLES, climbed, judged, looks_near
+from kabo.geometry.nearness import GLANCE, INSIDE, SAMPLES, Voids, judged, looks_near
 from kabo.geometry.parts import Array
 from kabo.geometry.solids import Solid
 
 Members = tuple[int, ...]
 COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
+REFRESHED = 4  # of them, whose figure is made anew
+ROUGHLY = 0.5  # of the limit: what may be missing where that is compared
 NEIGHBOURS = 8  # that are asked to take a cell
 AGAIN = 6  # times a set may grow until its hull is not refuted
 SURE = 4_000  # tetrahedra after which it is not
-
-
-class Voids:
-    """Points found far outside a solid, which no hull near it may hold: samples of its surface miss closed hollows."""
-
-    def __init__(self, solid: Solid) -> None:
-        self.solid = solid
-        self._points, self._depths = np.empty((0, 3)), np.empty(0)
-
-    def meet(self, hull: ConvexHull, limit: float) -> bool:
-        """Whether a hull holds one that is farther than `limit` [m] from the solid."""
-        points = self._points[self._depths > limit]
-        return bool((points @ hull.equations[:, :3].T + hull.equations[:, 3] <= 0.0).all(axis=1).any())
-
-    def add(self, point: Array, hull: ConvexHull) -> None:
-        """Takes a point (3,) outside, moved to where it is farther from the solid, but still in the hull."""
-        point, depth = climbed(self.solid, hull, point)
-        self._points, self._depths = np.vstack([self._points, point]), np.r_[self._depths, depth]
 
 
 class Growth:
@@ -47,7 +31,8 @@ class Growth:
     def __init__(self, solid: Solid, limit: float, points: Sequence[Array], voids: Voids) -> None:
         self.solid, self.limit, self._voids = solid, limit, voids
         self.points = [thinned(each, 0.05 * limit) for each in points]
-        self._volumes = [float(ConvexHull(each).volume) for each in self.points]
+        self._few = [thinned(each, ROUGHLY * limit) for each in self.points]
+        self._volumes = [float(ConvexHull(each).volume) for each in self._few]
         self._middles = np.array([each.mean(axis=0) for each in self.points])
         self._low = np.array([each.min(axis=0) for each in self.points])
         self._high = np.array([each.max(axis=0) for each in self.points])
@@ -77,6 +62,7 @@ class Growth:
         members, hull = [seed], ConvexHull(self.points[seed])
         compared = np.zeros(len(self.points), np.int64)  # with how many of the members a cell is known to fit
         refused = np.zeros(len(self.points), bool)
+        known: dict[int, float] = {}  # how much of what a cell would add is in vain
         while True:
             refused[members] = True
             touching = np.logical_or.reduce(self._touching[members], axis=0)
@@ -87,14 +73,11 @@ class Growth:
             corners = hull.points[hull.vertices]
             away = np.linalg.norm(self._middles[candidates] - corners.mean(axis=0), axis=1)
             candidates = [candidates[i] for i in np.argsort(np.round(away, 9), kind="stable")]
-            joined: dict[int, ConvexHull] = {}
             if not nearest:
-                joined = {j: self._joined(corners, j) for j in candidates[:COMPARED]}
-                vain = [1.0 - (hull.volume + self._volumes[j]) / joined[j].volume for j in joined]
-                best = [candidates[i] for i in np.argsort(np.round(vain, 9), kind="stable")]
-                candidates = best + candidates[COMPARED:]
+                some = self._least_in_vain(members, candidates[:COMPARED], known)
+                candidates = some + candidates[COMPARED:]
             for j in candidates:
-                larger = joined[j] if j in joined else self._joined(corners, j)
+                larger = ConvexHull(np.vstack([corners, self.points[j]]))
                 if self._looks_near(larger):
                     hull = larger
                     members.append(j)
@@ -102,8 +85,18 @@ class Growth:
                     break
                 refused[j] = True
 
-    def _joined(self, corners: Array, j: int) -> ConvexHull:
-        return ConvexHull(np.vstack([corners, self.points[j]]))
+    def _least_in_vain(self, members: list[int], candidates: list[int], known: dict[int, float]) -> list[int]:
+        """The candidates, those first that add least to the hull beside what they hold: roughly, by few points.
+
+        What is known from before the hull grew is asked again for the best of them only.
+        """
+        hull = ConvexHull(np.vstack([self._few[i] for i in members]))
+        corners = hull.points[hull.vertices]
+        best = sorted((j for j in candidates if j in known), key=lambda j: (known[j], candidates.index(j)))
+        for j in [j for j in candidates if j not in known] + best[:REFRESHED]:
+            joined = ConvexHull(np.vstack([corners, self._few[j]]))
+            known[j] = round(1.0 - (hull.volume + self._volumes[j]) / float(joined.volume), 9)
+        return sorted(candidates, key=lambda j: (known[j], candidates.index(j)))
 
     def with_one_less(self, sets: Sequence[Members]) -> list[Members]:
         """The sets, each cell in one only, after as many as possible have given all of theirs to neighbours."""

@@ -6,13 +6,14 @@ to the whole solid.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.covering import Growth, Members, Voids, fewest_sets
-from kabo.geometry.nearness import judged, proven_near
+from kabo.geometry.covering import Growth, Members, fewest_sets
+from kabo.geometry.nearness import Voids, judged, proven_near
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import PROOF
 from kabo.geometry.simplification import enclosing_part
@@ -20,7 +21,7 @@ from kabo.geometry.solids import Solid
 from kabo.geometry.splitting import Atom, TooFine, atoms, in_two
 
 CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
-COARSE = 0.7  # of epsilon: then
+COARSE, FEW = 0.7, 120  # of epsilon: then; cells so made, above which finer ones would be too many
 JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
 CROWDED = 110  # cells above which only the last of these is tried
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
@@ -52,10 +53,12 @@ def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    try:
-        return atoms(solid, CELLS * epsilon, min(MANY, MOST))
-    except TooFine:
-        return atoms(solid, COARSE * epsilon, MOST)
+    coarse = atoms(solid, COARSE * epsilon, MOST, CELLS * epsilon)
+    if len(coarse) > FEW:
+        return coarse
+    with suppress(TooFine):
+        return atoms(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, coarse)
+    return coarse
 
 
 def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
@@ -69,32 +72,32 @@ def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners
         TooFine: a thousand cells are not enough.
     """
     cells = list(cells)
-    sets = _sets(solid, cells, epsilon)
+    voids = Voids(solid)
+    sets = _sets(solid, cells, epsilon, voids)
     made: dict[Members, Array | None] = {}
-    chosen = _chosen(solid, cells, sets, made, epsilon, corners)
+    chosen = _chosen(solid, cells, sets, made, epsilon, corners, voids)
     needed = {members: set(members) for members in chosen}
     parts = {members: part for members in chosen if (part := made[members]) is not None}
     for members in chosen:
         large = corners is not None and members in parts and len(parts[members]) > corners
         if members not in parts or (large and len(members) == 1):
             parts.pop(members, None)
-            for atom, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners):
+            for atom, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners, voids):
                 cells.append(atom)
                 name = (len(cells) - 1,)
                 parts[name], needed[name] = part, set(name)
             del needed[members]
     live = sorted(set().union(*needed.values()))
-    parts = _shrunk(solid, cells, live, parts, needed, epsilon)
+    parts = _shrunk(solid, cells, live, parts, needed, epsilon, voids)
     if not _covers(cells, live, list(parts.values())):
         raise Undecided
     ordered = sorted(parts.values(), key=lambda part: tuple(part.mean(axis=0)))
     return Union(tuple(ordered), tuple(deviation(solid, part, epsilon) for part in ordered))
 
 
-def _sets(solid: Solid, cells: list[Atom], epsilon: float) -> list[Members]:
+def _sets(solid: Solid, cells: list[Atom], epsilon: float, voids: Voids) -> list[Members]:
     """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
-    voids = Voids(solid)
     for share, nearest in JOINED if len(cells) <= CROWDED else JOINED[-1:]:
         growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
         found |= _grown(growth, len(cells), nearest)
@@ -150,6 +153,7 @@ def _chosen(
     made: dict[Members, Array | None],
     epsilon: float,
     corners: int | None,
+    voids: Voids,
 ) -> list[Members]:
     """The sets that hold all cells for the fewest corners, as far as known; their parts are in `made` then."""
     typical = 10.0
@@ -161,7 +165,7 @@ def _chosen(
         missing = [members for members in chosen if members not in made]
         for members in missing:
             points = np.vstack([cells[i].points for i in members])
-            made[members] = enclosing_part(solid, points, epsilon)
+            made[members] = enclosing_part(solid, points, epsilon, voids)
         usable = all(made[members] is not None or len(members) == 1 for members in chosen)
         cost = sum(_cost(members, made, typical, corners) for members in chosen)
         if usable and cost < best_cost:
@@ -185,12 +189,14 @@ def _cost(members: Members, made: dict[Members, Array | None], typical: float, c
     return len(part) + FEWER_PARTS
 
 
-def _in_smaller_cells(solid: Solid, atom: Atom, epsilon: float, corners: int | None) -> list[tuple[Atom, Array]]:
+def _in_smaller_cells(
+    solid: Solid, atom: Atom, epsilon: float, corners: int | None, voids: Voids
+) -> list[tuple[Atom, Array]]:
     """A cell that has no part, cut until all that is left of it has one."""
     work, found = [(atom, 0)], []
     while work:
         current, depth = work.pop()
-        part = enclosing_part(solid, current.points, epsilon)
+        part = enclosing_part(solid, current.points, epsilon, voids)
         few = corners is None or part is None or len(part) <= corners or depth >= HALVINGS
         if part is not None and few:
             found.append((current, part))
@@ -209,6 +215,7 @@ def _shrunk(
     parts: dict[Members, Array],
     needed: dict[Members, set[int]],
     epsilon: float,
+    voids: Voids,
 ) -> dict[Members, Array]:
     """The parts without what others hold anyway: dropped if nothing is left, made anew where that saves corners."""
     inside = {name: _held(part, cells, live) for name, part in parts.items()}
@@ -220,7 +227,7 @@ def _shrunk(
             continue
         if len(left) == len(inside[name] & needed[name]) and set(left) >= needed[name]:
             continue
-        part = enclosing_part(solid, np.vstack([cells[i].points for i in left]), epsilon)
+        part = enclosing_part(solid, np.vstack([cells[i].points for i in left]), epsilon, voids)
         if part is not None and len(part) < len(parts[name]):
             parts[name] = part
             inside[name] = _held(part, cells, live)

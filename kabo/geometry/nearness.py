@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from kabo.geometry.kernels.depths import first_far, hull_is_far
-from kabo.geometry.kernels.protrusion import reaches_beyond
+from kabo.geometry.kernels.protrusion import faces_reach_beyond, reaches_beyond
 from kabo.geometry.parts import Array
 from kabo.geometry.solids import FLAT, Solid
 
@@ -12,6 +12,7 @@ GLANCE, LOOKS, DEEPER = 80, 280, 400  # lines between two sets, samples of a sur
 DEEP = 200  # rows of the stack on top of the first tetrahedra
 CLIMBED, STARTS, CLIMBS = 80, 4, 12  # samples of which the farthest so many climb, and their steps
 INSIDE = 1e-12  # m
+PIECES = 500  # of a triangle, after which that proof ends
 MOST = 200_000  # tetrahedra after which a proof is given up
 
 
@@ -119,3 +120,35 @@ def judged(solid: Solid, part: Array, limit: float, most: int = MOST) -> tuple[b
     cells[: len(corners), 9:12] = part[hull.vertices].mean(axis=0)
     answer = int(reaches_beyond(cells, len(corners), limit, *solid.depths, *solid.tree, stack, most))
     return {0: (True, None), 1: (False, cells[0, :3].copy())}.get(answer, (None, None))
+
+
+def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
+    """Whether triangles (N, 3, 3) are all within `limit` [m] of the solid, as a short proof shows; else they may be."""
+    cells = np.zeros((len(faces) + DEEP, 11))
+    cells[: len(faces), :9] = faces.reshape(-1, 9)
+    stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
+    answer = faces_reach_beyond(cells, len(faces), limit, *solid.depths, *solid.tree, stack, PIECES * len(faces))
+    return int(answer) == 0
+
+
+class Voids:
+    """Points found far outside a solid, which no hull near it may hold: samples of its surface miss closed hollows."""
+
+    def __init__(self, solid: Solid) -> None:
+        self.solid = solid
+        self._points, self._depths = np.empty((0, 3)), np.empty(0)
+
+    def meet(self, hull: ConvexHull, limit: float) -> bool:
+        """Whether a hull holds one that is farther than `limit` [m] from the solid."""
+        points = self.between(hull.min_bound, hull.max_bound, limit)
+        return bool((points @ hull.equations[:, :3].T + hull.equations[:, 3] <= 0.0).all(axis=1).any())
+
+    def between(self, low: Array, high: Array, limit: float) -> Array:
+        """Those (N, 3) in a box that are farther than `limit` [m] from the solid."""
+        chosen = (self._depths > limit) & ((self._points >= low) & (self._points <= high)).all(axis=1)
+        return np.asarray(self._points[chosen])
+
+    def add(self, point: Array, hull: ConvexHull) -> None:
+        """Takes a point (3,) outside, moved to where it is farther from the solid, but still in the hull."""
+        point, depth = climbed(self.solid, hull, point)
+        self._points, self._depths = np.vstack([self._points, point]), np.r_[self._depths, depth]

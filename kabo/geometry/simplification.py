@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 
 from kabo.geometry.kernels.depths import star_is_far
 from kabo.geometry.kernels.polytope_corners import contractions
-from kabo.geometry.nearness import looks_near, proven_near
+from kabo.geometry.nearness import Voids, faces_near, judged, proven_near
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import contains_proven, widened
 from kabo.geometry.solids import Solid
@@ -18,29 +18,59 @@ from kabo.geometry.solids import Solid
 MANY = 24  # corners above which several edges are contracted in a round
 AT_ONCE = 0.25  # of the corners
 SHARES = (0.99, 0.93, 0.85)  # of the limit: what corners may take of it, tried in turn until the end can be proven
+AGAIN = 8  # times a way goes on after it was refuted, for each of these
 FACES = 256  # around an edge: more are left alone
 
 Scratch = tuple[Array, Array, Array, Array]
 
 
-def enclosing_part(solid: Solid, points: Array, limit: float, fewest: int = 4) -> Array | None:
+def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | None = None) -> Array | None:
     """Corners (V, 3) [m] of a polytope of few corners, proven to hold points (P, 3) and to stay near the solid.
+
+    Where the end of the way is refuted, the way goes on from before it held the point that was found.
 
     Args:
         limit: how far any of it may be from the solid [m].
-        fewest: corners at which to stop.
+        voids: points that no part may hold; those that are found are added.
 
     Returns:
-        The last polytope on the way that can be proven; None if not even the hull of the points can.
+        None if not even the hull of the points can be proven.
     """
+    voids = Voids(solid) if voids is None else voids
+    hull = ConvexHull(points)
+    way = begun = [points[np.sort(hull.vertices)]]
+    asked = False
     for share in SHARES:
-        way = _way(solid, points, share * limit, fewest)
-        end = widened(way[-1])
-        if contains_proven(end, points) and proven_near(solid, end, limit):
-            return end
-        if share == SHARES[0] and proven_near(solid, way[0], limit) is False:  # then no other way can end well
-            return None
+        way = begun
+        for _ in range(AGAIN):
+            if voids.meet(hull, limit):
+                return None
+            way = _way(solid, way, share * limit, voids)
+            end = widened(way[-1])
+            near, far = judged(solid, end, limit)
+            if near and contains_proven(end, points):
+                return end
+            if not asked and (hollow := judged(solid, begun[0], limit)[1]) is not None:
+                voids.add(hollow, hull)
+                return None
+            asked = True
+            if far is None:
+                break
+            voids.add(far, ConvexHull(end))
+            way = way[: _first_that_meets(way, voids, limit)] or begun
     return _last_proven(solid, points, way, limit)
+
+
+def _first_that_meets(way: list[Array], voids: Voids, limit: float) -> int:
+    """The first polytope of a way that holds one of the voids; the last one does, or does so widened."""
+    low, high = 0, len(way) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if voids.meet(ConvexHull(way[middle]), limit):
+            high = middle
+        else:
+            low = middle + 1
+    return low
 
 
 def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) -> Array | None:
@@ -61,19 +91,18 @@ def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) ->
     return best
 
 
-def _way(solid: Solid, points: Array, limit: float, fewest: int) -> list[Array]:
-    """The polytopes on the way from the hull of the points to the fewest corners, each enclosing those before it."""
-    points = points[np.sort(ConvexHull(points).vertices)]
-    way = [points]
+def _way(solid: Solid, begun: list[Array], limit: float, voids: Voids) -> list[Array]:
+    """A way carried on to the fewest corners: polytopes, each enclosing those before it, that hold no void."""
+    way, points = list(begun), begun[-1]
     scratch = _scratch()
     refused: set[tuple[bytes, bytes]] = set()
-    while len(points) > max(4, fewest):
+    while len(points) > 4:
         hull = ConvexHull(points)
         if len(hull.vertices) < len(points):
             points = points[np.sort(hull.vertices)]
             continue
         edges, costs, places = _contractions(solid, points, hull, limit, scratch)
-        following = _contracted(solid, points, hull, edges, costs, places, limit, refused)
+        following = _contracted(solid, points, hull, edges, costs, places, limit, refused, voids)
         if following is None:
             break
         points = following
@@ -126,6 +155,7 @@ def _contracted(
     places: Array,
     limit: float,
     refused: set[tuple[bytes, bytes]],
+    voids: Voids,
 ) -> Array | None:
     """The points after the cheapest contractions whose new faces look near; None if there is none."""
     many = len(points) > MANY
@@ -148,13 +178,31 @@ def _contracted(
             continue
         if not many:
             joined = np.vstack([np.delete(points, (a, b), axis=0), places[e]])
-            if looks_near(solid, ConvexHull(joined), limit):
+            larger = ConvexHull(joined)
+            new = (larger.simplices == len(joined) - 1).any(axis=1)
+            if not voids.meet(larger, limit) and faces_near(solid, joined[larger.simplices[new]], limit):
                 return joined
             refused.add(name)
             continue
+        around = hull.simplices[np.isin(hull.simplices, (a, b)).any(axis=1)]
+        moved = np.where(np.isin(around, (a, b))[..., None], places[e], points[around])
+        new = moved[np.isin(around, (a, b)).sum(axis=1) == 1]
+        if not faces_near(solid, new, limit) or _meets_between(points, around, a, b, places[e], limit, voids):
+            refused.add(name)
+            continue
         keep[[a, b]] = False
-        touched[hull.simplices[np.isin(hull.simplices, (a, b)).any(axis=1)]] = True
+        touched[around] = True
         made.append(places[e])
         if len(made) >= allowed:
             break
     return np.vstack([points[keep], made]) if made else None
+
+
+def _meets_between(
+    points: Array, around: NDArray[np.int64], a: int, b: int, place: Array, limit: float, voids: Voids
+) -> bool:
+    """Whether a hull would hold a void, were the edge a-b moved to a place; `around` are the faces around it."""
+    box = np.vstack([points[np.unique(around)], place])
+    if not len(voids.between(box.min(axis=0), box.max(axis=0), limit)):
+        return False
+    return voids.meet(ConvexHull(np.vstack([np.delete(points, (a, b), axis=0), place])), limit)

@@ -12,7 +12,7 @@ from kabo.geometry.triangle_trees import tree_of
 
 FLAT = 1e-9  # m: rounding of the planes of a convex mesh
 MANY = 20_000_000  # faces times vertices: above, convexity is not asked for
-NODES = 400_000  # of the octree of depths, at most
+NODES = 1_000_000  # of the octree of depths, at most
 CELLS = 80_000  # boxes after which a proof is given up: some tenths of a second
 
 

@@ -7,6 +7,7 @@ is too far from the solid: what is seen from there is looked at, too, so that a 
 Candidates are planes along the faces of concave edges, and across the axes of the cell.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,17 +65,18 @@ class TooFine(Exception):
     """More cells would be needed than were allowed; carries their number."""
 
 
-def atoms(solid: Solid, limit: float, most: int) -> list[Atom]:
+def atoms(solid: Solid, limit: float, most: int, sight: float, begun: Sequence[Atom] | None = None) -> list[Atom]:
     """Cells whose hulls look near the solid within `limit` [m]; together they hold all of it.
 
     Args:
         most: cells allowed.
+        sight: how far a line between two points that see each other may leave the solid [m]: where cells are cut.
+        begun: cells to go on from, not from the whole solid.
 
     Raises:
         TooFine: more than `most` cells would be needed.
     """
-    cell = whole(solid.vertices, solid.faces)
-    work = [Atom(solid_points(cell.points, THICK * limit), cell, creases(solid.vertices, solid.faces))]
+    work = [_whole(solid, sight)] if begun is None else list(begun)
     found: list[Atom] = []
     while work:
         atom = work.pop()
@@ -84,15 +86,21 @@ def atoms(solid: Solid, limit: float, most: int) -> list[Atom]:
             continue
         if len(found) + len(work) >= most:
             raise TooFine(f"{most}")
-        work += in_two(solid, atom, limit, far)
+        work += in_two(solid, atom, sight, far)
     return found
+
+
+def _whole(solid: Solid, sight: float) -> Atom:
+    cell = whole(solid.vertices, solid.faces)
+    return Atom(solid_points(cell.points, THICK * sight), cell, creases(solid.vertices, solid.faces))
 
 
 def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[Atom]:
     """The parts of a cell on both sides of a plane.
 
     Args:
-        far: a point (3,) of the cell's hull that is farther than `limit` [m] from the solid; None: any halves will do.
+        limit: how far lines of sight may leave the solid [m].
+        far: a point (3,) of the cell's hull that is farther than that from the solid; None: any halves will do.
     """
     plane = _middle(atom.points) if far is None else _best_plane(solid, atom, limit, far)
     normal, offset = plane[:3], float(plane[3])

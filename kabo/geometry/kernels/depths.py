@@ -12,13 +12,18 @@ from kabo.geometry.kernels.solids import inside, nearest_triangle
 FINEST = 0.1  # of the limit: half the side of the smallest node that is made
 ROUNDING = 1e-9  # of the limit: what a node's word leaves to rounding
 NEAR, FAR, OPEN = 1, 2, 0
+DIAGONAL = 0.8660255  # of half the side of a node: how far the middle of a child is from its own, at most
 
 
-@lean_kernel  # f8 x 3, tree, (64,) i8 -> f8
-def _depth(x, y, z, boxes, children, triangles, stack):
-    """The distance of a point to the surface, negative inside the solid."""
-    squared, _ = nearest_triangle(boxes, children, triangles, x, y, z, np.inf, stack)
-    return -np.sqrt(squared) if inside(boxes, children, triangles, x, y, z, stack) else np.sqrt(squared)
+@lean_kernel  # f8 x 3, f8, f8 [m], tree, (64,) i8 -> f8
+def _depth(x, y, z, known, away, boxes, children, triangles, stack):
+    """The distance of a point to the surface, negative inside the solid; `known` at a point so far away."""
+    most = (abs(known) + away) * (1.0 + 1e-9)
+    squared, _ = nearest_triangle(boxes, children, triangles, x, y, z, most * most, stack)
+    within = known < 0.0
+    if not abs(known) > away * (1.0 + 1e-9):  # the surface may lie between
+        within = inside(boxes, children, triangles, x, y, z, stack)
+    return -np.sqrt(squared) if within else np.sqrt(squared)
 
 
 @lean_kernel  # f8 x 5 [m], (5,) f8, (M,) f8, (M,) i8, tree, (64,) i8 -> i8
@@ -31,15 +36,16 @@ def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triang
     cx, cy, cz, half = frame[0], frame[1], frame[2], frame[3]
     if max(abs(x - cx), max(abs(y - cy), abs(z - cz))) > half:
         return OPEN
-    n, slack = 0, ROUNDING * limit
+    n, slack, known, between = 0, ROUNDING * limit, 0.0, np.inf
     while True:
         if np.isnan(depths[n]):
-            depths[n] = _depth(cx, cy, cz, boxes, children, triangles, stack)
+            depths[n] = _depth(cx, cy, cz, known, between, boxes, children, triangles, stack)
         away = np.sqrt((x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2)
         if depths[n] + away + ball <= limit - slack:
             return NEAR
         if depths[n] - away > limit + slack:
             return FAR
+        known, between = depths[n], DIAGONAL * half
         half *= 0.5
         if half < FINEST * limit or depths[n] - away + ball > limit:  # no smaller node could say more
             return OPEN

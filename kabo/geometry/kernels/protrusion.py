@@ -91,3 +91,62 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
             cells[top, 3 * i + r], cells[top + 1, 3 * j + r] = middle, middle
         top += 2
     return 2
+
+
+@lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
+def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
+    """As `reaches_beyond`, for triangles in place of tetrahedra: a row is three corners and the two numbers."""
+    enough = limit * limit
+    for _ in range(most):
+        if top == 0:
+            return 0
+        top -= 1
+        x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
+        y = (cells[top, 1] + cells[top, 4] + cells[top, 7]) / 3.0
+        z = (cells[top, 2] + cells[top, 5] + cells[top, 8]) / 3.0
+        radius, longest, at = 0.0, -1.0, 0
+        for c in range(3):
+            d = (c + 1) % 3
+            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+            radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
+            length = (cells[top, 3 * d] - px) ** 2 + (cells[top, 3 * d + 1] - py) ** 2
+            length += (cells[top, 3 * d + 2] - pz) ** 2
+            if length > longest:
+                longest, at = length, c
+        radius = np.sqrt(radius)
+        word = settled(x, y, z, radius, limit, frame, depths, firsts, boxes, children, triangles, stack)
+        if word == NEAR:
+            continue
+        if word == FAR:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+            return 1
+        known, within = int(cells[top, 10]), True
+        squared = to_triangle_squared(x, y, z, triangles, known)
+        squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
+        t = t if t >= 0 else known
+        cells[top, 10] = t
+        for c in range(3):
+            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+            within = within and to_triangle_squared(px, py, pz, triangles, t) <= enough
+        if within:
+            continue
+        distance = np.sqrt(squared)
+        if cells[top, 9] == 0.0:
+            if inside(boxes, children, triangles, x, y, z, stack):
+                if radius <= distance + limit:
+                    continue
+            elif distance > min(limit, radius):
+                cells[top, 9] = 1.0
+        if cells[top, 9] == 1.0 and distance > limit:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+            return 1
+        if top + 2 > cells.shape[0] or radius < 1e-3 * limit:
+            return 2
+        i, j = 3 * at, 3 * ((at + 1) % 3)
+        for r in range(11):
+            cells[top + 1, r] = cells[top, r]
+        for r in range(3):
+            middle = 0.5 * (cells[top, i + r] + cells[top, j + r])
+            cells[top, i + r], cells[top + 1, j + r] = middle, middle
+        top += 2
+    return 2
