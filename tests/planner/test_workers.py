@@ -73,7 +73,7 @@ def branching(first: str, second: str) -> SkeletonNode:
 def evaluated(root: SkeletonNode, size: int) -> tuple[Evaluation, Procedures]:
     procedures = Procedures()
     with Workers(procedures, size, lambda: False) as workers:  # type: ignore[arg-type]
-        evaluator = Evaluator(procedures, lambda _c, _a, trace: trace, 0, lambda: False, expect=workers.expect)  # type: ignore[arg-type]
+        evaluator = Evaluator(procedures, lambda _c, _a, trace, _s: trace, 0, lambda: False, expect=workers.expect)  # type: ignore[arg-type]
         return evaluator.evaluate(root, (0, 0, 0, 0)), procedures
 
 
