@@ -1,6 +1,7 @@
 """Pour: what a robot holds is tilted over a container, held there, and tilted back [T 3.9.2]."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -90,27 +91,35 @@ class _Tilting:
     towards: Array  # (3,) unit, horizontal
     path: PourPath
 
+    @cached_property
+    def across(self) -> Array:
+        """The axis (3,) about which it tilts."""
+        return np.cross(UP, self.towards)
+
     def pose(self, at: Array) -> Array:
         """The pose (4, 4) of the lid at a pose (x, y, theta) of the path."""
         x, y, theta = (float(v) for v in at)
-        axis = np.cross(UP, self.towards)
         result = self.start.copy()
         result[:3, 3] += (x - self.path.start[0]) * self.towards + (y - self.path.start[1]) * UP
-        result[:3, :3] = turned((0.0, 0.0, 0.0), axis, theta - self.path.start[2])[:3, :3] @ self.start[:3, :3]
+        result[:3, :3] = (
+            turned((0.0, 0.0, 0.0), self.across, theta - self.path.start[2])[:3, :3] @ self.start[:3, :3]
+        )
         return result
 
     def followed(self, q: Array) -> list[Array] | Failure:
         """Way points from q that follow the path, each straight joint segment between them proven near it."""
         poses, way, number = self.path.by_length(STEP), [q], 0
+        near = self.pose(poses[0])[:3, 3]  # where the lid is at the last way point
         while number < len(poses) - 1:
             share, step = 0.0, 1.0
             while share < 1.0:
                 until = min(1.0, share + step)
                 a, b = (poses[number] + (poses[number + 1] - poses[number]) * k for k in (share, until))
-                goal = self._near(way[-1], self.pose(b))
-                if goal is not None and self._kept(way[-1], goal, a, b):
+                there = self.pose(b)
+                goal = self._near(way[-1], there)
+                if goal is not None and self._kept(way[-1], goal, (near, there[:3, 3]), (a[2], b[2])):
                     way.append(goal)
-                    share = until
+                    share, near = until, there[:3, 3]
                     continue
                 step /= 2
                 if step < SMALLEST:
@@ -127,8 +136,8 @@ class _Tilting:
         )
         return rounded(found[0]) if succeeded[0] else None
 
-    def _kept(self, q: Array, goal: Array, a: Array, b: Array) -> bool:
-        """Whether the straight joint segment is proven to stay by the straight piece of the path from a to b."""
+    def _kept(self, q: Array, goal: Array, lid: tuple[Array, Array], tilts: tuple[float, float]) -> bool:
+        """Whether the straight joint segment is proven to stay by the straight piece between two places of the lid."""
         if np.abs(goal - q).max() > CHANGE:
             return False
         own, unit = self.lid.joint_T_frame, self.lid.joint_T_frame[:3, 2]
@@ -137,15 +146,14 @@ class _Tilting:
             FrameFeature(self.lid.joint, "point", origin),
             FrameFeature(self.lid.joint, "line", origin, _vector(unit)),
         )
-        low, high = self.pose(a)[:3, 3], self.pose(b)[:3, 3]
-        across = np.cross(UP, self.towards)
+        low, high = lid
         along = high - low if np.linalg.norm(high - low) > 1e-6 else self.towards
         along = along / np.linalg.norm(along)
         rows = stacked(
             [
                 rows_of("coincident", point, FrameFeature(0, "line", _vector(low), _vector(along))),
-                rows_of("perpendicular", line, FrameFeature(0, "line", _vector(low), _vector(across))),
-                rows_of("angle", line, FrameFeature(0, "line", _vector(low), _vector(UP)), *_tilts(a[2], b[2])),
+                rows_of("perpendicular", line, FrameFeature(0, "line", _vector(low), _vector(self.across))),
+                rows_of("angle", line, FrameFeature(0, "line", _vector(low), _vector(UP)), *_tilts(*tilts)),
             ]
         )
         tolerance = [AWAY / np.sqrt(2.0)] * 2 + [TURNED] * (len(rows) - 2)
