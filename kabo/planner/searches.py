@@ -7,6 +7,7 @@ when there is none. All are deterministic: successors are taken in the order in 
 from collections import Counter, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
+from itertools import count
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
@@ -102,6 +103,7 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     costs: dict[Hashable, float] = {root: 0.0}
     queue: list[tuple[float, int, Hashable, Node]] = [(0.0, 0, root, start)]
     done: set[Hashable] = set()
+    numbers = count(1)
     while queue:
         cost, number, waiting, node = heappop(queue)
         key = None if waiting in done else _expanded(waiting, node, graph, parents, done)
@@ -114,7 +116,7 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
             total = cost + graph.cost(move)
             if child_key not in costs or total < costs[child_key]:
                 costs[child_key], parents[child_key] = total, (key, move, child)
-                heappush(queue, (total, len(queue) + len(done) + 1, child_key, child))
+                heappush(queue, (total, next(numbers), child_key, child))
     return Search(None, parents.keys())
 
 

@@ -59,9 +59,10 @@ def numbers_of(name, value):
 
 
 CASES = [(search, order, senses) for search in SEARCHES for order in ("lazy", "eager") for senses in (False, True)]
+MORE = [("best", "adaptive", True), ("greedy", "lazy", True), ("astar", "lazy", True), ("astar", "eager", False)]
 
 
-@pytest.mark.parametrize(("search", "order", "senses"), [*CASES, ("best", "adaptive", True)])
+@pytest.mark.parametrize(("search", "order", "senses"), [*CASES, *MORE])
 def test_a_plan_is_found_if_and_only_if_brute_force_finds_one(search, order, senses, monkeypatch):
     for module in (ledger, interleaved):
         monkeypatch.setattr(module, "MAX_EFFORT", 2)
