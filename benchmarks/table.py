@@ -114,9 +114,14 @@ def finish(tables: Sequence[Table], output: Path | None, **settings: Any) -> Non
     for table in tables:
         print(table, end="\n\n")
     if output is not None:
-        content = {
-            "settings": settings,
-            "surroundings": surroundings(),
-            "tables": [{"title": table.title, "rows": table.rows} for table in tables],
-        }
-        output.write_text(json.dumps(content, indent=1, sort_keys=True, default=str) + "\n")
+        write(tables, output, **settings)
+
+
+def write(tables: Sequence[Table], output: Path, **settings: Any) -> None:
+    """Writes tables with their settings and surroundings as JSON."""
+    content = {
+        "settings": settings,
+        "surroundings": surroundings(),
+        "tables": [{"title": table.title, "rows": table.rows} for table in tables],
+    }
+    output.write_text(json.dumps(content, indent=1, sort_keys=True, default=str) + "\n")
