@@ -17,6 +17,8 @@ from kabo.knowledge.progression import Effects, Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some, bits_of, union
 from kabo.language.formulas import GroundCall
 
+KEPT = 20_000  # estimates that are remembered
+
 
 class Relaxation:
     """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
@@ -27,6 +29,7 @@ class Relaxation:
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
         self._parts = [builder.facts_of(part.query) for part in task.goal]
         self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
+        self._known: dict[tuple[int, tuple[int, ...]], Estimate] = {}  # one search comes where another one was
         asked = sorted({f for o in builder.operators for f in o.preconditions}.union(*self._parts))
         self._place = {fact: place for place, fact in enumerate(asked)}  # what nobody asks for is left out
         self._asked = np.array([fact for fact in asked if fact < 3 * task.width], np.int64)
@@ -47,6 +50,14 @@ class Relaxation:
     def estimate(self, state: int, parts: Sequence[int]) -> Estimate:
         """The relaxed plan from a state to some conjuncts of the goal."""
         chosen = tuple(parts)
+        known = self._known.get((state, chosen))
+        if known is None:
+            if len(self._known) >= KEPT:
+                self._known.clear()
+            known = self._known[state, chosen] = self._estimated(state, chosen)
+        return known
+
+    def _estimated(self, state: int, chosen: tuple[int, ...]) -> Estimate:
         goal = self._goals.get(chosen)
         if goal is None:
             goal = tuple(dict.fromkeys(self._place[fact] for part in chosen for fact in self._parts[part]))

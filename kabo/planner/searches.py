@@ -245,7 +245,7 @@ def _greedy(
         for child_key, move, child in successors:
             if child_key in parents:
                 continue
-            if not graph.holds(kept, child):
+            if kept and not graph.holds(kept, child):
                 continue
             parents[child_key] = key, move, child
             if is_end(child) and graph.settled(child) is not None:
