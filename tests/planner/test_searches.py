@@ -7,16 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.planner.searches import (
-    SEARCHES,
-    SERIAL_EXPANSIONS,
-    breadth_first,
-    cheapest_first,
-    depth_first,
-    greedy,
-    iterative_deepening,
-    serial,
-)
+from kabo.planner.greedy_search import SERIAL_EXPANSIONS, greedy, serial
+from kabo.planner.searches import SEARCHES, breadth_first, cheapest_first, depth_first, iterative_deepening
 
 
 @dataclass
