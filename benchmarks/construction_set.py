@@ -1,6 +1,6 @@
 """A two-arm assembly that nobody here wrote: time of kabo beside the peer's own, in one run.
 
-    python benchmarks/construction_set.py [--seeds 10] [--peer PYTHON] [--output construction_set.json]
+    python benchmarks/construction_set.py [--seeds 10] [--peer PYTHON] [--limit 600] [--output FILE]
 
 Two UR3 arms put two spheres on the magnets of a cylinder and lay it in its place: robots of the package
 example-robot-data (extra `robots`), parts and task of hpp-environments. kabo gets actions and a goal, no sequence of
@@ -58,14 +58,18 @@ def solved(seed: int) -> tuple[float | None, dict[str, Any]]:
     return seconds - result.statistics["load_s"], result.statistics
 
 
-def peer(python: Path, states: str, seeds: int) -> list[float | None]:
-    """Seconds of the processor of each run of the peer."""
+def peer(python: Path, states: str, seeds: int, limit: float) -> list[float | None]:
+    """Seconds of the processor of each run of the peer; None for those that did not end in `limit` seconds for all."""
     prefix = next(python.parent.parent.glob("lib/python3*/site-packages/cmeel.prefix"))
     paths = {"LD_LIBRARY_PATH": str(prefix / "lib"), "ROS_PACKAGE_PATH": str(prefix / "share")}
     program = [str(python), str(PEER), "--states", states, "--seeds", str(seeds)]
-    done = subprocess.run(program, env={**os.environ, **paths}, capture_output=True, text=True, check=True)
-    found: list[float | None] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    try:
+        done = subprocess.run(program, env={**os.environ, **paths}, capture_output=True, check=True, timeout=limit)
+        told = done.stdout
+    except subprocess.TimeoutExpired as stopped:
+        told = stopped.stdout or b""
+    found: list[float | None] = [json.loads(line) for line in told.splitlines()[-seeds:]]
+    return [*found, *[None] * (seeds - len(found))]
 
 
 def same_lengths(python: Path) -> None:
@@ -88,6 +92,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--peer", type=Path, metavar="PYTHON", help="of an environment that has hpp-python")
+    parser.add_argument(
+        "--limit", type=float, default=600.0, metavar="S", help="for all runs of the peer in one way"
+    )
     parser.add_argument("--output", type=Path, default=Path("construction_set.json"))
     options = parser.parse_args(arguments)
     solved(0)  # compiles what is not compiled yet
@@ -97,9 +104,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     table.add("kabo, actions and a goal", **row([seconds for seconds, _ in runs]), checks=int(checks))
     if options.peer is not None:
         same_lengths(options.peer)
-        table.add("HPP, all states", **row(peer(options.peer, "all", options.seeds)))
-        table.add("HPP, the states along one way", **row(peer(options.peer, "few", options.seeds)))
-    finish([table], options.output, seeds=options.seeds)
+        table.add("HPP, all states", **row(peer(options.peer, "all", options.seeds, options.limit)))
+        along = peer(options.peer, "few", options.seeds, options.limit)
+        table.add("HPP, the states along one way", **row(along))
+    finish([table], options.output, seeds=options.seeds, limit=options.limit)
 
 
 if __name__ == "__main__":

@@ -160,7 +160,6 @@ def main() -> None:
     parser.add_argument("--states", choices=("few", "all"), default="all")
     parser.add_argument("--seeds", type=int, default=5)
     options = parser.parse_args()
-    found: list[float | None] = []
     for _ in range(options.seeds):
         made, start, goal = problem(options.states)
         made.initConfig(start)
@@ -172,8 +171,7 @@ def main() -> None:
             path = planner.solve()
         except RuntimeError:
             path = None
-        found.append(None if path is None else time.process_time() - began)
-    print(json.dumps(found))
+        print(json.dumps(None if path is None else time.process_time() - began), flush=True)
 
 
 if __name__ == "__main__":
