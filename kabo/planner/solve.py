@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from kabo.knowledge import Task, ground
 from kabo.language.problem import Problem
 from kabo.plan import Plan
+from kabo.planner.garbage import older_objects_apart
 from kabo.planner.procedures import Procedures, refuse_without_motion
 from kabo.planner.reasons import exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
@@ -35,6 +36,7 @@ if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic p
     from kabo.tasks.procedures import GeometricProcedures
 
 
+@older_objects_apart()
 def solve(
     problem: Problem,
     *,
