@@ -16,6 +16,8 @@ from kabo.finite_domain.compiled_task import CompiledTask
 from kabo.finite_domain.mutexes import Condition, FactTask, Mutexes
 from kabo.finite_domain.relaxation import RelaxedOperator
 
+HEAD = 21  # numbers before the tables
+
 
 def landmark_tables(
     compiled: CompiledTask, mutexes: Mutexes
@@ -32,34 +34,58 @@ def landmark_tables(
     can_make = _can_make(compiled)
     operators = tuple(copy for o in relaxed.operators for copy in _with_ends(o, goals, ends, before, can_make))
     operators += (RelaxedOperator(tuple(range(ends, facts - 1)), (facts - 1,), 0),)
-    flat = [0] * 21
-
-    def put(row: Iterable[int]) -> int:
-        at = len(flat)
-        flat.extend(row)
-        return at
-
-    def rows(rows: Sequence[Sequence[int]]) -> list[int]:
-        return [put(accumulate(map(len, rows), initial=0)), put(n for row in rows for n in row)]
-
-    needs = [sorted(set(o.preconditions)) for o in operators]
-    adds = [sorted(set(o.adds).difference(o.preconditions)) for o in operators]
-    free = [i for i, needed in enumerate(needs) if not needed]
+    flat = _Flat(operators, facts)
     packing, sizes = compiled.packing, compiled.normal.sizes
 
     def place(v: int) -> tuple[int, int, int]:
         return packing.word[v], packing.shift[v], packing.mask[v]
 
-    tables = [*rows(needs), *rows(adds), *rows(_users(needs, facts)), *rows(_users(adds, facts)), put(free)]
-    tables.append(put(n for v, at in enumerate(relaxed.offset) for n in (*place(v), at)))
+    flat.tables.append(flat.put(n for v, at in enumerate(relaxed.offset) for n in (*place(v), at)))
     tests = [
-        (*place(v), put(int(x in values) for x in range(sizes[v]))) for v, values in compiled.normal.goal.items()
+        (*place(v), flat.put(int(x in values) for x in range(sizes[v])))
+        for v, values in compiled.normal.goal.items()
     ]
-    tables.append(put(n for test in tests for n in test))
-    tables += rows(consequences)
-    flat[:8] = [facts, len(operators), facts - 1, len(sizes), len(goals), ends, len(free), 0]
-    flat[8:21] = tables
-    return np.array(flat, np.int32), operators
+    flat.tables.append(flat.put(n for test in tests for n in test))
+    flat.tables += flat.rows(consequences)
+    return flat.finished(len(sizes), len(goals), ends), operators
+
+
+def relaxation_tables(operators: Sequence[RelaxedOperator], facts: int) -> NDArray[np.int32]:
+    """The tables of a relaxation alone, for which whoever asks says what holds.
+
+    The last fact is the goal, and the last operator asks that all of it holds.
+    """
+    return _Flat(operators, facts).finished(0, 0, facts - 1)
+
+
+class _Flat:
+    """Tables one after the other, behind a head that says how large all is and where each begins."""
+
+    def __init__(self, operators: Sequence[RelaxedOperator], facts: int) -> None:
+        self.numbers = [0] * HEAD
+        needs = [sorted(set(o.preconditions)) for o in operators]
+        adds = [sorted(set(o.adds).difference(o.preconditions)) for o in operators]
+        free = [i for i, needed in enumerate(needs) if not needed]
+        self.tables = [*self.rows(needs), *self.rows(adds)]
+        self.tables += [*self.rows(_users(needs, facts)), *self.rows(_users(adds, facts)), self.put(free)]
+        self._sizes = facts, len(operators), len(free)
+
+    def put(self, row: Iterable[int]) -> int:
+        """Appends a table; returns where it begins."""
+        at = len(self.numbers)
+        self.numbers.extend(row)
+        return at
+
+    def rows(self, rows: Sequence[Sequence[int]]) -> list[int]:
+        """Appends where each row begins, and all rows."""
+        return [self.put(accumulate(map(len, rows), initial=0)), self.put(n for row in rows for n in row)]
+
+    def finished(self, variables: int, goals: int, ends: int) -> NDArray[np.int32]:
+        """Everything as one array [kabo.finite_domain.kernels.landmark_cut]."""
+        facts, operators, free = self._sizes
+        self.numbers[:8] = [facts, operators, facts - 1, variables, goals, ends, free, 0]
+        self.numbers[8 : 8 + len(self.tables)] = self.tables
+        return np.array(self.numbers, np.int32)
 
 
 def _with_ends(

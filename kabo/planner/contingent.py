@@ -177,7 +177,14 @@ class _Contingent:
     def weak_plan(self, node: Node) -> list[Step] | Failure:
         """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
         first = self.first.pop(self.space.key(node), [])
-        graph = WeakGraph(self.space, self.failures, self.counter, lambda end: self.known(end) is not None, first)
+        graph = WeakGraph(
+            self.space,
+            self.failures,
+            self.counter,
+            lambda end: self.known(end) is not None,
+            first,
+            only_goals_end=self.memo.is_empty,
+        )
         if self.counter.weak_searches % 16 == 0:
             self.counter.look_at_the_clock()  # many short searches expand nothing
         found = self.search(node, graph)

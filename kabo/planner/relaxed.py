@@ -8,6 +8,7 @@ never relaxed into unknown, unless an action forgets it; so sensing what is know
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
 from kabo.knowledge import GroundAction, Query, Task
@@ -34,7 +35,8 @@ class Relaxation:
         self._place = {fact: place for place, fact in enumerate(asked)}  # what nobody asks for is left out
         self._asked = np.array([fact for fact in asked if fact < 3 * task.width], np.int64)
         self._bytes = (3 * task.width + 7) // 8
-        self.task = RelaxedTask(len(asked), list(self._needed(builder.operators)), ())
+        self.operators = list(self._needed(builder.operators))
+        self.task = RelaxedTask(len(asked), self.operators, ())
 
     def _needed(self, operators: Iterable[RelaxedOperator]) -> Iterator[RelaxedOperator]:
         """The operators over the facts that are asked for."""
@@ -58,16 +60,24 @@ class Relaxation:
         return known
 
     def _estimated(self, state: int, chosen: tuple[int, ...]) -> Estimate:
+        return self.task.evaluate(self.true_in(state), self.goal_of(chosen))
+
+    def goal_of(self, chosen: tuple[int, ...]) -> tuple[int, ...]:
+        """The facts that some conjuncts of the goal ask for."""
         goal = self._goals.get(chosen)
         if goal is None:
             goal = tuple(dict.fromkeys(self._place[fact] for part in chosen for fact in self._parts[part]))
             self._goals[chosen] = goal
+        return goal
+
+    def true_in(self, state: int) -> NDArray[np.int64]:
+        """The facts that are true in a state."""
         width = self._width
         unknown = self._sensed & ~(state << 1 | state << 2)
         pending = (unknown & state) >> 1
         facts = state | (~state & self._zeros) << width | (unknown | pending) << 2 * width
         bits = np.unpackbits(np.frombuffer(facts.to_bytes(self._bytes, "little"), np.uint8), bitorder="little")
-        return self.task.evaluate(bits.take(self._asked).view(np.bool_).nonzero()[0], goal)
+        return bits.take(self._asked).view(np.bool_).nonzero()[0]
 
 
 class _Builder:

@@ -53,6 +53,10 @@ class Graph(Protocol[Node, Made]):
         """What the move costs."""
         ...
 
+    def bound(self, node: Node) -> float | None:
+        """What every way to an end costs at least; None: there is none."""
+        ...
+
 
 class Search(NamedTuple, Generic[Node, Move]):
     """`path` to an end, without the start, or None; `visited` are the keys seen when there is none."""

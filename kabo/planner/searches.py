@@ -6,9 +6,8 @@ when there is none. All are deterministic: successors are taken in the order in 
 
 from collections import Counter, deque
 from collections.abc import Hashable, Iterator
-from heapq import heappop, heappush
-from itertools import count
 
+from kabo.planner.cheapest_search import cheapest_first
 from kabo.planner.greedy_search import greedy, serial
 from kabo.planner.search_graph import Algorithm, Graph, Move, Node, Parents, Search, expanded, path_to
 
@@ -33,30 +32,6 @@ def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
                 if graph.is_end(child):
                     return Search(path_to(parents, key))
                 queue.append((key, child))
-    return Search(None, parents.keys())
-
-
-def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
-    """A path of least cost to an end (A* without a heuristic: knowledge that is sensed is not estimated admissibly)."""
-    root = graph.key(start)
-    parents: Parents[Move, Node] = {root: None}
-    costs: dict[Hashable, float] = {root: 0.0}
-    queue: list[tuple[float, int, Hashable, Node]] = [(0.0, 0, root, start)]
-    done: set[Hashable] = set()
-    numbers = count(1)
-    while queue:
-        cost, number, waiting, node = heappop(queue)
-        key = None if waiting in done else expanded(waiting, node, graph, parents, done)
-        if key is None:
-            continue
-        if number and graph.is_end(node):
-            return Search(path_to(parents, key))
-        costs[key] = cost
-        for child_key, move, child in graph.successors(node):
-            total = cost + graph.cost(move)
-            if child_key not in costs or total < costs[child_key]:
-                costs[child_key], parents[child_key] = total, (key, move, child)
-                heappush(queue, (total, next(numbers), child_key, child))
     return Search(None, parents.keys())
 
 

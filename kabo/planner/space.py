@@ -12,6 +12,7 @@ from kabo.language.formulas import GroundCall
 from kabo.planner.skeleton import Geometry, Trace
 
 if TYPE_CHECKING:
+    from kabo.planner.cost_bounds import CostBounds
     from kabo.planner.relaxed import Relaxation
 
 Node = tuple[int, Trace]
@@ -71,6 +72,13 @@ class Space:
 
         refused = frozenset() if self.geometry is None else self.geometry.refused_everywhere()[0]
         return Relaxation(self.task, refused)
+
+    @cached_property
+    def cost_bounds(self) -> "CostBounds":
+        """What weak plans cost at least."""
+        from kabo.planner.cost_bounds import CostBounds
+
+        return CostBounds(self.task, self.relaxation)
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""

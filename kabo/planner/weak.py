@@ -74,13 +74,16 @@ class WeakGraph:
         counter: Counter,
         is_end: Callable[[Node], bool],
         first: Sequence[int] = (),
+        *,
+        only_goals_end: bool = False,
     ) -> None:
-        rest = (number for number in range(len(space.task.goal)) if number not in first)
-        self.parts = [*first, *rest]  # the numbers of the conjuncts of the goal, in the order to see to them
+        others = (number for number in range(len(space.task.goal)) if number not in first)
+        self.parts = [*first, *others]  # the numbers of the conjuncts of the goal, in the order to see to them
         self.holds = space.holds
         self.blocked: set[Hashable] = set()
         self.key, self.known, self.settled = space.key, space.known, space.settled
         self._is_end = is_end
+        self._only_goals_end = only_goals_end
         self._space, self._failures, self._counter = space, failures, counter
 
     def successors(
@@ -126,6 +129,13 @@ class WeakGraph:
     def cost(self, move: Move) -> float:
         """What the action costs; branching costs nothing."""
         return 0.0 if move[0] is None else move[0][0].cost
+
+    def bound(self, node: Node) -> float | None:
+        """What every way to an end costs at least, as far as that is known; None: there is none.
+
+        Ends that are not goals may be anywhere near.
+        """
+        return self._space.cost_bounds.below(node[0]) if self._only_goals_end else 0.0
 
     def _moves(
         self, node: Node, among: frozenset[int] | None, without: frozenset[int] | None

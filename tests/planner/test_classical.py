@@ -104,6 +104,9 @@ class States:
     def cost(self, act):
         return act.cost
 
+    def bound(self, state):
+        return 0.0
+
 
 def executed(task, skeleton):
     """The actions of a skeleton without branches; each must be applicable, and the goal hold at the end."""

@@ -222,17 +222,14 @@ def _lower(lm, price, operator, cost, heap, place, cut, count):
             size = _offer(lm, price, operator, cost, heap, place, o, size)
 
 
-@lean_kernel  # (L,) i4, (O,) i8, (S, W) u8, i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 … -> i8
-def landmark_cut(
-    lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first
-):
-    """A lower bound of the cost from a state to the goal; FAR: there is no way.
+@lean_kernel  # (L,) i4, (O,) i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 x 4, (O,) i4, bool -> i8
+def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first):
+    """A lower bound of the cost from the facts that hold (all others 0) to the goal; FAR: there is no way.
 
     `prices` are the costs of the relaxation's operators, FAR for those that must not be used. The first landmark is
     that of the dearest goal, or of the nearest: its landmarks are small, and leave costs for those of the others. Either
     way may give the better bound.
     """
-    facts_that_hold(lm, states, row, holding, stack)
     for o in range(lm[OPERATORS]):
         price[o] = prices[o]
     costs_by_max(lm, holding, price, operator, cost, heap, place)
@@ -257,3 +254,12 @@ def landmark_cut(
             price[cut[i]] -= least
         _lower(lm, price, operator, cost, heap, place, cut, count)
     return bound
+
+
+@lean_kernel  # (L,) i4, (O,) i8, (S, W) u8, i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 … -> i8
+def landmark_cut(
+    lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first
+):
+    """The lower bound from a packed state, with what follows from goals that have to be given up."""
+    facts_that_hold(lm, states, row, holding, stack)
+    return bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first)
