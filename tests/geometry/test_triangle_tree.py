@@ -12,9 +12,6 @@ from kabo.geometry.kernels import triangle_tree as kernels
 from kabo.geometry.triangle_trees import tree_of
 
 SEEDS = st.integers(0, 2**32 - 1)
-SLIVERS = pytest.mark.xfail(
-    reason="edge regions are told apart by differences that cancel on slivers", raises=AssertionError, strict=False
-)
 SHAPES = ("any", "needle", "cap", "segment", "point", "huge")
 
 
@@ -101,11 +98,10 @@ def test_distances_to_healthy_triangles_are_hardly_too_large(seed, kind):
         assert distance <= exact + 1e-10 * size
 
 
-@SLIVERS
 @given(seed=SEEDS, kind=st.sampled_from(("needle", "cap", "segment")))
 def test_distances_to_slivers_are_hardly_too_large(seed, kind):
     for distance, exact, size in measured(seed, kind):
-        assert distance <= exact + 1e-4 * size
+        assert distance <= exact + 1e-7 * size
 
 
 def test_a_point_of_the_triangle_is_nowhere_else():

@@ -7,6 +7,34 @@ leaves; a leaf n has children (-1 - first triangle, count).
 from kabo.compilation import lean_kernel
 
 LEAF = 4  # triangles
+THIN = 1e-6  # squared sine of the angle at a corner: below, regions are told apart by differences that cancel
+
+
+@lean_kernel  # 6 f8 -> f8
+def _segment_squared(x, y, z, ux, uy, uz):
+    """The squared distance of the origin to the segment from (x, y, z) along u."""
+    length = ux * ux + uy * uy + uz * uz
+    part = 0.0
+    if length > 0.0:
+        part = min(max(-(x * ux + y * uy + z * uz) / length, 0.0), 1.0)
+    x, y, z = x + part * ux, y + part * uy, z + part * uz
+    return x * x + y * y + z * z
+
+
+@lean_kernel  # 9 f8 -> f8
+def _thin_squared(ax, ay, az, ux, uy, uz, vx, vy, vz):
+    """The squared distance of the origin to a thin triangle: to its sides, or to where it is over the inside."""
+    best = min(_segment_squared(ax, ay, az, ux, uy, uz), _segment_squared(ax, ay, az, vx, vy, vz))
+    best = min(best, _segment_squared(ax + ux, ay + uy, az + uz, vx - ux, vy - uy, vz - uz))
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    area = nx * nx + ny * ny + nz * nz
+    if area > 0.0:
+        s = -((ay * vz - az * vy) * nx + (az * vx - ax * vz) * ny + (ax * vy - ay * vx) * nz) / area
+        t = -((uy * az - uz * ay) * nx + (uz * ax - ux * az) * ny + (ux * ay - uy * ax) * nz) / area
+        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
+            x, y, z = ax + s * ux + t * vx, ay + s * uy + t * vy, az + s * uz + t * vz
+            best = min(best, x * x + y * y + z * z)
+    return best
 
 
 @lean_kernel  # 12 f8 -> f8
@@ -37,6 +65,9 @@ def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
     d5, d6 = -(ux * cx + uy * cy + uz * cz), -(vx * cx + vy * cy + vz * cz)
     if d6 >= 0.0 and d5 <= d6:
         return cx * cx + cy * cy + cz * cz
+    uu, vv, uv = d1 - d3, d2 - d6, d2 - d4
+    if uu * vv - uv * uv <= THIN * uu * vv:
+        return _thin_squared(ax, ay, az, ux, uy, uz, vx, vy, vz)
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     s, t = 0.0, 0.0
     if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
