@@ -15,8 +15,10 @@ from kabo.knowledge import Task, unreachable_goals
 from kabo.planner.delay import delay_sensing
 from kabo.planner.explanation import Explanation
 from kabo.planner.failures import Failure, Failures
+from kabo.planner.greedy_search import newest_first
 from kabo.planner.memo import Memo, Solved
 from kabo.planner.packed import PackedTask
+from kabo.planner.search_graph import Algorithm
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import (
     Exhausted,
@@ -29,9 +31,12 @@ from kabo.planner.skeleton import (
     Unreachable,
 )
 from kabo.planner.space import Decide, Node, Space, Step
-from kabo.planner.weak import BudgetSpent, Counter, OnProgress, WeakGraph, choice_of, steps_of
+from kabo.planner.weak import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
 
 DEFAULT_SEARCH = "best"
+SECOND_OPINION = (
+    150  # expansions: what `best` solves with fewer is solved once more, and the smaller plan is taken
+)
 DEAD_ENDS = 200  # failed choices after which `best` starts over with other hopes
 
 Outcome = Solved | Failure
@@ -81,11 +86,34 @@ def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: str
     for hope_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
         space = Space(task, geometry, may_wait, hope_last)
         try:
-            return _run(_Contingent(space, search, counter, dead_ends).solve(space.start, []))
+            outcome = _run(_Contingent(space, SEARCHES[search], counter, dead_ends).solve(space.start, []))
         except _TooManyDeadEnds:
             continue
+        return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
     space = Space(task, geometry, may_wait)
-    return _run(_Contingent(space, search, counter).solve(space.start, []))
+    return _run(_Contingent(space, SEARCHES[search], counter).solve(space.start, []))
+
+
+def _smaller(found: Solved, space: Space, counter: Counter) -> Solved:
+    """The plan, or the smaller one that a second search finds, which breaks ties the other way; for small problems.
+
+    With geometry a plan is only a proposal, and a second one would be asked for in vain.
+    """
+    spent = counter.expanded
+    if spent > SECOND_OPINION or space.geometry is not None:
+        return found
+    left = 2 * spent if counter.limits.expansions is None else min(2 * spent, counter.limits.expansions - spent)
+    second = Counter(Limits(left))  # so few that no clock need end it
+    try:
+        other = _run(_Contingent(space, newest_first, second, DEAD_ENDS).solve(space.start, []))
+    except (BudgetSpent, _TooManyDeadEnds):
+        other = found
+    counter.add(second)
+    return other if isinstance(other, Solved) and _nodes(other) < _nodes(found) else found
+
+
+def _nodes(solved: Solved) -> int:
+    return sum(1 for _ in Skeleton(solved.node).nodes())
 
 
 class _TooManyDeadEnds(Exception):
@@ -95,10 +123,12 @@ class _TooManyDeadEnds(Exception):
 class _Contingent:
     """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
 
-    def __init__(self, space: Space, search: str, counter: Counter, dead_ends: int | None = None) -> None:
+    def __init__(
+        self, space: Space, search: Algorithm[Node, Move], counter: Counter, dead_ends: int | None = None
+    ) -> None:
         self.dead_ends = dead_ends  # how many choices may fail; None: any number
         self.space = space
-        self.search = SEARCHES[search]
+        self.search = search
         self.counter = counter
         self.explanation = Explanation(space)
         self.memo = Memo(space.task.functional)
@@ -201,7 +231,7 @@ class _Contingent:
         Judged only where nothing is inferred: there every single outcome is a possible world.
         """
         task, state = self.space.task, node[0]
-        if not task.closure.is_empty or self.search is not SEARCHES["best"]:
+        if not task.closure.is_empty or self.search not in (SEARCHES["best"], newest_first):
             return False
         parts = range(len(task.goal))
         return any(

@@ -18,7 +18,12 @@ def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     return found
 
 
-def serial(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def newest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+    """As `serial`, but of nodes that seem equally far the newest is taken, not the oldest."""
+    return serial(start, graph, newest=True)
+
+
+def serial(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Search[Node, Move]:
     """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
 
     What is left of a contingent plan when one conjunct has been reached is then the same in all branches. What has
@@ -31,9 +36,9 @@ def serial(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
         if graph.holds(wanted, node):
             continue
         arrived = _all_hold(graph, wanted)
-        step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached)
+        step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached, newest=newest)
         if step is None or step.path is None:
-            step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS)
+            step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, newest=newest)
         if step is None or step.path is None:
             return greedy(start, graph)
         reached = wanted
@@ -60,6 +65,7 @@ def _greedy(
     limit: int | None,
     kept: tuple[int, ...] = (),
     once: bool = True,
+    newest: bool = False,
 ) -> Search[Node, Move] | None:
     """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
 
@@ -72,8 +78,8 @@ def _greedy(
     root = graph.key(start)
     parents: Parents[Move, Node] = {root: None}
     done: set[Hashable] = set()
-    every: _Queue[Node] = _Queue()
-    promising: _Queue[Node] = _Queue()
+    every: _Queue[Node] = _Queue(newest)
+    promising: _Queue[Node] = _Queue(newest)
     every.push(0, (root, start, None, 0))
     been: Counter[Hashable] = Counter()
     best: int | None = None
@@ -125,20 +131,20 @@ _Waiting = tuple[Hashable, Node, frozenset[int] | None, int]
 
 
 class _Queue(Generic[Node]):
-    """Nodes by estimate, the oldest of equals first; `turns` counts what was taken out.
+    """Nodes by estimate, the oldest (or the newest) of equals first; `turns` counts what was taken out.
 
     With a node waits nothing if it is to be expanded, and what was preferred if the rest of its successors is due;
     and how often the search had been where the same is known when the node began to wait.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, newest: bool) -> None:
         self.waiting: list[tuple[int, int, _Waiting[Node]]] = []
-        self._count = 0
+        self._count, self._step = 0, -1 if newest else 1
         self.turns = 0
 
     def push(self, value: int, waiting: "_Waiting[Node]") -> None:
         """Puts a node in."""
-        self._count += 1
+        self._count += self._step
         heappush(self.waiting, (value, self._count, waiting))
 
     def pop(self) -> "tuple[int, _Waiting[Node]]":

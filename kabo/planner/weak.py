@@ -43,6 +43,13 @@ class Counter:
         """The counts so far."""
         return Statistics(self.expanded, self.generated, self.weak_searches, self.solved)
 
+    def add(self, other: "Counter") -> None:
+        """Counts what another search did, too."""
+        self.expanded += other.expanded
+        self.generated += other.generated
+        self.weak_searches += other.weak_searches
+        self.solved += other.solved
+
     def expand(self) -> None:
         """Counts an expansion.
 

@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from kabo.cli import main
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language import load_problem
 from kabo.language.problem import Function
+from kabo.planner import contingent
 from kabo.planner.contingent import _Contingent, find_skeleton
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import Exhausted, Found, Limits, Unreachable
@@ -356,7 +358,7 @@ def doomed(given, *steps):
     for name in steps:
         act = next(action for action in space.task.actions if str(action) == name)
         node = space.after(node, Act(act, 0, None))
-    return _Contingent(space, "best", Counter(Limits())).is_doomed(node)
+    return _Contingent(space, SEARCHES["best"], Counter(Limits())).is_doomed(node)
 
 
 def washing(*, soap: bool, rules=()):
@@ -382,4 +384,43 @@ def test_nothing_is_called_doomed_where_outcomes_may_exclude_each_other():
 
 def test_only_the_best_search_judges_what_is_doomed():
     space = Space(ground(washing(soap=False)), None)
-    assert not _Contingent(space, "greedy", Counter(Limits())).is_doomed(space.start)
+    assert not _Contingent(space, SEARCHES["greedy"], Counter(Limits())).is_doomed(space.start)
+
+
+# ------------------------------------------------------------------------------------------------ a second opinion
+@pytest.fixture
+def coloured_balls(tmp_path):
+    """One ball in a grid of four by four: two ways of breaking ties, two sizes of plans."""
+    assert (
+        main(["generate", "coloured_balls", "--n", "4", "--set", "balls=1", "-o", str(tmp_path / "n4.yaml")]) == 0
+    )
+    return load_problem(tmp_path / "n4.yaml")
+
+
+def test_a_small_problem_is_solved_twice_and_the_smaller_plan_taken(coloured_balls, monkeypatch):
+    task = ground(coloured_balls)
+    twice = find_skeleton(task)
+    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    once = find_skeleton(task)
+    sizes = [len(list(found.skeleton.nodes())) for found in (twice, once)]
+    assert sizes[0] < sizes[1]
+    assert twice.statistics.expanded > once.statistics.expanded, "both searches are counted"
+
+
+def test_a_second_opinion_stays_within_the_budget(coloured_balls, monkeypatch):
+    task = ground(coloured_balls)
+    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    once = find_skeleton(task)
+    monkeypatch.undo()
+    for more in (0, 1, 20):
+        found = find_skeleton(task, limits=Limits(expansions=once.statistics.expanded + more))
+        assert isinstance(found, Found)
+        assert found.statistics.expanded == once.statistics.expanded + more
+        assert len(list(found.skeleton.nodes())) == len(list(once.skeleton.nodes()))
+
+
+def test_geometry_is_given_one_proposal(coloured_balls, monkeypatch):
+    task = ground(coloured_balls)
+    with_geometry = find_skeleton(task, geometry=Scripted())
+    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    assert with_geometry.statistics == find_skeleton(task, geometry=Scripted()).statistics

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.planner import cheapest_search
-from kabo.planner.greedy_search import SERIAL_EXPANSIONS, greedy, serial
+from kabo.planner.greedy_search import SERIAL_EXPANSIONS, greedy, newest_first, serial
 from kabo.planner.searches import SEARCHES, breadth_first, cheapest_first, depth_first, iterative_deepening
 from tests.conftest import PROPERTY_SCALE
 
@@ -339,3 +339,11 @@ def test_bounds_spare_expansions(monkeypatch):
     told = Arrows(grid, {(8, 0)}, bounds={(x, y): 8.0 - x if y == 0 else None for x, y in grid})
     assert nodes(cheapest_first((0, 0), blind)) == nodes(cheapest_first((0, 0), told))
     assert len(told.expanded) == 8 < len(blind.expanded) // 3
+
+
+def test_of_nodes_that_seem_equally_far_the_newest_is_taken_if_so_wanted():
+    """Two ways of equal estimates: the one is walked to its end, the other step by step beside it."""
+    arrows = {0: [1, 11], 1: [2], 2: [3], 3: [9], 11: [12], 12: [13], 13: [9]}
+    oldest, newest = (Arrows(arrows, {9}, preferred=arrows, goals=[{9}]) for _ in range(2))
+    assert nodes(serial(0, oldest)) == [1, 2, 3, 9] and oldest.expanded == [0, 1, 11, 2, 12, 3]
+    assert nodes(newest_first(0, newest)) == [11, 12, 13, 9] and newest.expanded == [0, 11, 12, 13]
