@@ -81,9 +81,8 @@ class Scratch(NamedTuple):
     world_T: Array  # (J, 12)
     rows: Array  # (6, padded groups) world boxes of groups
     near: NDArray[np.bool_]  # (padded groups,)
-    boxed: NDArray[np.uint8]  # (G,)
-    placed: NDArray[np.uint8]  # (B,)
-    part_boxes: Array  # (B, 6) lower and upper, in the world
+    pose: Array  # (12,)
+    listed: Integers  # (most parts of a group,)
     blocks: Array  # (2B + POOL, 3, 24): in the joint's frame; in the world; of sweeps
     axis: Array  # (3,)
     simplex: Array  # (4, 3)
@@ -182,23 +181,19 @@ def _groups(
 
 
 def _scratch(bodies: Bodies, joints: int, blocks: Array) -> Scratch:
-    groups, count = len(bodies.group_extents), len(bodies.sizes)
+    groups = len(bodies.group_extents)
     world_T = np.zeros((joints, 12))
     world_T[0, [0, 4, 8]] = 1.0
     rows = np.full((6, -(-groups // 8) * 8), FAR)
     # Fixed groups lie in the world already: their boxes are made once.
     centre, half = bodies.group_extents[:, :3].T, bodies.group_extents[:, 3:].T
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
-    part_boxes = np.empty((count, 6))
-    part_boxes[:, :3] = bodies.part_extents[:, :3] - bodies.part_extents[:, 3:]
-    part_boxes[:, 3:] = bodies.part_extents[:, :3] + bodies.part_extents[:, 3:]
     return Scratch(
         world_T=world_T,
         rows=rows,
         near=np.zeros(rows.shape[1], np.bool_),
-        boxed=np.zeros(groups, np.uint8),
-        placed=np.zeros(count, np.uint8),
-        part_boxes=part_boxes,
+        pose=np.zeros(12),
+        listed=np.zeros(int(np.diff(bodies.groups[1]).max(initial=1)), np.int64),
         blocks=blocks,
         axis=np.zeros(3),
         simplex=np.zeros((4, 3)),

@@ -34,6 +34,26 @@ def test_compiled_and_original_agree_and_the_axis_proves_it(kind):
                 assert (upper @ axis).min() - (lower @ axis).max() > 1e-3 - separation.rounding.py_func(OFFSET)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_part_moved_by_a_pose_is_as_far_as_one_that_lies_there(kind):
+    rng = np.random.default_rng(KINDS.index(kind))
+    for other in KINDS:
+        pair, R = touching(kind, other, PLACEMENT, rng), PLACEMENT[:9].reshape(3, 3)
+        for gap in (-1e-4, 0.0, 1e-4, 0.999e-3, 1.001e-3, 0.1):
+            free, _, (upper, lower), _ = asked(separation.apart, pair, gap, 1e-3)
+            pose = np.concatenate([R.ravel(), [0.3, -2.0, 1.0]])  # of the lower part's frame in the upper's
+            blocks, sizes, _ = Enclosure((upper, np.ascontiguousarray((lower - pose[9:]) @ R)), 0.0).packed
+            for function in (separation.posed_apart, separation.posed_apart.py_func):
+                axis, counters = np.array([0.3, -0.2, 0.5]), np.zeros(4, np.int64)
+                posed = blocks, 0, sizes[0], 1, sizes[1], pose
+                assert function(*posed, 1e-3, OFFSET, axis, np.zeros((4, 3)), counters) == free
+                assert counters[0] == 1
+                if free:
+                    assert (upper @ axis).min() - (lower @ axis).max() > 1e-3 - separation.rounding.py_func(OFFSET)
+            pose[9] = np.nan
+            assert not separation.posed_apart(*posed, 1e-3, OFFSET, axis, np.zeros((4, 3)), counters)
+
+
 def test_compiled_and_original_support_name_a_farthest_vertex():
     rng = np.random.default_rng(0)
     for _ in range(50):

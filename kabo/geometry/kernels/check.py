@@ -5,8 +5,8 @@ because unpacking tuples costs more than a check. A kernel allocates nothing.
 """
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.kernels.boxes import boxes_near, place_block, place_box
-from kabo.geometry.kernels.separation import apart
+from kabo.geometry.kernels.oriented import faces_near, relative
+from kabo.geometry.kernels.separation import posed_apart
 from kabo.scene.kernels.poses import forward_kinematics
 
 JOINT, PARTS, PAIRS = 0, 1, 2  # rows of `groups`
@@ -49,46 +49,38 @@ def _near_groups(rows, g, margin, near):
 
 
 @lean_kernel
-def _part_boxes(world_T, groups, g, part_extents, part_boxes, placed):
-    """Writes the world boxes of the parts of a group; their vertices are not placed yet."""
-    for p in range(groups[PARTS, g], groups[PARTS, g + 1]):
-        place_box(world_T, groups[JOINT, g], part_extents, p, part_boxes, p)
-        placed[p] = 0
-
-
-@lean_kernel
-def _world_block(world_T, j, blocks, p, size, placed):
-    """The block with the part's vertices in the world, made on first use; fixed parts lie there already."""
-    if j == 0:
-        return p
-    target = placed.shape[0] + p
-    if placed[p] == 0:
-        placed[p] = 1
-        place_block(world_T, j, blocks, p, blocks, target, size)
-    return target
-
-
-@lean_kernel
 def _all_parts_apart(
-    world_T, groups, g, h, sizes, offset, margin, part_boxes, placed, blocks, axis, simplex, counters
+    pose, groups, g, h, sizes, offset, margin, part_extents, group_extents, listed, blocks, axis, simplex, counters
 ):  # fmt: skip
-    """Whether all parts of group g are proven apart from all parts of group h."""
+    """Whether all parts of group g are proven apart from all parts of group h, both in the frame of g's joint."""
+    count = 0
+    for b in range(groups[PARTS, h], groups[PARTS, h + 1]):
+        if faces_near(pose, group_extents, g, part_extents, b, margin):
+            listed[count] = b
+            count += 1
+    if count == 0:
+        return True
     for a in range(groups[PARTS, g], groups[PARTS, g + 1]):
-        for b in range(groups[PARTS, h], groups[PARTS, h + 1]):
-            if boxes_near(part_boxes, a, part_boxes, b, margin):
-                u = _world_block(world_T, groups[JOINT, g], blocks, a, sizes[a], placed)
-                v = _world_block(world_T, groups[JOINT, h], blocks, b, sizes[b], placed)
-                for r in range(3):
-                    axis[r] = part_boxes[a, r] + part_boxes[a, 3 + r] - part_boxes[b, r] - part_boxes[b, 3 + r]
-                if not apart(blocks, u, u, sizes[a], v, v, sizes[b], margin, offset, axis, simplex, counters):
-                    return False
+        if not faces_near(pose, part_extents, a, group_extents, h, margin):
+            continue
+        for k in range(count):
+            b = listed[k]
+            if not faces_near(pose, part_extents, a, part_extents, b, margin):
+                continue
+            x, y, z = part_extents[b, 0], part_extents[b, 1], part_extents[b, 2]
+            for r in range(3):
+                axis[r] = part_extents[a, r] - (
+                    pose[3 * r] * x + pose[3 * r + 1] * y + pose[3 * r + 2] * z + pose[9 + r]
+                )
+            if not posed_apart(blocks, a, sizes[a], b, sizes[b], pose, margin, offset, axis, simplex, counters):
+                return False
     return True
 
 
 @lean_kernel
 def first_hit(
     q, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents, group_extents, pairs,
-    world_T, rows, near, boxed, placed, part_boxes, blocks, axis, simplex, counters,
+    world_T, rows, near, pose, listed, blocks, axis, simplex, counters,
 ):  # fmt: skip
     """The first pair (in the order of groups) not proven farther apart than `margin` minus rounding.
 
@@ -99,21 +91,17 @@ def first_hit(
     forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
     _group_boxes(world_T, moving, groups[JOINT], group_extents, rows)
     for g in range(moving):
-        boxed[g] = 0
-    for g in range(moving):
         if groups[PAIRS, g] < groups[PAIRS, g + 1]:
             _near_groups(rows, g, margin, near)
         for p in range(groups[PAIRS, g], groups[PAIRS, g + 1]):
             h = pairs[PARTNER, p]
             if not near[h]:
                 continue
-            for member in (g, h):
-                if boxed[member] == 0 and member < moving:
-                    boxed[member] = 1
-                    _part_boxes(world_T, groups, member, part_extents, part_boxes, placed)
-            if not _all_parts_apart(
-                world_T, groups, g, h, sizes, offset, margin, part_boxes, placed, blocks, axis, simplex, counters
-            ):
+            relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
+            if faces_near(pose, group_extents, g, group_extents, h, margin) and not _all_parts_apart(
+                pose, groups, g, h, sizes, offset, margin, part_extents, group_extents, listed, blocks, axis,
+                simplex, counters,
+            ):  # fmt: skip
                 return pairs[NUMBER, p]
     return -1
 
@@ -121,11 +109,11 @@ def first_hit(
 @lean_kernel
 def first_hits(
     configurations, answers, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents,
-    group_extents, pairs, world_T, rows, near, boxed, placed, part_boxes, blocks, axis, simplex, counters,
+    group_extents, pairs, world_T, rows, near, pose, listed, blocks, axis, simplex, counters,
 ):  # fmt: skip
     """`first_hit` of many configurations (N, n), written to `answers` (N,)."""
     for i in range(configurations.shape[0]):
         answers[i] = first_hit(
             configurations[i], margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents,
-            group_extents, pairs, world_T, rows, near, boxed, placed, part_boxes, blocks, axis, simplex, counters,
+            group_extents, pairs, world_T, rows, near, pose, listed, blocks, axis, simplex, counters,
         )  # fmt: skip

@@ -180,3 +180,45 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
             counters[2] += 1
     axis[0], axis[1], axis[2] = x, y, z
     return False
+
+
+@lean_kernel
+def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simplex, counters):
+    """As `apart` for block `a` and block `b` moved by `pose`: what is evaluated lies in the frame of `a`.
+
+    Blocks are looked up where they lie and only the farthest vertices are moved: few rounds settle most pairs.
+    """
+    x, y, z = axis[0], axis[1], axis[2]
+    square, size = x * x + y * y + z * z, 0
+    if not 1e-20 < square < 1e20:
+        x, y, z, square = 1.0, 0.0, 0.0, 1.0
+    counters[0] += 1
+    for iteration in range(ITERATIONS):
+        counters[1] += 1
+        norm = np.sqrt(square)
+        scale = 1.0 / norm
+        ux, uy, uz = x * scale, y * scale, z * scale
+        vx = pose[0] * ux + pose[3] * uy + pose[6] * uz
+        vy = pose[1] * ux + pose[4] * uy + pose[7] * uz
+        vz = pose[2] * ux + pose[5] * uy + pose[8] * uz
+        i = support(blocks, a, count_a, -ux, -uy, -uz, offset) & 63
+        j = support(blocks, b, count_b, vx, vy, vz, offset) & 63
+        px, py, pz = blocks[b, 0, j], blocks[b, 1, j], blocks[b, 2, j]
+        wx = blocks[a, 0, i] - (pose[0] * px + pose[1] * py + pose[2] * pz + pose[9])
+        wy = blocks[a, 1, i] - (pose[3] * px + pose[4] * py + pose[5] * pz + pose[10])
+        wz = blocks[a, 2, i] - (pose[6] * px + pose[7] * py + pose[8] * pz + pose[11])
+        gap = ux * wx + uy * wy + uz * wz
+        if gap > margin:
+            axis[0], axis[1], axis[2] = ux, uy, uz
+            return True
+        if size > 0 and norm - gap <= 1e-9 * norm + 1e-10:
+            break
+        simplex[size, 0], simplex[size, 1], simplex[size, 2] = wx, wy, wz
+        size, x, y, z = nearest(simplex, size + 1)
+        square = x * x + y * y + z * z
+        if size == 4 or not square > margin * margin or square < 1e-20:
+            break
+        if iteration == ITERATIONS - 1:
+            counters[2] += 1
+    axis[0], axis[1], axis[2] = x, y, z
+    return False
