@@ -7,6 +7,7 @@ a kernel asks for them. What a kernel calls is compiled as a part of it [kabo.li
 """
 
 import hashlib
+import math
 import os
 import tempfile
 from collections.abc import Callable
@@ -55,7 +56,42 @@ def _numba() -> Any:
     import numba
 
     setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010  the module makes its names at run time
+    _teach_window()
     return numba
+
+
+def window(flat: Any, start: int, shape: tuple[int, ...]) -> Any:
+    """The numbers of a flat array from `start` on, as a contiguous array of a shape; kernels have it for nothing.
+
+    Nothing is copied, and a kernel does not see to it that the flat array is long enough.
+    """
+    return flat[start : start + math.prod(shape)].reshape(shape)
+
+
+def _teach_window() -> None:
+    """Tells numba how kernels take a `window`; slices and shapes of its own are calls, and count references."""
+    from numba.core import cgutils, types
+    from numba.extending import lower_builtin, type_callable
+    from numba.np.arrayobj import make_array, populate_array
+
+    @type_callable(window)  # type: ignore[untyped-decorator]  # numba has no types
+    def _(_: Any) -> Any:
+        return lambda flat, start, shape: types.Array(flat.dtype, len(shape), "C")
+
+    @lower_builtin(window, types.Array, types.Integer, types.BaseTuple)  # type: ignore[untyped-decorator]
+    def _(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        source = make_array(signature.args[0])(context, builder, arguments[0])
+        made = make_array(signature.return_type)(context, builder)
+        lengths = cgutils.unpack_tuple(builder, arguments[2])
+        step = context.get_constant(
+            types.intp, context.get_abi_sizeof(context.get_data_type(signature.return_type.dtype))
+        )
+        strides = [step]
+        for length in reversed(lengths[1:]):
+            strides.insert(0, builder.mul(strides[0], length))
+        data = builder.gep(source.data, [arguments[1]])
+        populate_array(made, data, lengths, strides, step, None)
+        return made._getvalue()
 
 
 def _compiled(function: _Function, **options: Any) -> _Function:

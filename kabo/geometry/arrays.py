@@ -1,12 +1,24 @@
 """The arrays of a view: what kernels share, made once from groups, pairs and a kinematic tree."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kabo.geometry.kernels.boxes import place_groups
+from kabo.geometry.kernels.layout import (
+    COUNTERS,
+    HEAD,
+    LINE,
+    MARGIN,
+    OFFSET,
+    WORD,
+    after,
+    numbers_of,
+    whole_numbers_of,
+    words_for,
+)
 from kabo.geometry.kernels.separation import rounding
 from kabo.geometry.kernels.tracks import GRID, SLOTS
 from kabo.geometry.parts import COLUMNS, Array, FixedGroup, MovingGroup, poses_of
@@ -66,7 +78,7 @@ class Sweep(NamedTuple):
     whole_marks: Integers  # (T,)
     interval_table: Integers  # (2, T * 2 * GRID) place in interval_boxes, mark
     interval_boxes: Array  # (.., 6)
-    block_boxes: Array  # (2B + POOL, 6)
+    block_boxes: Array  # (B + POOL, 6)
     pose: Array  # (1, 12)
     pool: Integers  # (3, 2 * POOL) key, mark, block
     state: Integers  # (5,)
@@ -78,15 +90,10 @@ class Sweep(NamedTuple):
 class Scratch(NamedTuple):
     """What both checks write; a view is therefore for one thread."""
 
-    world_T: Array  # (J, 12)
-    rows: Array  # (6, padded groups) world boxes of groups
-    near: NDArray[np.bool_]  # (padded groups,)
-    pose: Array  # (12,)
-    listed: Integers  # (most parts of a group,)
-    blocks: Array  # (2B + POOL, 3, 24): in the joint's frame; in the world; of sweeps
+    blocks: Array  # (B + POOL, 3, 24): in the joint's frame; of sweeps
     axis: Array  # (3,)
     simplex: Array  # (4, 3)
-    counters: Integers  # (4,) pairs, iterations, undecided, poses inside sweeps
+    counters: Integers  # (8,) pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive
 
 
 def chain_of(tree: KinematicTree) -> Chain:
@@ -137,8 +144,8 @@ def offset_for(greatest: float) -> float:
 
 def bodies_of(
     chain: Chain, moving: Sequence[MovingGroup], fixed: Sequence[FixedGroup], pairs: Integers
-) -> tuple[Bodies, Scratch, Array]:
-    """The bodies, scratch space for them, and the radii of groups about their joint (G,) [m].
+) -> tuple[Bodies, Array, Array]:
+    """The bodies, their parts' blocks (B, 3, 24) in the joint's frame, and the groups' radii about it (G,) [m].
 
     Raises:
         ValueError: bad vertices, poses or pairs.
@@ -148,7 +155,7 @@ def bodies_of(
     sizes = np.concatenate([np.empty(0, np.int64), *(p.sizes for p in packed)])
     source = np.concatenate([np.empty((0, 3, COLUMNS)), *(p.blocks for p in packed)])
     groups, order = _groups(chain, moving, [len(p.sizes) for p in packed], pairs)
-    blocks = np.empty((2 * len(sizes) + POOL, 3, COLUMNS))
+    blocks = np.empty((len(sizes), 3, COLUMNS))
     part_extents, group_extents, radii = (
         np.empty((len(sizes), 6)),
         np.empty((len(packed), 6)),
@@ -158,7 +165,7 @@ def bodies_of(
     greatest = float((reach(chain)[groups[0, :-1]] + radii).max(initial=0.0))
     numbered = np.array([pairs[order, 1], order])
     bodies = Bodies(len(moving), offset_for(greatest), groups, sizes, part_extents, group_extents, numbered)
-    return bodies, _scratch(bodies, chain.joints.shape[1], blocks), radii
+    return bodies, blocks, radii
 
 
 def _groups(
@@ -180,25 +187,57 @@ def _groups(
     return groups, order
 
 
-def _scratch(bodies: Bodies, joints: int, blocks: Array) -> Scratch:
-    groups = len(bodies.group_extents)
-    world_T = np.zeros((joints, 12))
+def _in_python(kernel: Any) -> Any:
+    """A kernel's original: once for each view, nothing is compiled for it."""
+    return getattr(kernel, "py_func", kernel)
+
+
+def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tuple[Array, Scratch]:
+    """All arrays of a configuration check as kabo.geometry.kernels.layout says, and what sweeps share of them.
+
+    Args:
+        margin: what an evaluated gap must exceed [m].
+        blocks: (B, 3, 24) of the parts, in their joint's frame.
+    """
+    joints, groups = chain.joints.shape[1], len(bodies.group_extents)
+    words = _in_python(words_for)(groups)
+    world_T, allowed = np.zeros((joints, 12)), np.zeros((bodies.moving, words), np.int64)
     world_T[0, [0, 4, 8]] = 1.0
-    rows = np.full((6, -(-groups // 8) * 8), FAR)
+    rows = np.full((6, WORD * words), FAR)
     # Fixed groups lie in the world already: their boxes are made once.
     centre, half = bodies.group_extents[:, :3].T, bodies.group_extents[:, 3:].T
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
-    return Scratch(
-        world_T=world_T,
-        rows=rows,
-        near=np.zeros(rows.shape[1], np.bool_),
-        pose=np.zeros(12),
-        listed=np.zeros(int(np.diff(bodies.groups[1]).max(initial=1)), np.int64),
-        blocks=blocks,
-        axis=np.zeros(3),
-        simplex=np.zeros((4, 3)),
-        counters=np.zeros(4, np.int64),
-    )
+    first = np.repeat(np.arange(groups), np.diff(bodies.groups[2]))
+    np.bitwise_or.at(allowed, (first, bodies.pairs[0] // WORD), 1 << bodies.pairs[0] % WORD)
+    listed, counters = np.zeros(np.diff(bodies.groups[1]).max(initial=1), np.int64), np.zeros(COUNTERS, np.int64)
+    head = np.zeros(HEAD, np.int64)
+    whole = [head, counters, chain.joints, bodies.groups, bodies.sizes, bodies.pairs, allowed, listed]
+    numbers = [*chain[1:], bodies.part_extents, bodies.group_extents, world_T, rows]
+    numbers += [np.zeros(12), np.zeros(3), np.zeros((4, 3))]
+    begins = [int(_starts(before)[-1]) for before in (whole, [*whole, *numbers])]
+    counts = joints, len(chain.bound), bodies.moving, groups, len(blocks), bodies.pairs.shape[1], len(listed)
+    head[:MARGIN] = *counts, *begins, POOL, COLUMNS
+    head.view(np.float64)[[MARGIN, OFFSET]] = margin, bodies.offset
+    memory = _laid_out([*whole, *numbers, blocks], room=POOL * 3 * COLUMNS)
+    *_, axis, simplex, blocks = _in_python(numbers_of)(memory)
+    return memory, Scratch(blocks, axis, simplex, _in_python(whole_numbers_of)(memory)[0])
+
+
+def _starts(arrays: Sequence[NDArray[Any]]) -> Integers:
+    """Where each array begins, and where another one would."""
+    after_ = _in_python(after)
+    return np.cumsum([0, *(after_(0, array.size) for array in arrays)])
+
+
+def _laid_out(arrays: Sequence[NDArray[Any]], room: int) -> Array:
+    """The arrays one behind the other, each from the beginning of a line of cache on, and room for more numbers."""
+    starts = _starts(arrays)
+    memory = np.empty(starts[-1] + room + LINE)
+    begin = -memory.ctypes.data // memory.itemsize % LINE
+    memory = memory[begin : begin + starts[-1] + room]
+    for start, array in zip(starts, arrays, strict=False):
+        memory[start : start + array.size].view(array.dtype)[:] = array.ravel()
+    return memory
 
 
 def tracks_of(chain: Chain, bodies: Bodies, radii: Array, diameters: Array, slack: Array) -> Tracks:
@@ -233,7 +272,7 @@ def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:
     count, parts, joints = tracks.tracks.shape[1], len(bodies.sizes), chain.joints.shape[1]
     frames = np.zeros((SLOTS, joints, 12))
     frames[:, 0, [0, 4, 8]] = 1.0
-    block_boxes = np.empty((2 * parts + POOL, 6))
+    block_boxes = np.empty((parts + POOL, 6))
     block_boxes[:parts, :3] = bodies.part_extents[:, :3] - bodies.part_extents[:, 3:]
     block_boxes[:parts, 3:] = bodies.part_extents[:, :3] + bodies.part_extents[:, 3:]
     most = int(np.diff(bodies.groups[1]).max(initial=1))

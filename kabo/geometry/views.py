@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.geometry.arrays import bodies_of, chain_of, sweep_of, tracks_of
+from kabo.geometry.arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
 from kabo.geometry.budget import Budget
 from kabo.geometry.kernels.check import first_hit, first_hits
 from kabo.geometry.kernels.sweep import first_swept_hit
@@ -59,16 +59,15 @@ class CollisionView:
                 f"an enclosure deviates by {deviations.max():g} m, the budget allows {budget.geometry:g} m"
             )
         chain = chain_of(tree)
-        bodies, scratch, radii = bodies_of(chain, moving, fixed, np.asarray(pairs).reshape(-1, 2))
+        bodies, blocks, radii = bodies_of(chain, moving, fixed, np.asarray(pairs).reshape(-1, 2))
         diameters = np.concatenate([np.empty(0), *(group.enclosure.packed.diameters for group in groups)])
         # What remains of epsilon for a sweep's spread: at least `budget.sweep`, more if the parts fit better.
         slack = (budget.epsilon - budget.clearance - budget.numeric) / 2 - deviations
         tracks = tracks_of(chain, bodies, radii, diameters, slack)
-        self.counters, self._size, self._budget, self._counts = Counters(), tree.size, budget, scratch.counters
-        self._check = (budget.margin, *chain, *bodies, *scratch)
+        self._memory, scratch = memory_of(budget.margin, chain, bodies, blocks)
+        self._size, self._counts = tree.size, scratch.counters
         self._sweep = (
-            *(budget.margin, budget.clearance, *chain, *bodies[1:]),
-            *(scratch.blocks, scratch.axis, scratch.simplex, scratch.counters),
+            *(budget.margin, budget.clearance, *chain, *bodies[1:], *scratch),
             *(*tracks, *sweep_of(chain, bodies, tracks)),
         )
 
@@ -78,9 +77,7 @@ class CollisionView:
         Raises:
             ValueError: q has another size, is not finite, or far out of a sliding joint's limits.
         """
-        found = int(first_hit(_row(q), *self._check))
-        self.counters.configuration_checks += 1
-        return self._answer(found)
+        return self._trusted(first_hit(_row(q), self._memory))
 
     def configurations_hit(self, configurations: Array) -> NDArray[np.int64]:
         """`configuration_hit` of every row (N, n).
@@ -92,10 +89,8 @@ class CollisionView:
         if rows.ndim != 2 or rows.shape[1] != self._size:
             raise ValueError(f"configurations are (N, {self._size}), not {rows.shape}")
         answers = np.empty(len(rows), np.int64)
-        first_hits(rows, answers, *self._check)
-        self.counters.configuration_checks += len(rows)
-        self.counters.positive += int((answers != FREE).sum())
-        self._answer(int(answers.min(initial=FREE)))
+        first_hits(rows, answers, self._memory)
+        self._trusted(answers.min(initial=FREE))
         return answers
 
     def segment_hit(self, start: Array, end: Array) -> int:
@@ -107,15 +102,15 @@ class CollisionView:
         Raises:
             ValueError: as `configuration_hit`.
         """
-        found = int(first_swept_hit(_row(start), _row(end), *self._sweep))
-        self.counters.sweep_checks += 1
-        return self._answer(found)
+        return self._trusted(first_swept_hit(_row(start), _row(end), *self._sweep))
 
-    def _answer(self, found: int) -> int:
-        self.counters.pair_checks, self.counters.positive = (
-            int(self._counts[0]),
-            self.counters.positive + (found >= 0),
-        )
+    @property
+    def counters(self) -> Counters:
+        """What was asked so far."""
+        pairs, _, _, _, checks, sweeps, positive, _ = self._counts.tolist()
+        return Counters(checks, sweeps, pairs, positive)
+
+    def _trusted(self, found: int) -> int:
         if found < FREE:
             raise ValueError(f"a configuration has {self._size} finite values within the limits of sliding joints")
         return found

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup, MovingGroup
+from kabo.geometry.kernels.check import first_hit
 from kabo.geometry.views import FREE
 from kabo.scene import PRISMATIC
 from tests.geometry.worlds import box, move, one_joint, rng_rows, slide, three_joints
@@ -101,6 +102,25 @@ def test_the_number_is_that_of_the_callers_pair():
     assert [view.configuration_hit([z]) for z in (0.0, 0.4, -0.4)] == [FREE, 2, 0]
     assert view.segment_hit([0.0], [0.4]) == 2
     assert view.segment_hit([-0.2], [0.2]) == FREE
+
+
+def test_more_bodies_than_one_word_has_bits_and_a_pair_given_twice():
+    view = sliding_cube([(1, 0, 0.5 * i) for i in range(70)] + [(0, 0, 0.5)], pairs=[[0, 71], [0, 71], [0, 40]])
+    assert [view.configuration_hit([z]) for z in (0.0, 0.4)] == [FREE, 0]
+    places = [(0.05 * i, 5.0, 0.0) for i in range(70)]
+    for last in (0, 30, 31, 32, 33, 63, 64, 69):
+        places[last] = (0, 0, 0.5)
+        assert sliding_cube(places).configuration_hit([0.4]) == last
+        places[last] = (0.05 * last, 5.0, 0.0)
+
+
+def test_compiled_and_original_check_agree():
+    view, hits = chain_view(), set()
+    for q in rng_rows(2, 60, 3):
+        found = view.configuration_hit(q)
+        assert first_hit.py_func(q, view._memory) == found
+        hits.add(found)
+    assert len(hits) > 2
 
 
 def test_without_pairs_or_bodies_everything_is_free():

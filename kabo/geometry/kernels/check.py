@@ -1,16 +1,20 @@
-"""The configuration check: forward kinematics, boxes of groups, boxes of parts, then separating axes.
+"""The configuration check: forward kinematics, boxes of groups, oriented boxes of parts, then separating axes.
 
-The arguments are the fields of `Chain`, `Bodies` and `Scratch` (kabo.geometry.arrays says what they are), one by one,
-because unpacking tuples costs more than a check. A kernel allocates nothing.
+Kernels take the fields of `Chain`, `Bodies` and what they write (kabo.geometry.arrays says what they are) one by one;
+Python gives them in one flat array [kabo.geometry.kernels.layout]. A kernel allocates nothing.
 """
 
+import numpy as np
+
 from kabo.compilation import lean_kernel
+from kabo.geometry.kernels.layout import MARGIN, OFFSET, WORD, numbers_of, whole_numbers_of
 from kabo.geometry.kernels.oriented import faces_near, relative
 from kabo.geometry.kernels.separation import posed_apart
 from kabo.scene.kernels.poses import forward_kinematics
 
 JOINT, PARTS, PAIRS = 0, 1, 2  # rows of `groups`
 PARTNER, NUMBER = 0, 1  # rows of `pairs`
+CHECKS, POSITIVE = 4, 6  # places of `counters`
 
 
 @lean_kernel  # (n,) f8, (n,) f8 -> bool
@@ -36,16 +40,34 @@ def _group_boxes(world_T, moving, joint, group_extents, rows):
             rows[r, g], rows[3 + r, g] = middle - half, middle + half
 
 
-@lean_kernel  # (6, padded groups) f8, i8, f8 -> writes (padded groups,) bool
-def _near_groups(rows, g, margin, near):
-    """Marks the groups whose boxes are near group g's: one vectorised pass over all."""
+@lean_kernel  # (6, 32 W) f8, i8, i8, f8 -> i8
+def _near_groups(rows, g, word, margin):
+    """Which of 32 groups have boxes near group g's, a bit for each: one vectorised pass."""
     x0, y0, z0 = rows[0, g] - margin, rows[1, g] - margin, rows[2, g] - margin
     x1, y1, z1 = rows[3, g] + margin, rows[4, g] + margin, rows[5, g] + margin
-    for h in range(near.shape[0]):
+    near = np.int64(0)
+    for i in range(WORD):
+        h = WORD * word + i
         x = (x0 <= rows[3, h]) & (x1 >= rows[0, h])
         y = (y0 <= rows[4, h]) & (y1 >= rows[1, h])
         z = (z0 <= rows[5, h]) & (z1 >= rows[2, h])
-        near[h] = x & y & z
+        near |= np.int64(x & y & z) << i
+    return near
+
+
+@lean_kernel  # i8 -> i8
+def _place_of(bit):
+    """The place of a number's only bit, from the exponent that it has as a floating-point number."""
+    return (np.float64(bit).view(np.int64) >> 52) - 1023
+
+
+@lean_kernel  # (3, G+1) i8, (2, P) i8, i8, i8 -> i8
+def _number_of(groups, pairs, g, h):
+    """The caller's number of the first pair of two groups."""
+    p = groups[PAIRS, g]
+    while pairs[PARTNER, p] != h:
+        p += 1
+    return pairs[NUMBER, p]
 
 
 @lean_kernel
@@ -78,42 +100,53 @@ def _all_parts_apart(
 
 
 @lean_kernel
-def first_hit(
+def _first_hit(
     q, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents, group_extents, pairs,
-    world_T, rows, near, pose, listed, blocks, axis, simplex, counters,
+    allowed, world_T, rows, pose, listed, blocks, axis, simplex, counters,
 ):  # fmt: skip
-    """The first pair (in the order of groups) not proven farther apart than `margin` minus rounding.
-
-    -1 if all are proven apart, -2 if q is not usable.
-    """
+    """The first pair (in the order of groups) not proven apart, -1, or -2 if q is not usable."""
+    counters[CHECKS] += 1
     if not usable(q, bound):
         return -2
     forward_kinematics(q, joints[0], joints[1], joints[2], factors[0], factors[1], placement, world_T)
     _group_boxes(world_T, moving, groups[JOINT], group_extents, rows)
     for g in range(moving):
-        if groups[PAIRS, g] < groups[PAIRS, g + 1]:
-            _near_groups(rows, g, margin, near)
-        for p in range(groups[PAIRS, g], groups[PAIRS, g + 1]):
-            h = pairs[PARTNER, p]
-            if not near[h]:
-                continue
-            relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
-            if faces_near(pose, group_extents, g, group_extents, h, margin) and not _all_parts_apart(
-                pose, groups, g, h, sizes, offset, margin, part_extents, group_extents, listed, blocks, axis,
-                simplex, counters,
-            ):  # fmt: skip
-                return pairs[NUMBER, p]
+        for word in range(allowed.shape[1]):
+            near = allowed[g, word]
+            if near != 0:
+                near &= _near_groups(rows, g, word, margin)
+            while near != 0:
+                bit = near & -near
+                near ^= bit
+                h = WORD * word + _place_of(bit)
+                relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
+                if faces_near(pose, group_extents, g, group_extents, h, margin) and not _all_parts_apart(
+                    pose, groups, g, h, sizes, offset, margin, part_extents, group_extents, listed, blocks, axis,
+                    simplex, counters,
+                ):  # fmt: skip
+                    counters[POSITIVE] += 1
+                    return _number_of(groups, pairs, g, h)
     return -1
 
 
+@lean_kernel  # (n,) f8, (M,) f8 -> i8
+def first_hit(q, memory):
+    """The first pair (in the order of groups) not proven farther apart than the margin minus rounding.
+
+    -1 if all are proven apart, -2 if q is not usable.
+    """
+    factors, placement, bound, part_extents, group_extents, world_T, rows, pose, axis, simplex, blocks = (
+        numbers_of(memory)
+    )
+    counters, joints, groups, sizes, pairs, allowed, listed = whole_numbers_of(memory)
+    return _first_hit(
+        q, memory[MARGIN], joints, factors, placement, bound, allowed.shape[0], memory[OFFSET], groups, sizes,
+        part_extents, group_extents, pairs, allowed, world_T, rows, pose, listed, blocks, axis, simplex, counters,
+    )  # fmt: skip
+
+
 @lean_kernel
-def first_hits(
-    configurations, answers, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents,
-    group_extents, pairs, world_T, rows, near, pose, listed, blocks, axis, simplex, counters,
-):  # fmt: skip
+def first_hits(configurations, answers, memory):
     """`first_hit` of many configurations (N, n), written to `answers` (N,)."""
     for i in range(configurations.shape[0]):
-        answers[i] = first_hit(
-            configurations[i], margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents,
-            group_extents, pairs, world_T, rows, near, pose, listed, blocks, axis, simplex, counters,
-        )  # fmt: skip
+        answers[i] = first_hit(configurations[i], memory)

@@ -184,9 +184,10 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
 
 @lean_kernel
 def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simplex, counters):
-    """As `apart` for block `a` and block `b` moved by `pose`: what is evaluated lies in the frame of `a`.
+    """As `apart` for block `a` and block `b` moved by `pose` (12,): what is evaluated lies in the frame of `a`.
 
-    Blocks are looked up where they lie and only the farthest vertices are moved: few rounds settle most pairs.
+    Blocks are looked up where they lie and only the farthest vertices are moved: few rounds settle most pairs. Of
+    `rounding`, indices take half, and moving and multiplying numbers of at most 2 * offset a twentieth.
     """
     x, y, z = axis[0], axis[1], axis[2]
     square, size = x * x + y * y + z * z, 0

@@ -39,6 +39,7 @@ GROUP, FRAME = 0, 1  # rows of `tracks`
 RUN, MARK, USED, INTERVAL_MARK, INTERVALS_USED = 0, 1, 2, 3, 4  # places of `state`
 KEY, KEY_MARK, BLOCK = 0, 1, 2  # rows of `pool`
 NUMBER = 1  # row of `pairs`
+SWEEPS, POSITIVE = 5, 6  # places of `counters`
 
 
 @lean_kernel
@@ -123,7 +124,7 @@ def _block(
     key = (node * tracks.shape[1] + t) * sizes.shape[0] + part
     place = look_up(key, state[MARK], pool[KEY], pool[KEY_MARK])
     if pool[KEY_MARK, place] != state[MARK]:
-        target = 2 * sizes.shape[0] + state[USED]
+        target = sizes.shape[0] + state[USED]
         pool[KEY, place], pool[KEY_MARK, place], pool[BLOCK, place] = key, state[MARK], target
         state[USED] += 1
         slot = frames_at(node, state[RUN], segment, joints, factors, placement, frames, frame_tags)
@@ -144,7 +145,7 @@ def _parts_hit(
     while top > 0:
         top -= 1
         node, width = stack[top, 0], stack[top, 1]
-        if state[USED] + 8 > blocks.shape[0] - 2 * sizes.shape[0]:  # nothing is held here: begin the pool anew
+        if state[USED] + 8 > blocks.shape[0] - sizes.shape[0]:  # nothing is held here: begin the pool anew
             state[USED] = 0
             state[MARK] += 1
         for e in range(4):
@@ -294,6 +295,7 @@ def first_swept_hit(
 
     -1 if all are proven apart, -2 if an end is not usable. `slacks` (P,): what may remain for `spread`.
     """
+    counters[SWEEPS] += 1
     if not (usable(start, bound) and usable(end, bound)):
         return -2
     _begin(start, end, segment, joints, factors, turned, state)
@@ -311,5 +313,6 @@ def first_swept_hit(
             node_marks, interval_table, interval_boxes, blocks, block_boxes, pose, pool, state, stack, ends, united,
             offset, axis, simplex, counters,
         ):  # fmt: skip
+            counters[POSITIVE] += 1
             return pairs[NUMBER, p]
     return -1

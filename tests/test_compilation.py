@@ -1,0 +1,26 @@
+"""What kernels have beside numba: windows into flat arrays."""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel, window
+
+
+@lean_kernel
+def written(flat, start, rows, columns):
+    """Reads, writes and shapes as a kernel does."""
+    matrix, cube = window(flat, start, (rows, columns)), window(flat, start + 1, (rows, 2, columns))
+    line = window(flat.view(np.int64), 0, (1,))
+    matrix[rows - 1, 1] = -7.0
+    cube[1, 1, 2] = 99.0
+    line[0] = 5
+    return matrix.shape[0] * matrix.shape[1] + cube.size, matrix[1, 2], cube[1, 0, 1], line[0]
+
+
+def test_a_window_is_the_flat_arrays_own_memory_in_kernels_and_in_python():
+    outcomes = []
+    for function in (written, written.py_func):
+        flat = np.arange(40.0)
+        outcomes.append((function(flat, 8, 2, 3), flat.tolist()))
+    assert outcomes[0] == outcomes[1]
+    assert outcomes[0][0] == (18, 13.0, 16.0, 5)
+    assert outcomes[0][1][12] == -7.0
