@@ -18,6 +18,7 @@ from kabo.geometry.parts import Array, FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 FREE = -1  # the answer "proven free" of the kernels and of every view
+UNUSABLE = -2  # the answer to what is no configuration
 
 
 @dataclass
@@ -77,7 +78,11 @@ class CollisionView:
         Raises:
             ValueError: q has another size, is not finite, or far out of a sliding joint's limits.
         """
-        return self._trusted(first_hit(_row(q), self._memory))
+        row = np.ascontiguousarray(q, np.float64)
+        found = first_hit(row, self._memory) if row.ndim == 1 else UNUSABLE
+        if found < FREE:
+            raise self._refusal(row)
+        return found
 
     def configurations_hit(self, configurations: Array) -> NDArray[np.int64]:
         """`configuration_hit` of every row (N, n).
@@ -90,7 +95,8 @@ class CollisionView:
             raise ValueError(f"configurations are (N, {self._size}), not {rows.shape}")
         answers = np.empty(len(rows), np.int64)
         first_hits(rows, answers, self._memory)
-        self._trusted(answers.min(initial=FREE))
+        if answers.min(initial=FREE) < FREE:
+            raise self._refusal(rows[0])
         return answers
 
     def segment_hit(self, start: Array, end: Array) -> int:
@@ -102,7 +108,11 @@ class CollisionView:
         Raises:
             ValueError: as `configuration_hit`.
         """
-        return self._trusted(first_swept_hit(_row(start), _row(end), *self._sweep))
+        first, last = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(end, np.float64)
+        found = first_swept_hit(first, last, *self._sweep) if first.ndim == last.ndim == 1 else UNUSABLE
+        if found < FREE:
+            raise self._refusal(first if first.ndim != 1 else last)
+        return found
 
     @property
     def counters(self) -> Counters:
@@ -110,19 +120,7 @@ class CollisionView:
         pairs, _, _, _, checks, sweeps, positive, _ = self._counts.tolist()
         return Counters(checks, sweeps, pairs, positive)
 
-    def _trusted(self, found: int) -> int:
-        if found < FREE:
-            raise ValueError(f"a configuration has {self._size} finite values within the limits of sliding joints")
-        return found
-
-
-def _row(q: Array) -> Array:
-    """A configuration as kernels want it; they see to its size and values themselves.
-
-    Raises:
-        ValueError: q is not one row of numbers.
-    """
-    row = np.ascontiguousarray(q, np.float64)
-    if row.ndim != 1:
-        raise ValueError(f"a configuration is one row, not {row.shape}")
-    return row
+    def _refusal(self, row: Array) -> ValueError:
+        if row.ndim != 1:
+            return ValueError(f"a configuration is one row, not {row.shape}")
+        return ValueError(f"a configuration has {self._size} finite values within the limits of sliding joints")
