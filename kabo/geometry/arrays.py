@@ -1,6 +1,7 @@
 """The arrays of a view: what kernels share, made once from groups, pairs and a kinematic tree."""
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -214,24 +215,18 @@ def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tup
     whole = [head, counters, chain.joints, bodies.groups, bodies.sizes, bodies.pairs, allowed, listed]
     numbers = [*chain[1:], bodies.part_extents, bodies.group_extents, world_T, rows]
     numbers += [np.zeros(12), np.zeros(3), np.zeros((4, 3))]
-    begins = [int(_starts(before)[-1]) for before in (whole, [*whole, *numbers])]
+    arrays = [*whole, *numbers, blocks]
+    starts = list(accumulate((array.size for array in arrays), _in_python(after), initial=0))
     counts = joints, len(chain.bound), bodies.moving, groups, len(blocks), bodies.pairs.shape[1], len(listed)
-    head[:MARGIN] = *counts, *begins, POOL, COLUMNS
+    head[:MARGIN] = *counts, starts[len(whole)], starts[-2], POOL, COLUMNS
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, bodies.offset
-    memory = _laid_out([*whole, *numbers, blocks], room=POOL * 3 * COLUMNS)
+    memory = _laid_out(arrays, starts, room=POOL * 3 * COLUMNS)
     *_, axis, simplex, blocks = _in_python(numbers_of)(memory)
     return memory, Scratch(blocks, axis, simplex, _in_python(whole_numbers_of)(memory)[0])
 
 
-def _starts(arrays: Sequence[NDArray[Any]]) -> Integers:
-    """Where each array begins, and where another one would."""
-    after_ = _in_python(after)
-    return np.cumsum([0, *(after_(0, array.size) for array in arrays)])
-
-
-def _laid_out(arrays: Sequence[NDArray[Any]], room: int) -> Array:
-    """The arrays one behind the other, each from the beginning of a line of cache on, and room for more numbers."""
-    starts = _starts(arrays)
+def _laid_out(arrays: Sequence[NDArray[Any]], starts: Sequence[int], room: int) -> Array:
+    """The arrays where they are to start, from the beginning of a line of cache on, and room for more numbers."""
     memory = np.empty(starts[-1] + room + LINE)
     begin = -memory.ctypes.data // memory.itemsize % LINE
     memory = memory[begin : begin + starts[-1] + room]
