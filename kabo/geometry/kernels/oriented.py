@@ -19,7 +19,7 @@ def relative(world_T, first, second, pose):
         pose[9 + r] = a * x + b * y + c * (world_T[second, 11] - world_T[first, 11])
 
 
-@lean_kernel  # (3, 3) rotation and translation of the second body's frame in the first's, (S, 6) f8 centre and half
+@lean_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool
 def faces_near(pose, first, a, second, b, margin):
     """Whether two boxes are not proven farther apart than `margin` along an axis of either; NaN says near."""
     x, y, z = second[b, 0], second[b, 1], second[b, 2]
