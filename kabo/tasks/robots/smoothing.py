@@ -180,7 +180,7 @@ class _Route:
         way = [self.whole(q) for q in there]
         left = np.zeros(len(way), np.bool_)
         if _touches(part.stretch):
-            left = np.linalg.norm(there - path.straight(places), axis=1) > self.stroke
+            left = np.linalg.norm(there - path.straight(places), axis=1) > self.stroke + STRAIGHT
         return [
             (float(places[k]), float(places[k + 1]))
             for k in range(len(way) - 1)

@@ -120,6 +120,13 @@ def test_both_paths_stay_near_each_other_borders_of_phases_included(deviation: f
         assert max(distance(q, new) for q in old) <= deviation + 1e-6
 
 
+@pytest.mark.parametrize("across", [False, True])
+def test_without_a_deviation_it_rests_at_every_way_point(across: bool) -> None:
+    before, after = dict(stretches(solved())), timed(made(deviation=0.0, across=across))
+    assert after
+    assert all(max(distance(q, after[name].path) for q in before[name].path) <= 1e-6 for name in after)
+
+
 def test_the_deviation_is_used_at_borders_of_phases() -> None:
     before, after = dict(stretches(solved())), timed(made(deviation=0.05))
     used = [distance(before[group[-1]].path[0], path_of(after, group)) for group in GROUPS]
