@@ -20,6 +20,7 @@ from kabo.scene import Scene
 from kabo.tasks import Solution
 from kabo.tasks.robots import Reparameterise, Stretch, segments, stretches
 
+SPACING = 0.002  # rad: along both paths, where their distance is measured
 DEVIATIONS = (0.02, 0.05, 0.1)
 TOLERANCE = 1e-3  # of the limits: times are whole microseconds
 
@@ -53,7 +54,7 @@ def _row(solution: Solution, scene: Scene, judge: Judge, deviation: float) -> di
         "s resting after phases": _duration(phases, scene),
         "s": _duration(made, scene),
         "processor s": seconds,
-        "deviation": max(map(_away, *_pairs(solution, made))),
+        "deviation": _deviation(solution, made),
         "speed share": speeds,
         "acceleration share": accelerations,
         "collisions": len(judge.replay(made, permitted(judge)).collisions),
@@ -75,27 +76,33 @@ def _duration(solution: Solution, scene: Scene) -> float:
     return segments(solution, scene, "")[-1].times[-1]
 
 
-def _pairs(solution: Solution, made: Solution) -> tuple[list[Stretch], list[Stretch]]:
-    """The stretches before and after, those that were given times."""
-    before, after = ([each for _, each in stretches(one)] for one in (solution, made))
-    chosen = [k for k, each in enumerate(after) if each.times]
-    return [before[k] for k in chosen], [after[k] for k in chosen]
+def _deviation(solution: Solution, made: Solution) -> float:
+    """How far motion without stops and the old path are from each other at most, either way round [rad, L2].
+
+    Over each run between two changes of the scene, borders between its phases included; both densely sampled.
+    """
+    old = iter(zip((each for _, each in stretches(solution)), (each for _, each in stretches(made)), strict=True))
+    found, pairs = 0.0, [(before, after) for before, after in old if after.times]
+    for run in _runs(made):
+        before = _path([next(b for b, a in pairs if a is each) for each in run])
+        found = max(found, _away(before, _path(run)), _away(_path(run), before))
+    return found
 
 
-def _away(before: Stretch, after: Stretch) -> float:
-    """How far way points of the one lie from the other [rad, L2], either way round; but for those by the ends."""
-    return max(
-        max(_distance(q, after.path) for q in before.path[1:-1]) if len(before.path) > 2 else 0.0,
-        max(_distance(q, before.path) for q in after.path[1:-1]) if len(after.path) > 2 else 0.0,
-    )
+def _path(run: Sequence[Stretch]) -> Any:
+    return np.concatenate([run[0].path[:1], *(each.path[1:] for each in run)])
 
 
-def _distance(q: Any, path: Any) -> float:
-    """The distance [L2] of a configuration from a path of straight pieces."""
-    starts, ways = path[:-1], np.diff(path, axis=0)
-    squares = np.maximum((ways * ways).sum(axis=1), 1e-18)
-    shares = np.clip(((q - starts) * ways).sum(axis=1) / squares, 0.0, 1.0)
-    return float(np.linalg.norm(q - starts - shares[:, None] * ways, axis=1).min())
+def _away(path: Any, other: Any) -> float:
+    """The greatest distance of points all along a path of straight pieces from another such path."""
+    starts, ways = other[:-1], np.diff(other, axis=0)
+    squares, found = np.maximum((ways * ways).sum(axis=1), 1e-18), 0.0
+    for a, b in zip(path, path[1:], strict=False):
+        count = max(2, int(np.ceil(np.linalg.norm(b - a) / SPACING)) + 1)
+        steps = (a + np.linspace(0.0, 1.0, count)[:, None] * (b - a))[:, None] - starts
+        shares = np.clip((steps * ways).sum(axis=2) / squares, 0.0, 1.0)
+        found = max(found, float(np.linalg.norm(steps - shares[..., None] * ways, axis=2).min(axis=1).max()))
+    return found
 
 
 def _shares(solution: Solution, scene: Scene) -> tuple[float, float]:
@@ -105,8 +112,7 @@ def _shares(solution: Solution, scene: Scene) -> tuple[float, float]:
     for group in _runs(solution):
         robot = scene.robots[group[0].robot]
         limits = haste * robot.tree.velocity[: robot.planned]
-        path = np.concatenate([each.path[1:, : robot.planned] for each in group])
-        path = np.concatenate([group[0].path[:1, : robot.planned], path])
+        path = _path(group)[:, : robot.planned]
         steps = np.concatenate([np.diff(each.times) for each in group])
         velocities = np.diff(path, axis=0) / steps[:, None]
         speeds.append(float((np.abs(velocities) / limits).max()))

@@ -1,7 +1,12 @@
-"""Paths with rounded corners: straight pieces joined by parabolas that leave the corners by a bounded distance.
+"""Paths with rounded corners: each corner becomes a parabola, and parabolas of near corners add up.
 
-Such a path can be followed without stopping [Kunz, Stilman 2012]. Way points that lie on a line within a small
-tolerance are dropped first: blends between near way points would be short, and short blends are slow.
+Such a path can be followed without stopping [Kunz, Stilman 2012]. A path of straight pieces is its first direction and
+the turns d_i at its corners s_i, p(s) = p_0 + s u_0 + sum of d_i max(0, s - s_i). Here every max(0, s - s_i) is
+replaced by the parabola (s - s_i + a_i)^2 / 4 a_i between s_i - a_i and s_i + a_i. With one corner that is the blend of
+trim a_i; where the trims of several reach over each other it still has a direction that does not jump, so a sharp
+corner between short pieces, which bend little themselves, has all the room up to where the motion rests.
+
+Way points that lie on a line within a small tolerance are dropped first.
 """
 
 from collections.abc import Sequence
@@ -13,88 +18,144 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 NOTHING = 1e-9  # rad: shorter pieces are none
+ROUNDING = 1e-12  # rad: of a point on the path
+GENTLE = (
+    0.6  # norm of a turn: corners that turn less get no longer trims; they would take the room of sharper ones
+)
+LEAST, MOST = 0.5, 0.98  # how much trims shrink at once where the path is too far from its corners
 
 
 @dataclass(frozen=True)
 class Blended:
     """A path by length: `corners` (m, n), and how far before and after each the path leaves the straight pieces.
 
-    `trims` (m,) are 0 at both ends and where the path stops at the corner.
+    `trims` (m,) are 0 at both ends and where the path stops at the corner. They may reach over other corners, but not
+    over one where the path stops.
     """
 
     corners: Floats
     trims: Floats
 
     @cached_property
-    def _pieces(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Where pieces begin (k + 1,), and q0, q', q'' (k, n) there; straight ones and blends take turns."""
-        units, lengths = self.directions
-        begins, q0, q1, q2 = [0.0], [], [], []
-        for i, (unit, length) in enumerate(zip(units, lengths, strict=True)):
-            straight = length - self.trims[i] - self.trims[i + 1]
-            q0.append(self.corners[i] + self.trims[i] * unit)
-            q1.append(unit)
-            q2.append(np.zeros_like(unit))
-            begins.append(begins[-1] + straight)
-            if self.trims[i + 1] > 0.0:
-                q0.append(self.corners[i + 1] - self.trims[i + 1] * unit)
-                q1.append(unit)
-                q2.append((units[i + 1] - unit) / (2.0 * self.trims[i + 1]))
-                begins.append(begins[-1] + 2.0 * self.trims[i + 1])
-        return np.array(begins), np.array(q0), np.array(q1), np.array(q2)
-
-    @cached_property
     def directions(self) -> tuple[Floats, Floats]:
         """Unit vectors (m - 1, n) along the straight pieces between corners, and their lengths (m - 1,)."""
-        ways = np.diff(self.corners, axis=0)
-        lengths = np.linalg.norm(ways, axis=1)
-        return ways / lengths[:, None], lengths
+        return _directions(self.corners)
+
+    @cached_property
+    def places(self) -> Floats:
+        """Where on the path each corner is (m,): in the middle of its blend."""
+        return np.concatenate([[0.0], np.cumsum(self.directions[1])])
 
     @property
     def length(self) -> float:
-        """The length of the parameter; a blend counts as its two trims."""
-        return float(self._pieces[0][-1])
+        """The length of the parameter: that of the straight pieces."""
+        return float(self.places[-1])
 
-    @property
+    @cached_property
     def borders(self) -> Floats:
-        """Where straight pieces and blends begin and end."""
-        return self._pieces[0]
+        """Where blends begin and end, with both ends of the path, and where it stops."""
+        inner, trims = self.places[1:-1], self.trims[1:-1]
+        found = np.concatenate([inner - trims, inner + trims, self.places[[0, -1]]])
+        found = np.unique(np.clip(found, 0.0, self.length))
+        kept = found[np.concatenate([[True], np.diff(found) > NOTHING])]  # what rounding leaves of a piece is none
+        return np.append(kept[:-1], self.length)
 
     def corner(self, number: int) -> float:
-        """The place on the path that is nearest to a corner: the middle of its blend."""
-        _, lengths = self.directions
-        return float(lengths[:number].sum())
+        """The place on the path that belongs to a corner: the middle of its blend."""
+        return float(self.places[number])
+
+    @cached_property
+    def _pieces(self) -> tuple[Floats, Floats, Floats]:
+        """The path q0, q', q'' (k, n) where each of the k pieces between borders begins."""
+        begins, ends = self.borders[:-1], self.borders[1:]
+        units, _ = self.directions
+        turns = np.diff(units, axis=0)
+        past = (begins + ends)[:, None] / 2 - self.places[1:-1]
+        trims = self.trims[1:-1]
+        after, inside = past >= trims, np.abs(past) < trims
+        since = begins[:, None] - self.places[1:-1]
+        wide = np.where(inside, trims, 1.0)
+        bent = np.where(inside, (since + wide) ** 2 / (4.0 * wide), np.where(after, since, 0.0))
+        slopes = np.where(inside, (since + wide) / (2.0 * wide), after)
+        q0 = self.corners[0] + begins[:, None] * units[0] + bent @ turns
+        q0[0] = self.corners[0]  # what blends that reach to the start leave there by rounding
+        return q0, units[0] + slopes @ turns, np.where(inside, 0.5 / wide, 0.0) @ turns
 
     def at(self, places: ArrayLike, order: int = 0) -> Floats:
         """The path (…, n) at places along it, or its first or second derivative."""
-        begins, q0, q1, q2 = self._pieces
+        q0, q1, q2 = self._pieces
         s = np.asarray(places, np.float64)
-        k = np.clip(np.searchsorted(begins, s, side="right") - 1, 0, len(q0) - 1)
-        ds = (s - begins[k])[..., None]
+        k = np.clip(np.searchsorted(self.borders, s, side="right") - 1, 0, len(q0) - 1)
+        ds = (s - self.borders[k])[..., None]
         if order == 0:
             return np.asarray(q0[k] + ds * q1[k] + 0.5 * ds**2 * q2[k])
         return np.asarray(q1[k] + ds * q2[k] if order == 1 else q2[k])
 
+    def straight(self, places: ArrayLike) -> Floats:
+        """The points (…, n) of the straight pieces that belong to places on the path."""
+        units, _ = self.directions
+        s = np.asarray(places, np.float64)
+        k = np.clip(np.searchsorted(self.places, s, side="right") - 1, 0, len(units) - 1)
+        return np.asarray(self.corners[k] + (s - self.places[k])[..., None] * units[k])
+
+    @cached_property
+    def deviations(self) -> tuple[Floats, Floats]:
+        """Places (k + 1,), and a bound for each of the k pieces between them of how far the path is from the straight one.
+
+        The difference of the two is a quadratic on each piece, so within its three control points.
+        """
+        cuts = np.unique(np.concatenate([self.borders, self.places]))
+        low, high = cuts[:-1], cuts[1:]
+        middle = (low + high) / 2
+        ends = [np.linalg.norm(self.at(s) - self.straight(s), axis=1) for s in (low, high)]
+        control = 2.0 * (self.at(middle) - self.straight(middle)) - 0.5 * sum(
+            self.at(s) - self.straight(s) for s in (low, high)
+        )
+        return cuts, np.max([*ends, np.linalg.norm(control, axis=1)], axis=0)
+
 
 def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None = None) -> Blended:
-    """The path along corners (m, n) that leaves each inner one by no more than `deviation` [rad, L2].
+    """The path along corners (m, n) that stays by `deviation` [rad, L2] or less from the straight pieces.
+
+    Each point of the one is so near to the point of the other at the same length.
 
     Args:
         corners: at least two, neighbours apart.
-        deviation: how far the path may pass by a corner.
-        shares: (m,) of the deviation for each corner; 0: the path goes through it, and stops there.
+        deviation: how far the path may be from the straight pieces.
+        shares: (m,) of the trim that each corner would have alone; 0: the path goes through it, and stops there.
     """
     points = np.array(corners, np.float64)
+    if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= NOTHING:
+        raise ValueError("a path needs two corners, and neighbours that differ")
+    units, lengths = _directions(points)
+    bend = np.linalg.norm(np.diff(units, axis=0), axis=1)  # a parabola passes by its corner at trim * bend / 4
+    wanted = np.asarray([1.0] * len(points) if shares is None else shares, np.float64)[1:-1]
+    places = np.concatenate([[0.0], np.cumsum(lengths)])
+    rests = np.concatenate([[True], wanted <= 0.0, [True]])
+    trims = np.minimum(_room(places, rests), 4.0 * deviation / np.maximum(bend, GENTLE)) * wanted
+    while True:
+        path = Blended(points, np.concatenate([[0.0], trims, [0.0]]))
+        cuts, away = path.deviations
+        over = away > deviation * (1.0 + 1e-9) + ROUNDING
+        if not over.any():
+            return path
+        reached = (cuts[:-1] < (places[1:-1] + trims)[:, None]) & (cuts[1:] > (places[1:-1] - trims)[:, None])
+        worst = np.where(reached & over, away, 0.0).max(axis=1)
+        trims = trims * np.where(worst > 0.0, np.clip(deviation / np.maximum(worst, NOTHING), LEAST, MOST), 1.0)
+
+
+def _room(places: Floats, rests: NDArray[np.bool_]) -> Floats:
+    """How far each inner corner is from where the path rests, on the nearer side."""
+    stops = places[rests]
+    inner = places[1:-1]
+    k = np.clip(np.searchsorted(stops, inner, side="right"), 1, len(stops) - 1)
+    return np.minimum(inner - stops[k - 1], stops[k] - inner)
+
+
+def _directions(points: Floats) -> tuple[Floats, Floats]:
     ways = np.diff(points, axis=0)
     lengths = np.linalg.norm(ways, axis=1)
-    if len(points) < 2 or lengths.min() <= NOTHING:
-        raise ValueError("a path needs two corners, and neighbours that differ")
-    units = ways / lengths[:, None]
-    bend = np.linalg.norm(np.diff(units, axis=0), axis=1)  # a parabola passes by its corner at trim * bend / 4
-    wanted = deviation * np.asarray([1.0] * len(points) if shares is None else shares, np.float64)[1:-1]
-    room = 0.5 * np.minimum(lengths[:-1], lengths[1:])
-    trims = np.minimum(room, 4.0 * wanted / np.maximum(bend, NOTHING)) * (wanted > 0.0)
-    return Blended(points, np.concatenate([[0.0], trims, [0.0]]))
+    return ways / lengths[:, None], lengths
 
 
 def thinned(waypoints: ArrayLike, tolerance: float) -> list[int]:

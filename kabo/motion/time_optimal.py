@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 GRID = 0.01  # rad of the path between places where the limits are looked at
 LEAST = 9  # such places on each piece, with both ends
-MARGIN = 0.99  # of the limits, for what lies between those places
+MARGIN = 0.985  # of the limits, for what lies between those places
 
 
 class Path(Protocol):

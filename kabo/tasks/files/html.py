@@ -14,9 +14,11 @@ body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 75em;
 h1 { font-size: 1.5em; margin-bottom: 0.2em; } h2 { font-size: 1.15em; margin-top: 1.8em; }
 details { margin: 0; } details > *:not(summary) { margin-left: 1.4em; }
 details > details { border-left: 1px solid var(--line); padding-left: 0.4em; }
-summary { cursor: pointer; padding: 0.12em 0; } summary:hover { background: #8881; }
-summary > * { margin-right: 0.45em; } summary:focus-visible { outline: 2px solid; outline-offset: 1px; border-radius: 2px; }
-.blame { background: #b3402e22; } .share { display: inline-block; height: 0.55em; background: #8886; }
+summary { cursor: pointer; padding: 0.12em 0 0.12em 3.8em; text-indent: -3.8em; }
+summary:hover { background: #8881; }
+summary > * { margin-right: 0.45em; display: inline-block; text-indent: 0; }
+summary:focus-visible { outline: 2px solid; outline-offset: 1px; border-radius: 2px; }
+.blame { background: #b3402e22; } .share { display: inline-block; height: 0.55em; margin-right: 0.6em; background: #8886; }
 .arrows { font-family: monospace; color: var(--dim); white-space: pre; } .type { color: var(--dim); font-size: 0.9em; }
 .good { color: var(--good); } .bad { color: var(--bad); } .dim { color: var(--dim); }
 table { border-collapse: collapse; margin: 0.4em 0 0.8em; } th { text-align: left; font-weight: 600; }
@@ -94,7 +96,7 @@ def _summary(stage: StageReport, figures: Sequence[Figures], total: float) -> st
         if seconds >= LITTLE * total > 0.0:
             share = 100 * seconds / total
             bar = f'<span class="share" style="width: {share / 10:.1f}em"></span>'
-            parts.append(f'{bar} <span class="dim">{share:.0f} % of the time</span>')
+            parts.append(f'<span class="dim">{bar}{share:.0f} % of the time</span>')
     return " ".join(parts)
 
 
