@@ -3,6 +3,7 @@
 Slow and obvious: fine for meshes of some hundred faces.
 """
 
+from collections.abc import Iterator
 from fractions import Fraction
 
 import manifold3d
@@ -65,8 +66,23 @@ def _to_triangles(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) ->
 
 def crossing_pairs(vertices: np.ndarray, faces: np.ndarray) -> int:
     """How often an edge passes through the inside of a face that shares no vertex with it, exactly."""
+    return sum(len(pierced) for _, pierced in _edges_through(vertices, faces))
+
+
+def crossing_faces(vertices: np.ndarray, faces: np.ndarray) -> int:
+    """How many faces have an edge that passes through another one's inside, or such an edge passes through theirs."""
+    crossing = np.zeros(len(faces), bool)
+    for edge, pierced in _edges_through(vertices, faces):
+        if len(pierced):
+            crossing[pierced] = True
+            crossing |= np.isin(faces, edge).sum(axis=1) == 2
+    return int(crossing.sum())
+
+
+def _edges_through(vertices: np.ndarray, faces: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Every edge (2,) and the faces that share no vertex with it and whose inside it passes through, exactly."""
     edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
-    corners, count = vertices[faces], 0
+    corners = vertices[faces]
     low, high = corners.min(axis=1), corners.max(axis=1)
     for first, second in edges:
         p, q = vertices[first], vertices[second]
@@ -76,8 +92,8 @@ def crossing_pairs(vertices: np.ndarray, faces: np.ndarray) -> int:
         through = _signs(a, b, c, p) * _signs(a, b, c, q) < 0
         a, b, c = a[through], b[through], c[through]
         around = [_signs(u, v, p, q) for u, v in ((a, b), (b, c), (c, a))]
-        count += int(np.all([x > 0 for x in around], axis=0).sum() + np.all([x < 0 for x in around], axis=0).sum())
-    return count
+        inside = np.all([x > 0 for x in around], axis=0) | np.all([x < 0 for x in around], axis=0)
+        yield np.array([first, second]), np.flatnonzero(near)[through][inside]
 
 
 def _signs(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:

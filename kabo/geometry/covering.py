@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.geometry.kernels.depths import between_is_far
@@ -42,13 +42,14 @@ class Growth:
         )
         self._joints: dict[Members, bool] = {}
 
-    def from_seed(self, seed: int, nearest: bool) -> Members:
+    def from_seed(self, seed: int, nearest: bool, prices: Array | None = None) -> Members:
         """The cells of the set grown from one: always the nearest neighbour, or the one that adds least in vain.
 
+        With prices (C,) of the cells those come first that have one, the others where there is room left.
         Where the hull is refuted for all that, the set grows again around the void that was found.
         """
         for _ in range(AGAIN):
-            members = self._grown(seed, nearest)
+            members = self._grown(seed, nearest, prices)
             if len(members) == 1:
                 break
             hull = ConvexHull(np.vstack([self.points[j] for j in members]))
@@ -58,7 +59,7 @@ class Growth:
             self._voids.add(far, hull)
         return members
 
-    def _grown(self, seed: int, nearest: bool) -> Members:
+    def _grown(self, seed: int, nearest: bool, prices: Array | None) -> Members:
         members, hull = [seed], ConvexHull(self.points[seed])
         compared = np.zeros(len(self.points), np.int64)  # with how many of the members a cell is known to fit
         refused = np.zeros(len(self.points), bool)
@@ -76,6 +77,8 @@ class Growth:
             if not nearest:
                 some = self._least_in_vain(members, candidates[:COMPARED], known)
                 candidates = some + candidates[COMPARED:]
+            if prices is not None:
+                candidates.sort(key=lambda j: prices[j] <= 0.0)
             for j in candidates:
                 larger = ConvexHull(np.vstack([corners, self.points[j]]))
                 if self._looks_near(larger):
@@ -184,6 +187,21 @@ def thinned(points: Array, tolerance: float) -> Array:
             break
         chosen = np.union1d(chosen, far)
     return points[chosen]
+
+
+def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Array:
+    """What holding each cell is worth (C,), where sets may be taken in part: the dual of the cheapest cover.
+
+    Only a set whose cells are together worth more than it costs makes the cover cheaper [Dantzig and Wolfe 1960].
+    """
+    holds = np.zeros((cells, len(sets)))
+    for column, members in enumerate(sets):
+        holds[list(members), column] = 1.0
+    found = linprog(np.asarray(costs, np.float64), A_ub=-holds, b_ub=-np.ones(cells), method="highs-ds")
+    if found.x is None:
+        return np.zeros(cells)
+    prices: Array = -np.asarray(found.ineqlin.marginals, np.float64)
+    return prices.round(9)
 
 
 def fewest_sets(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> list[int]:

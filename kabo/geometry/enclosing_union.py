@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.covering import Growth, Members, fewest_sets
+from kabo.geometry.covering import Growth, Members, fewest_sets, prices_of
 from kabo.geometry.nearness import Voids, judged, proven_near
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import PROOF
@@ -24,8 +24,11 @@ CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; 
 COARSE, FEW = 0.7, 120  # of epsilon: then; cells so made, above which finer ones would be too many
 JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
 CROWDED = 110  # cells above which only the last of these is tried
+NUMEROUS = 150  # cells above which long ones are cut, and sets are grown that make the cover cheaper
+LONG = 9.5  # epsilon: then longer cells are cut, the longest first, while there are less than MANY
 WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
 MOST = 1000  # cells
+PRICED, CHEAPER = 4, 1e-6  # rounds of growing what would make the cover cheaper; by how much of a set
 ENOUGH = 2  # sets of one kind that hold a cell
 ROUNDS = 6  # of choosing sets by what their parts turned out to cost
 SPARE = 1.5  # parts made for each that is used, after which no better choice is sought
@@ -53,12 +56,23 @@ def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    coarse = atoms(solid, COARSE * epsilon, MOST, CELLS * epsilon)
-    if len(coarse) > FEW:
-        return coarse
-    with suppress(TooFine):
-        return atoms(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, coarse)
-    return coarse
+    cells = atoms(solid, COARSE * epsilon, MOST, CELLS * epsilon)
+    if len(cells) <= FEW:
+        with suppress(TooFine):
+            cells = atoms(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, cells)
+    return _shorter(solid, cells, epsilon) if len(cells) > NUMEROUS else cells
+
+
+def _shorter(solid: Solid, cells: list[Atom], epsilon: float) -> list[Atom]:
+    """The cells, the longest of which are cut across: what a long one holds on the way, a neighbour may take."""
+    cells = list(cells)
+    while len(cells) < MANY:
+        lengths = [float(np.round(np.ptp(cell.points, axis=0).max(), 9)) for cell in cells]
+        longest = int(np.argmax(lengths))
+        if lengths[longest] <= LONG * epsilon:
+            break
+        cells[longest : longest + 1] = in_two(solid, cells[longest], CELLS * epsilon, None)
+    return cells
 
 
 def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
@@ -105,7 +119,26 @@ def _sets(solid: Solid, cells: list[Atom], epsilon: float, voids: Voids) -> list
         for weight in WEIGHTS:
             costs = [1.0 + weight * len(members) for members in sets]
             found |= set(growth.with_one_less([sets[i] for i in fewest_sets(len(cells), sets, costs)]))
+        for _ in range(PRICED if len(cells) > NUMEROUS else 0):
+            before = len(found)
+            found |= _priced(growth, len(cells), sorted(found), nearest)
+            if len(found) == before:
+                break
     return sorted(found)
+
+
+def _priced(growth: Growth, cells: int, sets: list[Members], nearest: bool) -> set[Members]:
+    """Sets that make the cheapest cover cheaper, if others are taken in part: grown from the dearest cells."""
+    prices = prices_of(cells, sets, [1.0] * len(sets))
+    found: set[Members] = set()
+    held = np.zeros(cells, np.bool_)
+    for i in np.argsort(-prices, kind="stable"):
+        if prices[i] > 0.0 and not held[i]:
+            members = growth.from_seed(int(i), nearest, prices)
+            held[list(members)] = True
+            if prices[list(members)].sum() > 1.0 + CHEAPER:
+                found.add(members)
+    return found
 
 
 def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:

@@ -6,7 +6,8 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.geometry import hausdorff_bound
+from kabo.geometry import hausdorff, hausdorff_bound
+from kabo.geometry.kernels import within
 from tests.geometry.surfaces import distances_to_surface
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -118,3 +119,32 @@ def test_a_ceiling_that_holds_is_kept():
     assert tight[0] <= loose[1] and loose[1] <= 1.3 * tight[1]
     # One that does not hold changes nothing.
     assert hausdorff_bound(*BALL, *BOX, 0.3, ceiling=0.5 * tight[0])[1] >= tight[0]
+
+
+def fans(sections, radius, height):
+    """A cone: a fan around its foot, and one around its apex."""
+    angles = 2 * np.pi * np.arange(sections) / sections
+    rim = np.stack([radius * np.cos(angles), radius * np.sin(angles), 0 * angles], axis=1)
+    i = np.arange(sections)
+    j, apex, foot = (i + 1) % sections, 0 * i + sections, 0 * i + sections + 1
+    faces = np.concatenate([np.stack([i, j, apex], 1), np.stack([j, i, foot], 1)])
+    return np.concatenate([rim, [[0, 0, height], [0, 0, 0]]]), faces
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("sections", [40, 160])
+def test_wide_fans_are_cut_no_finer_than_the_farthest_point_asks_for(monkeypatch, sections, order):
+    """The feet lie in one plane, the apexes are apart: whichever is looked at first, cuts grow with the triangles."""
+    cuts = []
+
+    def counted(*arguments):
+        cuts.append(1)
+        return cut(*arguments)
+
+    cut = within.cut
+    monkeypatch.setattr(within, "cut", counted)
+    monkeypatch.setattr(hausdorff, "directed_bounds", within.directed_bounds.py_func)
+    (vertices, faces), (few, few_faces) = fans(sections, 1.0, 1.0), fans(20, 0.99, 0.9)
+    low, high = hausdorff.hausdorff_bound(vertices, faces[::order], few, few_faces[::order])
+    assert 0.1 * (1 - 1e-12) <= low <= high <= 1.01 * low
+    assert 0 < len(cuts) <= 6 * sections + 300

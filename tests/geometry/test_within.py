@@ -125,10 +125,13 @@ def test_triangles_without_area_are_measured_too(corners):
     assert bounded(triangle, 0.95 * farthest, tree) == np.inf
 
 
-def directed(triangles, tree, relative=0.01, floor=1e-6, ceiling=np.inf, bounds=kernels.directed_bounds):
+def directed(
+    triangles, tree, relative=0.01, floor=1e-6, ceiling=np.inf, bounds=kernels.directed_bounds, reached=0.0
+):
     return bounds(
         np.ascontiguousarray(triangles),
         tree,
+        reached,
         relative,
         floor,
         ceiling,
@@ -149,6 +152,19 @@ def test_directed_bounds_enclose_what_sampling_reaches(name, other, seed):
     assert farthest <= high * (1 + 1e-12) + 1e-15
     # A distance that is reached is one that denser and denser samples come near.
     assert low <= farthest + 2.0 * max(np.ptp(moved, axis=1).max(), 1e-9) / STEPS
+
+
+@given(drawn=triangles(), known=st.floats(1e-3, 1.0))
+def test_what_is_known_to_be_reached_is_where_bounds_begin(drawn, known):
+    name, _, triangle, _ = drawn
+    vertices, faces, tree = TREES[name]
+    low, high = directed(triangle[None], tree, reached=known)
+    assert known * (1 - 1e-15) <= low <= high <= max(1e-6, low * np.sqrt(1.01)) * (1 + 1e-12)
+    assert sampled(triangle, vertices, faces) <= high * (1 + 1e-12) + 1e-15
+    found = kernels.farthest_sample(triangle[None], tree, known, np.empty(64, np.int64))
+    points = np.vstack([triangle, triangle.mean(axis=0)])
+    farthest = max(known, distances_to_surface(points, vertices, faces).max())
+    assert found == pytest.approx(farthest, rel=1e-12, abs=1e-15)
 
 
 @given(drawn=triangles(), share=st.floats(1.0001, 1.3))

@@ -80,6 +80,7 @@ def test_the_surface_stays_closed_and_crosses_itself_no_more(shape, share, side)
     before = oracles.crossing_pairs(shape.vertices, shape.faces)
     event("the input crosses itself" if before else "no crossings")
     assert oracles.crossing_pairs(made.vertices, made.faces) <= before
+    assert oracles.crossing_faces(made.vertices, made.faces) <= oracles.crossing_faces(shape.vertices, shape.faces)
 
 
 @FEWER

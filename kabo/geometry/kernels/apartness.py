@@ -1,6 +1,8 @@
 """Whether the faces that a contraction would make cross each other or the rest of the mesh.
 
-Decided by exact signs, so without a tolerance; crossings that the mesh has already may stay, but not become more.
+Decided by exact signs, so without a tolerance. Crossings that the mesh has already may stay, and pass on to other faces,
+but not become more: neither the faces that cross, nor the ends of what they have in common. To forbid each single face
+to be crossed more often would keep folds that two contractions undo, or let one crossing face become two.
 """
 
 import numpy as np
@@ -8,21 +10,6 @@ import numpy as np
 from kabo.compilation import lean_kernel
 from kabo.geometry.kernels.crossing import faces_cross
 from kabo.geometry.kernels.octree import query
-
-
-@lean_kernel
-def _more_cross(vertices, faces, star, count, other, spare, work):
-    """Whether more new faces, whose moving corner is vertex `spare`, cross face `other` than faces of the star do now."""
-    d, e, h, pair, exact = faces[other, 0], faces[other, 1], faces[other, 2], work.pair, work.exact
-    listed, corners = star.faces, star.corners
-    more = 0
-    for i in range(count):
-        f, k = listed[i], corners[i]
-        more -= faces_cross(vertices, faces[f, 0], faces[f, 1], faces[f, 2], d, e, h, pair, exact)
-        if k >= 0:
-            b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
-            more += faces_cross(vertices, spare, b, c, d, e, h, pair, exact)
-    return more > 0
 
 
 @lean_kernel
@@ -89,34 +76,122 @@ def _star_crosses_itself(vertices, faces, star, count, spare, work):
 
 
 @lean_kernel
-def keeps_apart(net, star, count, x, y, z, tree, work):
-    """Whether the new faces cross no other face more often than the old star did, nor each other."""
-    v, faces, face_marks, star_mark = net.vertices, net.faces, net.face_marks, net.clock[1]
-    listed, corners, found, stack, pair, exact = (
-        star.faces,
-        star.corners,
-        work.found,
-        work.stack,
-        work.pair,
-        work.exact,
+def _near(net, f, k, x, y, z, tree, work):
+    """Lists the faces whose boxes meet that of face f, its corner k moved to x, y, z (not if k < 0); returns how many."""
+    v, a, b, c = net.vertices, net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
+    ax, ay, az = (x, y, z) if k == 0 else (v[a, 0], v[a, 1], v[a, 2])
+    bx, by, bz = (x, y, z) if k == 1 else (v[b, 0], v[b, 1], v[b, 2])
+    cx, cy, cz = (x, y, z) if k == 2 else (v[c, 0], v[c, 1], v[c, 2])
+    low_x, low_y, low_z = min(ax, bx, cx), min(ay, by, cy), min(az, bz, cz)
+    high_x, high_y, high_z = max(ax, bx, cx), max(ay, by, cy), max(az, bz, cz)
+    return query(tree, low_x, low_y, low_z, high_x, high_y, high_z, work.stack, work.found)
+
+
+@lean_kernel
+def _crossing(net, f, k, g, m, work):
+    """How many ends that are no shared vertex the crossing of two faces has, at least 1; 0 if they do not cross.
+
+    Corner k of face f is at vertex `spare`, and so is corner m of face g; none of them if negative.
+    """
+    faces, spare = net.faces, net.vertices.shape[0] - 1
+    a, b, c = (
+        (spare if k == 0 else faces[f, 0]),
+        (spare if k == 1 else faces[f, 1]),
+        (spare if k == 2 else faces[f, 2]),
     )
-    spare = v.shape[0] - 1
-    v[spare, 0], v[spare, 1], v[spare, 2] = x, y, z
-    if not _is_graph(v, faces, star, count, spare) and _star_crosses_itself(v, faces, star, count, spare, work):
-        return False
+    d, e, h = (
+        (spare if m == 0 else faces[g, 0]),
+        (spare if m == 1 else faces[g, 1]),
+        (spare if m == 2 else faces[g, 2]),
+    )
+    if not faces_cross(net.vertices, a, b, c, d, e, h, work.pair, work.exact):
+        return 0
+    shared = (a == d) + (a == e) + (a == h) + (b == d) + (b == e) + (b == h) + (c == d) + (c == e) + (c == h)
+    return max(1, 2 - shared)
+
+
+@lean_kernel
+def _tally(net, star, count, new, touched, tree, work):
+    """How many faces of the star, old or new, cross others, with how many ends; and how many others are in star.ring.
+
+    Others are marked with 1 (the old star crosses them) and 2 (the new one does) above the star's own mark.
+    """
+    v, marks, mark, listed, crosses = net.vertices, net.face_marks, net.clock[1], star.faces, star.places
+    x, y, z = v[v.shape[0] - 1, 0], v[v.shape[0] - 1, 1], v[v.shape[0] - 1, 2]
+    ends = 0
     for i in range(count):
-        f, k = listed[i], corners[i]
-        if k < 0:
+        f, k = listed[i], star.corners[i] if new else -1
+        crosses[i] = 0
+        if new and star.corners[i] < 0:
             continue
-        b, c = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
-        low_x, high_x = min(x, v[b, 0], v[c, 0]), max(x, v[b, 0], v[c, 0])
-        low_y, high_y = min(y, v[b, 1], v[c, 1]), max(y, v[b, 1], v[c, 1])
-        low_z, high_z = min(z, v[b, 2], v[c, 2]), max(z, v[b, 2], v[c, 2])
-        for j in range(query(tree, low_x, low_y, low_z, high_x, high_y, high_z, stack, found)):
-            g = found[j]
-            if face_marks[g] == star_mark:
+        for j in range(i):
+            if not new or star.corners[j] >= 0:
+                more = _crossing(net, f, k, listed[j], star.corners[j] if new else -1, work)
+                if more > 0:
+                    crosses[i], crosses[j], ends = 1, 1, ends + more
+        for n in range(_near(net, f, k, x, y, z, tree, work)):
+            g = work.found[n]
+            more = _crossing(net, f, k, g, -1, work) if marks[g] != mark else 0
+            if more == 0:
                 continue
-            crosses = faces_cross(v, spare, b, c, faces[g, 0], faces[g, 1], faces[g, 2], pair, exact)
-            if crosses and _more_cross(v, faces, star, count, g, spare, work):
-                return False
-    return True
+            crosses[i], ends = 1, ends + more
+            if marks[g] < mark:
+                if touched == star.ring.shape[0]:
+                    return count, ends, -1
+                star.ring[touched], marks[g], touched = g, mark, touched + 1
+            marks[g] = mark + ((marks[g] - mark) | (2 if new else 1))
+    many = 0
+    for i in range(count):
+        many += crosses[i]
+    return many, ends, touched
+
+
+@lean_kernel
+def _crosses_elsewhere(net, f, tree, work):
+    """Whether a face outside of the star crosses another one outside of it."""
+    for n in range(_near(net, f, -1, 0.0, 0.0, 0.0, tree, work)):
+        g = work.found[n]
+        if g != f and net.face_marks[g] != net.clock[1] and _crossing(net, f, -1, g, -1, work) > 0:
+            return True
+    return False
+
+
+@lean_kernel
+def _crossings_grow(net, star, count, tree, work):
+    """Whether, with the new faces in place of the star, more faces cross others, or they do so with more ends."""
+    marks, mark = net.face_marks, net.clock[1]
+    before, ends, touched = _tally(net, star, count, False, 0, tree, work)
+    if before == 0 or touched < 0:
+        return True
+    after, ends_after, touched = _tally(net, star, count, True, touched, tree, work)
+    if ends_after > ends or touched < 0:
+        return True
+    more = after - before
+    for n in range(touched):
+        g = star.ring[n]
+        if marks[g] != mark + 3 and not _crosses_elsewhere(net, g, tree, work):
+            more += 1 if marks[g] == mark + 2 else -1
+    return more > 0
+
+
+@lean_kernel
+def keeps_apart(net, star, count, x, y, z, tree, work):
+    """Whether the new faces cross nothing; or else no more faces cross others than with the old star, nor more often."""
+    v, faces = net.vertices, net.faces
+    spare, star_mark = v.shape[0] - 1, net.clock[1]
+    v[spare, 0], v[spare, 1], v[spare, 2] = x, y, z
+    apart = _is_graph(v, faces, star, count, spare) or not _star_crosses_itself(v, faces, star, count, spare, work)
+    for i in range(count if apart else 0):
+        f, k = star.faces[i], star.corners[i]
+        for n in range(_near(net, f, k, x, y, z, tree, work) if k >= 0 else 0):
+            g = work.found[n]
+            if net.face_marks[g] != star_mark and _crossing(net, f, k, g, -1, work) > 0:
+                apart = False
+                break
+        if not apart:
+            break
+    if apart:
+        return True
+    grow = _crossings_grow(net, star, count, tree, work)
+    net.clock[1] += 3  # the marks above the star's are used up
+    return not grow

@@ -143,14 +143,32 @@ def triangle_bound(pieces, limit, tree, hint, stack, budget):
     return np.inf, hint
 
 
+@lean_kernel  # (T, 3, 3) f8, TriangleTree, f8, (64,) i8 -> f8
+def farthest_sample(triangles, tree, reached, stack):
+    """The greatest distance of a corner or middle of the triangles from the mesh, or `reached` if that is more [m]."""
+    squared, hint = reached * reached, 0
+    for t in range(triangles.shape[0]):
+        for c in range(4):
+            x, y, z = triangles[t, c % 3, 0], triangles[t, c % 3, 1], triangles[t, c % 3, 2]
+            if c == 3:
+                x = (x + triangles[t, 1, 0] + triangles[t, 2, 0]) / 3.0
+                y = (y + triangles[t, 1, 1] + triangles[t, 2, 1]) / 3.0
+                z = (z + triangles[t, 1, 2] + triangles[t, 2, 2]) / 3.0
+            found, hint = nearest_triangle(tree, x, y, z, hint, squared, stack)
+            squared = max(squared, found)
+    return np.sqrt(squared)
+
+
 @lean_kernel
-def directed_bounds(triangles, tree, relative, floor, ceiling, pieces, stack):
+def directed_bounds(triangles, tree, reached, relative, floor, ceiling, pieces, stack):
     """The greatest distance of any point of the triangles (T, 3, 3) from the mesh: reached by a point, and proven [m].
 
     They differ by `relative` at most, or lie below `floor`; the proven one does not exceed `ceiling` if that can be
-    shown. pieces (256, 16), stack (64,) i8.
+    shown. Neither is less than `reached`: the more is known to be reached, the fewer pieces the proof takes.
+    pieces (256, 16), stack (64,) i8.
     """
-    others, reached, proven, hint, ceiling = tree.triangles, 0.0, 0.0, 0, ceiling * ceiling
+    others, reached, hint, ceiling = tree.triangles, reached * reached, 0, ceiling * ceiling
+    proven = reached
     for t in range(triangles.shape[0]):
         for c in range(3):
             for r in range(3):
