@@ -1,6 +1,7 @@
 """Workers: the same answers in the same order, whoever gives them, and whoever dies."""
 
 import os
+import time
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -21,7 +22,7 @@ PLANNER = os.getpid()
 
 @dataclass
 class Procedures:
-    """Answers with a number made of call and attempt; some calls fail, die in a worker, or raise."""
+    """Answers with a number made of call and attempt; some calls fail, die or sleep in a worker, or raise."""
 
     statistics: Statistics = field(default_factory=Statistics)
     elsewhere: Elsewhere | None = None
@@ -44,6 +45,8 @@ class Procedures:
         self.here.append(call.procedure)
         if call.procedure == "dies" and os.getpid() != PLANNER:
             os._exit(1)
+        if call.procedure == "sleeps" and os.getpid() != PLANNER:
+            time.sleep(60.0)
         if call.procedure == "where":
             return Failure("collision", str(os.getpid()))
         if call.procedure == "raises":
@@ -116,6 +119,6 @@ def test_a_later_attempt_is_asked_of_whoever_made_the_first() -> None:
 def test_who_must_stop_does_not_wait() -> None:
     procedures = Procedures()
     with Workers(procedures, 2, lambda: True) as workers:  # type: ignore[arg-type]
-        calls = [GroundCall(name, ("r", "a")) for name in ("x", "y")]
+        calls = [GroundCall("sleeps", arguments) for arguments in (("r", "a"), ("s", "b"))]
         workers.expect(Question(call, START) for call in calls)
-        assert workers.take(calls[0], START, 0, 0) is None or workers.take(calls[1], START, 0, 0) is None
+        assert [workers.take(call, START, 0, 0) for call in calls] == [None, None]

@@ -80,7 +80,7 @@ def run(interpreter, plan, world):
         ("btcs", {"n": 4}),
         ("coloured_balls", {"n": 3}),
         ("doors", {"n": 3}),
-        ("grid", {"n": 3}),
+        ("grid", {"n": 5}),
         ("medicate", {"n": 5}),
         ("safes", {"n": 3}),
         ("unix", {"n": 1}),
