@@ -96,14 +96,33 @@ def _teach_window() -> None:
 
 def _compiled(function: _Function, **options: Any) -> _Function:
     numba = _numba()
-    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, **options}
     if numba.config.DISABLE_JIT:
         return function
-    from kabo.linking import part_compiler, stand_in, whole_compiler
+    options = {**_OPTIONS, **options}
+    if not _links():
+        return numba.njit(cache=True, **options)(function)
+    from kabo.linking import linked
 
-    whole = numba.njit(cache=True, pipeline_class=whole_compiler(), **options)(function)
-    part = numba.njit(no_cpython_wrapper=True, pipeline_class=part_compiler(), **options)(function)
-    return stand_in(whole, part)
+    return linked(function, options, stored=True)
+
+
+_OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+
+
+@cache
+def _links() -> bool:
+    """Whether kernels are linked from parts; a file in the cache remembers that this numba could do it."""
+    numba = _numba()
+    tried = Path(numba.config.CACHE_DIR) / f"numba-{numba.__version__}-links"
+    if tried.exists():
+        return True
+    from kabo.linking import linking_works
+
+    works = linking_works(_OPTIONS)
+    if works:
+        tried.parent.mkdir(parents=True, exist_ok=True)
+        tried.touch()
+    return works
 
 
 def kernel(function: _Function) -> _Function:

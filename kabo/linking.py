@@ -5,12 +5,16 @@ deep is optimised eight times, which was two thirds of compiling. So each kernel
 and the *part* that other kernels call. A part is typed and lowered, but neither optimised nor made executable; its
 callers' wholes do that. Only wholes are stored on disk.
 
-This leans on numba's `pipeline_class` and on four methods of its code libraries [numba/core/codegen.py].
+This leans on numba's `pipeline_class` and on a few private methods of its code libraries [numba/core/codegen.py].
+`linking_works` tries it; where it does not work, kernels are compiled in numba's own way, which takes longer.
 """
 
 import gc
+import warnings
 from functools import cache
 from typing import Any
+
+import numpy as np
 
 
 @cache
@@ -50,15 +54,16 @@ def part_compiler() -> Any:
             return getattr(self._generator, name)
 
     class PartLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+        """A library that is linked, as numba's own `finalize` does it, but neither optimised nor made executable."""
+
         @property
         def codegen(self) -> Any:
             return WithoutEnvironment(self._codegen)
 
-        def finalize(self) -> None:
-            self._raise_if_finalized()
-            for library in dict.fromkeys(self._linking_libraries):
-                self._reload_init.update(library._reload_init)
-                self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        def _optimize_final_module(self) -> None:
+            """Nothing: the wholes that this is linked into are optimised."""
+
+        def _finalize_final_module(self) -> None:
             self._finalized = True
 
         def get_pointer_to_function(self, name: str) -> int:
@@ -74,18 +79,59 @@ def part_compiler() -> Any:
     return PartCompiler
 
 
-def stand_in(whole: Any, part: Any) -> Any:
-    """The whole, for which the part stands in where other kernels call it.
+def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
+    """A kernel whose whole is linked from the parts of what it calls, and whether the whole is stored on disk.
 
     Calls with constants use the code for any number: else each combination of constants would be compiled once more.
     """
+    from numba import njit
     from numba.core.types import unliteral
+
+    whole = njit(cache=stored, pipeline_class=whole_compiler(), **options)(function)
+    part = njit(no_cpython_wrapper=True, pipeline_class=part_compiler(), **options)(function)
 
     def general_template(arguments: Any, keywords: Any) -> Any:
         return part.get_call_template(
-            [unliteral(a) for a in arguments], {name: unliteral(a) for name, a in keywords.items()}
+            [unliteral(a) for a in arguments], {name: unliteral(name_type) for name, name_type in keywords.items()}
         )
 
     whole.get_call_template = general_template
     whole.get_overload = part.get_overload
     return whole
+
+
+def linking_works(options: dict[str, Any]) -> bool:
+    """Whether this numba links parts; warns where it does not.
+
+    A kernel is tried that calls one with arrays and one without, as kabo's kernels do.
+    """
+    from numba.core.errors import NumbaError
+
+    def scaled(values: Any, factor: Any) -> Any:
+        return values * factor
+
+    def third(number: Any) -> Any:
+        return number / 3.0
+
+    def outer(values: Any) -> Any:
+        return times(values, 2)[1] + divided(values[2]) + divided(3)
+
+    try:
+        times, divided = (
+            linked(scaled, options, stored=False),
+            linked(third, {**options, "_nrt": False}, stored=False),
+        )
+        if linked(outer, options, stored=False)(np.arange(4.0)) == 2.0 + 2.0 / 3.0 + 1.0:
+            return True
+        reason = "a kernel that calls two others computes something else"
+    except (NumbaError, AttributeError, TypeError, ValueError, LookupError, RuntimeError, AssertionError) as error:
+        reason = f"{type(error).__name__}: {error}"
+    from numba import __version__
+
+    warnings.warn(
+        f"numba {__version__} does not link kernels as kabo asks it to ({reason.splitlines()[0]}): plans are the same, "
+        "but kernels take longer to compile when kabo runs for the first time",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return False

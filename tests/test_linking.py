@@ -15,6 +15,14 @@ from kabo.compilation import kernel, lean_kernel, reduction_kernel
 KERNELS = """
 import sys
 import numpy as np
+import kabo.linking
+
+if sys.argv[1] == "without linking":
+    def part_compiler():
+        raise AttributeError("'JITCodeLibrary' object has no attribute '_renamed'")
+
+    kabo.linking.part_compiler = part_compiler
+
 from kabo.compilation import kernel, lean_kernel, reduction_kernel
 
 @lean_kernel
@@ -115,23 +123,26 @@ def test_garbage_is_collected_again_after_compiling():
         gc.enable()
 
 
-@compiled
-def test_wholes_are_stored_and_found_in_any_order(tmp_path):
+def run_kernels(tmp_path, order):
+    """What the kernels of a process of their own compute, and what it says on standard error."""
     script = tmp_path / "kernels.py"
-    script.write_text(KERNELS)
+    if not script.exists():  # numba forgets what it stored for a file that was written again
+        tmp_path.mkdir(exist_ok=True)
+        script.write_text(KERNELS)
     environment = {
         **os.environ,
         "KABO_CACHE": str(tmp_path / "cache"),
         "PYTHONPATH": str(Path(__file__).parents[1]),
     }
-    answers = [
-        json.loads(
-            subprocess.run(
-                [sys.executable, str(script), order], env=environment, capture_output=True, text=True, check=True
-            ).stdout
-        )
-        for order in ("outer first", "inner first", "inner first")
-    ]
+    done = subprocess.run(
+        [sys.executable, str(script), order], env=environment, capture_output=True, text=True, check=True
+    )
+    return json.loads(done.stdout), done.stderr
+
+
+@compiled
+def test_wholes_are_stored_and_found_in_any_order(tmp_path):
+    answers = [run_kernels(tmp_path, order)[0] for order in ("outer first", "inner first", "inner first")]
     for whole, third, sum_of_all, scaled, *_ in answers:
         assert whole == pytest.approx(10 + 1 / 3)
         assert third == 1
@@ -139,3 +150,13 @@ def test_wholes_are_stored_and_found_in_any_order(tmp_path):
         assert scaled == [0, 2, 4, 6, 8]
     assert [answer[4] for answer in answers] == [0, 1, 1]
     assert [answer[5] for answer in answers] == [0, 1, 1]
+
+
+@compiled
+def test_a_numba_that_does_not_link_computes_the_same_after_one_warning(tmp_path):
+    linked, silence = run_kernels(tmp_path / "linked", "outer first")
+    plain, warning = run_kernels(tmp_path / "plain", "without linking")
+    assert plain == linked
+    assert silence == ""
+    assert warning.count("does not link kernels") == 1
+    assert "'JITCodeLibrary' object has no attribute '_renamed'" in warning
