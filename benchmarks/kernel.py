@@ -12,8 +12,8 @@ Sweeps turn every joint of the first arm by 0.5 rad from a free configuration, a
 same for every epsilon, those of the scene: a budget made by hand gives each body its scene's share and the sweep a
 tenth of epsilon, and every body counts as if it used up its share, so that nothing but the sweep's own share is slack.
 The peer samples the same segment on the original meshes, so densely that no corner of a body's box moves more than
-2 epsilon between samples (*measured*: the fewest samples it could do with), or by the bound that kabo's exact view
-knows (*bounded*).
+2 epsilon between samples (*measured*: the fewest samples it could do with), or by how far the stretched arm would
+carry a corner (*bounded*: what can be known without looking at the way).
 """
 
 import argparse
@@ -195,19 +195,12 @@ def sampler(scene: Arrangement, ask: Callable[[Any], bool], counts: dict[bytes, 
 
 def sample_counts(scene: Arrangement, chosen: Sequence[tuple[Array, Array]]) -> dict[str, dict[bytes, int]]:
     """How many steps of at most 2 epsilon of motion every segment has, by measure and by bound."""
-    kinematics, exact = Kinematics(scene), view(scene, Budget.share(SAMPLED), _Bounds)
-    measured, bounded = {}, {}
-    for start, end in chosen:
-        key = start.tobytes()
-        measured[key] = max(1, int(np.ceil(kinematics.longest_path(start, end) / (2 * SAMPLED))))
-        bounded[key] = exact.samples(start, end)
-    return {"measured": measured, "bounded": bounded}
-
-
-class _Bounds(ExactView):
-    def samples(self, start: Array, end: Array) -> int:
-        """How many steps its segment check would take."""
-        return max(1, int(np.ceil(self._longest_path(start, end) / (2.0 * self._epsilon))))
+    kinematics = Kinematics(scene)
+    paths = {"measured": kinematics.longest_path, "bounded": kinematics.path_bound}
+    return {
+        how: {start.tobytes(): max(1, int(np.ceil(path(start, end) / (2 * SAMPLED)))) for start, end in chosen}
+        for how, path in paths.items()
+    }
 
 
 def sweep_table(scene: Arrangement, count: int) -> Table:

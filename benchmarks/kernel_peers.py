@@ -46,6 +46,20 @@ class Kinematics:
             before = now
         return float(lengths.max())
 
+    def path_bound(self, start: Array, end: Array) -> float:
+        """A bound of `longest_path` [m]: each joint carries everything beyond it at the length of the stretched arm."""
+        first, last, tree, bound = self.scene.expand(start), self.scene.expand(end), self.scene.tree, 0.0
+        turns, farthest = np.abs(last - first), np.maximum(np.abs(first), np.abs(last))
+        for thing in self.scene.things[: self.scene.moving]:
+            reach, path, joint = float(np.linalg.norm(_corners(thing), axis=1).max()), 0.0, thing.joint
+            while joint > 0:
+                slides = tree.kind[joint] != REVOLUTE
+                path += turns[joint - 1] * (1.0 if slides else reach)
+                reach += float(np.linalg.norm(tree.placement[joint, 9:])) + slides * farthest[joint - 1]
+                joint = int(tree.parent[joint])
+            bound = max(bound, path)
+        return bound
+
 
 def _corners(thing: Thing) -> Array:
     low, high = thing.mesh[0].min(axis=0), thing.mesh[0].max(axis=0)

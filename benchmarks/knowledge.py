@@ -148,7 +148,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         speeds.add(instance.name, **row(instance, figures))
         counts.add(instance.name, **sizes_row(instance, figures))
         measured[instance.name] = figures
-        print(f"{instance.name}: {speeds.rows[-1]['ok']}", file=sys.stderr)
     tables = [speeds, counts]
     if not options.no_calls and not options.only:
         tables.append(calls())

@@ -114,9 +114,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--verify", type=int, default=3, help="plans of so many seeds are verified")
+    parser.add_argument("--only", nargs="+", choices=("start-up", "six", "bartender"), metavar="TABLE")
     parser.add_argument("--output", type=Path, default=Path("promises.json"))
     options = parser.parse_args(arguments)
-    tables = [start_up(), six(), bartender(options.seeds, options.verify)]
+    made = {
+        "start-up": start_up,
+        "six": six,
+        "bartender": lambda: bartender(options.seeds, options.verify),
+    }
+    tables = [table() for name, table in made.items() if not options.only or name in options.only]
     finish(tables, options.output, seeds=options.seeds, verified=options.verify)
 
 

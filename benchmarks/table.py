@@ -4,6 +4,7 @@ import json
 import os
 import platform
 import subprocess
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
@@ -51,8 +52,10 @@ class Table:
     rows: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, name: str, **figures: Any) -> None:
-        """Appends a row."""
+        """Appends a row, and prints it on standard error: what an hour has measured is not lost with a later minute."""
         self.rows.append({"": name, **figures})
+        row = ", ".join(f"{figure} {_cell(value)}" for figure, value in figures.items())
+        print(f"{self.title} | {name}: {row}", file=sys.stderr, flush=True)
 
     def __str__(self) -> str:
         columns = list(dict.fromkeys(key for row in self.rows for key in row))

@@ -1,0 +1,66 @@
+"""Every script in `benchmarks/` runs, as small as its options allow, and writes its tables.
+
+Two are not run: `construction_set_peer.py` needs hpp-python, and the sections `bounding` and `decomposition` of
+`geometry.py` an environment of the judge's.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+RUNS = (
+    "certificates stacked/n2 --output out.json",
+    "construction_set --seeds 1 --output out.json",
+    "geometry predicates --scene generated --configurations 8 --output out",
+    "geometry refused --output out",
+    "geometry scaling --largest 1e3 --output out",
+    "inverse_kinematics --poses 5 --output out.json",
+    "kernel --scene generated --configurations 8 --segments 3 --output out.json",
+    "knowledge --only unix-1 doors-3 --repeat 1 --output out.json",
+    "promises --only start-up bartender --seeds 1 --verify 1 --output out.json",
+    "quality --only stacked/n5 --seeds 1 --output out.json",
+    "sampling --samples 200 --peers 2 --rounds 1 --output out.json",
+    "tasks core law --trees 20 --repeat 1 --output out",
+    "tasks pick_and_place padding --robots generated --seeds 1 --solutions 1 --judged 1 --output out",
+    "tasks reparameterisation stack --robots generated --seeds 1 --runs 1 --output out",
+    "tasks pouring --robots generated --pourings 1 --limit 5 --output out",
+    "thesis --only stacked --trials 1 --seconds 20 --output out.json",
+    "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
+)
+NOT_RUN = {"construction_set_peer.py"}
+
+
+def scripts():
+    """The scripts that are called, not imported."""
+    return {path.name for path in BENCHMARKS.glob("*.py") if "ArgumentParser(" in path.read_text()}
+
+
+def test_every_script_has_a_small_run():
+    assert {f"{run.split()[0]}.py" for run in RUNS} == scripts() - NOT_RUN
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run", RUNS)
+def test_a_small_run_prints_rows_as_they_come_and_writes_its_tables(run, tmp_path):
+    name, *arguments = run.split()
+    done = subprocess.run(
+        [sys.executable, str(BENCHMARKS / f"{name}.py"), *arguments],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(BENCHMARKS.parent)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    written = [json.loads(path.read_text()) for path in tmp_path.rglob("*.json")]
+    tables = [table for content in written for table in content.get("tables", ())]
+    assert tables
+    for table in tables:
+        assert table["rows"], table["title"]
+        assert table["title"] in done.stdout
+        assert f"{table['title']} | {table['rows'][0]['']}: " in done.stderr
