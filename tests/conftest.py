@@ -1,12 +1,28 @@
-"""What all tests share: how hypothesis draws, and how much of the long property runs is run.
+"""What all tests share: how hypothesis draws, how much of the long property runs is run, and which tests are quick.
 
 `KABO_PROPERTY_SCALE` (default 0.1) scales the number of examples; 1.0 is the whole run. Draws are derandomized,
-so that a red run is red again.
+so that a red run is red again. `pytest -m quick` runs the rooms that need no kernel, less than a minute of tests.
 """
 
 import os
+from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
+
+TESTS = Path(__file__).parent
+QUICK = (
+    "finite_domain",
+    "imports",
+    "knowledge",
+    "language",
+    "meshes",
+    "plan",
+    "scene",
+    "tasks/core",
+    "test_architecture.py",
+    "test_errors.py",
+)
 
 PROPERTY_SCALE = float(os.environ.get("KABO_PROPERTY_SCALE", "0.1"))
 
@@ -19,3 +35,11 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("kabo")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Marks the tests of quick rooms, but for those that are slow all the same."""
+    for item in items:
+        quick = any(item.path.is_relative_to(TESTS / room) for room in QUICK)
+        if quick and item.get_closest_marker("slow") is None:
+            item.add_marker("quick")

@@ -87,6 +87,7 @@ def test_metres_and_a_scale_mean_the_same_as_in_the_scaled_file(kabo, folder):
     assert load_mesh("b.ply").diagonal == pytest.approx(load_mesh("a.off").diagonal, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_ring_is_covered_by_convex_parts_one_object_each(kabo, folder):
     said = kabo("decompose", "ring.off", "--epsilon", "0.006", "-o", "parts.obj", "--json")
     assert said.code == 0, said.err

@@ -87,6 +87,7 @@ def _height(n: int) -> float:
     return float(found[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 5, 8, 10, 11, 16, 20])
 def test_the_search_of_the_file_itself_finds_a_shortest_plan(n: int) -> None:
     result = kabo.solve(problem_of(DOMAINS / "stacked" / f"n{n}.yaml"), geometry="none")
@@ -94,6 +95,7 @@ def test_the_search_of_the_file_itself_finds_a_shortest_plan(n: int) -> None:
     assert plan_statistics(result.plan).plan_actions == 2 * n - 1
 
 
+@pytest.mark.slow
 def test_twenty_flat_blocks_are_restacked_with_motions_that_hold() -> None:
     problem = problem_of(DOMAINS / "stacked" / "n20.yaml")
     result = kabo.solve(problem, certificate=False)

@@ -86,6 +86,7 @@ def require_promises(mesh, made):
     assert made.one_sided and made.contractions == len(mesh.vertices) - len(made.vertices)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", SIDES)
 def test_a_tetrahedron_cannot_become_less(side):
     mesh = Mesh(np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
@@ -123,6 +124,7 @@ def test_a_ball_is_bounded_within_epsilon(side, epsilon):
     assert (volume(made) > volume(mesh)) == (side == "outer")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("cost", COSTS)
 def test_every_cost_function_keeps_every_promise(cost, side):

@@ -42,6 +42,7 @@ def test_a_link_that_is_not_closed_is_refused_and_the_message_says_what_helps(tm
         server(tmp_path).collides("r", [0.0])
 
 
+@pytest.mark.slow
 def test_hulls_enclose_the_links_and_hollows_count_as_full(tmp_path: Path) -> None:
     made = server(tmp_path, ", hulls: [arm]")
     reached = [x for x in np.linspace(0.5, 1.5, 101) if made.collides("r", [x])]

@@ -78,6 +78,7 @@ def test_a_plan_that_collides_keeps_no_certificate_and_says_why(bench):
     assert same == plan and any("peg and socket" in gap for gap in figures["certificate_gaps"])
 
 
+@pytest.mark.slow
 def test_fingers_round_what_they_let_go_of_are_proven_apart_though_a_plan_permits_contact():
     """The boxes of both meet until the hand is up and away, so that whoever checks wants a proof."""
     problem = load_problem(DOMAINS / "circular_rearrange" / "n2.yaml")

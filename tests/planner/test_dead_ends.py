@@ -30,6 +30,7 @@ def plan_of(name: str, seed: int, order: str = "adaptive") -> Plan:
     return result.plan
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "seed", "order"), CASES)
 def test_dead_ends_are_left_with_every_order_of_asking(name: str, seed: int, order: str) -> None:
     """More seeds, and what they cost: docs/decisions/017-hybrid-search.md."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+import pytest
 import trimesh
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
@@ -71,6 +72,7 @@ def points_in(solid: list[Box], rng: np.random.Generator) -> Array:
     return np.vstack(found)
 
 
+@pytest.mark.slow
 @settings(max_examples=EXAMPLES)
 @given(
     solid_and_share=st.tuples(boxes(most=2), st.just(0.02))

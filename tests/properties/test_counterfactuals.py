@@ -61,6 +61,7 @@ def hung(name: str, ranges: tuple[Range, ...], seed: int) -> Problem:
 BLOCKING = (3, 6)  # seeds with which the board blocks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [*BLOCKING, *range(10, 10 + round(10 * PROPERTY_SCALE))])
 def test_what_is_said_to_help_in_stacks_helps(seed: int) -> None:
     helped = check(hung("stacked/n3", STACKED, seed))

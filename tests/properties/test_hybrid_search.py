@@ -62,6 +62,7 @@ CASES = [(search, order, senses) for search in SEARCHES for order in ("lazy", "e
 MORE = [("best", "adaptive", True), ("greedy", "lazy", True), ("astar", "lazy", True), ("astar", "eager", False)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("search", "order", "senses"), [*CASES, *MORE])
 def test_a_plan_is_found_if_and_only_if_brute_force_finds_one(search, order, senses, monkeypatch):
     for module in (ledger, interleaved):

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 
+import pytest
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
@@ -46,6 +47,7 @@ def test_there_is_a_plan_if_and_only_if_brute_force_finds_one(problem):
     agrees_with_brute_force(problem)
 
 
+@pytest.mark.slow
 @settings(max_examples=3 * settings().max_examples)
 @given(problem=gambles())
 def test_a_failure_that_hangs_on_an_ancestor_is_no_proof_elsewhere(problem):

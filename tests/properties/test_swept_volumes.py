@@ -9,6 +9,7 @@ import heapq
 import coal
 import numpy as np
 import pinocchio as pin
+import pytest
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
@@ -149,6 +150,7 @@ def test_two_motions_are_free_only_if_their_volumes_are_apart_and_refused_only_w
         event("free, proven by the judge" if bound >= 0 else "free, sampled")
 
 
+@pytest.mark.slow
 @settings(max_examples=COUNT)
 @given(data=st.data(), tolerance=st.sampled_from([0.05, 0.02]), share=st.sampled_from([0.0, 0.4]))
 def test_polyhedra_contain_all_that_is_swept_and_stick_out_no_farther_than_they_say(data, tolerance, share):

@@ -40,6 +40,7 @@ def solved(name: str) -> tuple[Solution, ...]:
     return tuple(planned(name).solutions)
 
 
+@pytest.mark.slow
 @both
 def test_as_many_solutions_are_found_as_are_asked_for(name: str) -> None:
     assert len(solved(name)) == WANTED

@@ -39,6 +39,7 @@ def end(solution: Solution) -> TaskScene:
 CASES = st.sampled_from([("left", "bottle_1"), ("left", "bottle_2"), ("right", "bottle_3"), ("right", "bottle_4")])
 
 
+@pytest.mark.slow
 @settings(max_examples=6, suppress_health_check=list(HealthCheck))
 @given(who=CASES, seed=st.integers(0, 1000), attempt=st.integers(0, 2), lazy=st.booleans())
 def test_what_is_picked_and_placed_moves_freely_and_without_a_jump(
