@@ -29,7 +29,7 @@ RUNS = (
     "tasks pick_and_place padding --robots generated --seeds 1 --solutions 1 --judged 1 --output out",
     "tasks reparameterisation stack --robots generated --seeds 1 --runs 1 --output out",
     "tasks pouring --robots generated --pourings 1 --limit 5 --output out",
-    "thesis --only stacked --trials 1 --seconds 20 --output out.json",
+    "thesis --only bartender --trials 1 --seconds 20 --output out.json",
     "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
 )
 NOT_RUN = {"construction_set_peer.py"}
