@@ -43,6 +43,7 @@ class Grounding:
     branchings: Mapping[int, Branching]  # those that one of `actions` can open
     reach: Reach
     asked: int
+    drafts: tuple[Draft, ...]  # of `actions`, in the same order
 
 
 def ground(problem: Problem) -> Task:
@@ -106,7 +107,7 @@ def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
     splits = _branchings(compiler, closure)
     branchings = _open(splits, compiler.fluents.whether, initial, actions, rules)
     reach = relaxed_reach(initial, actions, branchings, closure, by_layers=by_layers)
-    return Grounding(compiler, initial, actions, goal, rules, closure, splits, branchings, reach, asked)
+    return Grounding(compiler, initial, actions, goal, rules, closure, splits, branchings, reach, asked, tuple(found))
 
 
 def _symbols(problem: Problem) -> Symbols:
