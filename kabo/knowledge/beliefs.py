@@ -214,7 +214,6 @@ class Beliefs:
             if made is not None and open_:
                 group = made.group if isinstance(made, Claim) else made
                 self.unknown |= group.whether
-                self._learnt |= group.whether
                 self.links.join([group.whether, *bits_of(open_)])
 
     def outcome(self, world: WorldUpdate, outcome: ClaimFormula) -> Claim | NumberBits | None:
