@@ -117,7 +117,9 @@ def pddl(small: Small) -> str:
     facts = [f"({atom})" for atom in small.true] + [f"(unknown ({atom}))" for atom in small.unknown]
     facts += [f"(oneof {' '.join(f'({atom})' for atom in each)})" for each in small.oneofs]
     facts += [f"(or {' '.join(_lit(*each) for each in clause)})" for clause in small.clauses]
-    lines.append(f")\n(define (problem p) (:domain small)\n (:init {' '.join(facts)})\n (:goal {_text(small.goal)}))\n")
+    lines.append(
+        f")\n(define (problem p) (:domain small)\n (:init {' '.join(facts)})\n (:goal {_text(small.goal)}))\n"
+    )
     return "\n".join(lines)
 
 

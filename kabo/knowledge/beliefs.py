@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from kabo.knowledge.binding import Binding
 from kabo.knowledge.closure import Rule
-from kabo.knowledge.compiler import Compiler
 from kabo.knowledge.effects import WorldUpdate
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim, ConjunctionBits, Group, NumberBits, TermBits, open_entries

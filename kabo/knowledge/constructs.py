@@ -83,7 +83,9 @@ class Constructs:
         known = tuple(_known_terms(action.preconditions))
         for sensed in action.sense:
             if isinstance(sensed, Application) and sensed.function in self.numbers:
-                yield Construct(sensed.place, f"{where} senses a number, {sensed.function}, of which no values are listed")
+                yield Construct(
+                    sensed.place, f"{where} senses a number, {sensed.function}, of which no values are listed"
+                )
             yield from self._inside(sensed, where, known)
         for formula in action.preconditions:
             yield from self._inside(formula, where, known)
@@ -96,7 +98,9 @@ class Constructs:
     def _of_change(self, piece: Change, where: str, known: tuple[Application, ...]) -> Iterator[Construct]:
         for part in _parts(piece.facts):
             if piece.database == "Kv" and isinstance(part, Application) and part.function in self.numbers:
-                yield Construct(piece.place, f"{where} senses a number, {part.function}, of which no values are listed")
+                yield Construct(
+                    piece.place, f"{where} senses a number, {part.function}, of which no values are listed"
+                )
             right = plain(part.right) if isinstance(part, Comparison) else None
             if isinstance(right, Application | External) and self._is_open(right, known):
                 yield Construct(piece.place, f"{where} copies a value that may be unknown")
@@ -222,4 +226,3 @@ def _key(part: object) -> tuple[str, tuple[str, ...]] | None:
     if isinstance(part, Atom | Application) and all(isinstance(each, Constant) for each in part.arguments):
         return _names(part)[0], tuple(each.name for each in part.arguments if isinstance(each, Constant))
     return None
-

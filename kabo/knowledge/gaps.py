@@ -19,7 +19,7 @@ from kabo.knowledge.closure import Closure
 from kabo.knowledge.constructs import Constructs
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim
-from kabo.knowledge.grounding import Grounding, ground_whole
+from kabo.knowledge.grounding import ground_whole
 from kabo.knowledge.queries import bits_of, union
 from kabo.knowledge.schemas import Draft
 from kabo.language.formulas import Place
@@ -113,7 +113,7 @@ class _Gaps:
         waiting, size = list(self.drafts), -1
         while size != (size := len(self.acting) + self.relevant.bit_count()):
             self.relevant = self.beliefs.links.closed(self.relevant)
-            still = []
+            still: list[Draft] = []
             for draft in waiting:
                 (self.acting if self._matters(draft) else still).append(draft)
             waiting = still
@@ -273,7 +273,9 @@ def _connected(name: int, entries: Iterable[tuple[Claim, ...]]) -> int:
 
 def _propagates(entries: dict[Entry, tuple[Claim, ...]]) -> bool:
     """Whether unit propagation finds all that follows, whatever becomes known: tried for a few atoms."""
-    groups = list({member.group.whether: member.group for members in entries.values() for member in members}.values())
+    groups = list(
+        {member.group.whether: member.group for members in entries.values() for member in members}.values()
+    )
     atoms = [group for group in groups if isinstance(group, AtomBits)]
     if len(atoms) > MOST_CASES or len(atoms) < len(groups):
         return False
@@ -304,4 +306,3 @@ def _common(worlds: Sequence[int]) -> int:
 def _holds(entry: Entry, members: tuple[Claim, ...], world: int) -> bool:
     true = sum(1 for member in members if world & member.holds)
     return true == 1 if entry.exactly else true > 0
-

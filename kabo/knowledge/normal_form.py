@@ -24,9 +24,7 @@ class NormalForm:
         self._entries = [entry for entry in entries if entry.active]
         self._mask = union(entry.mask for entry in self._entries)
         self._width = width  # of states: bits of the form lie above
-        self._denied = {
-            member.holds: member.denied.holds for entry in self._entries for member in entry.members
-        }
+        self._denied = {member.holds: member.denied.holds for entry in self._entries for member in entry.members}
         self._denied |= {denied: holds for holds, denied in self._denied.items()}
         self._bits: dict[_Said, int] = {}
         self._known: dict[int, int] = {0: 0}

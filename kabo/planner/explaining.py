@@ -156,8 +156,8 @@ def explain(
             found = obstacles(problem, left, cancelled, expansions, search=search, **options)
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
-    more = () if found is None else (found.findings, found.counterfactuals)
-    return Explanation(*said, *more, complete=not judged.gaps)
+    more = ((), ()) if found is None else (found.findings, found.counterfactuals)
+    return Explanation(*said, *more, not judged.gaps)
 
 
 def _has_motions(problem: Problem) -> bool:
@@ -206,9 +206,7 @@ def _unproved(unproved: Reason, goals: list[UnreachableGoal]) -> list[str]:
     return [first, f"What kabo does not follow: {where}."]
 
 
-def _searched(
-    problem: Problem, judged: Judged, search: str | None, limits: Limits
-) -> tuple[Verdict, list[str]]:
+def _searched(problem: Problem, judged: Judged, search: str | None, limits: Limits) -> tuple[Verdict, list[str]]:
     task = ground(problem)
     found = find_skeleton(task, search=search, limits=limits)
     if isinstance(found, Found):

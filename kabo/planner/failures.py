@@ -56,9 +56,7 @@ class Failures:
         """An outcome of the choice failed; the node itself does not count as an obstacle."""
         self._choices.setdefault(key, {})[choice] = Failure(failure.blocked - {key})
 
-    def add_nodes(
-        self, key: Hashable, state: int, visited: Iterable[Hashable], blocked: set[Hashable]
-    ) -> Failure:
+    def add_nodes(self, key: Hashable, state: int, visited: Iterable[Hashable], blocked: set[Hashable]) -> Failure:
         """All of a search from `key` that reached no end failed for the same reasons; returns that failure."""
         failure = Failure(frozenset(blocked - {key}))
         if self._less_is_less and not failure.blocked:

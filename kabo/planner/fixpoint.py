@@ -123,7 +123,9 @@ class Fixpoint:
             else:
                 after = self.space.after(self._nodes[number], choice.step)
                 delivered = self.space.delivered(self._nodes[number], choice.step, after)
-                made[number] = self.builder.act(choice.step.action, choice.step.attempt, delivered, following[0][1])
+                made[number] = self.builder.act(
+                    choice.step.action, choice.step.attempt, delivered, following[0][1]
+                )
         return made[0]
 
     def _needed(self) -> list[int]:

@@ -61,9 +61,7 @@ def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
     return Reason("knowledge", None, text, tuple(dead_ends(task, deadline)))
 
 
-def beyond_reasoning(
-    verdict: Verdict, failures: Sequence[tuple[GroundCall, Failure]] = ()
-) -> Reason | None:
+def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Failure]] = ()) -> Reason | None:
     """Not proven although everything was tried: knowledge is not complete here; None if it is, and that is a proof.
 
     The details name what makes it so, each with its place.
