@@ -26,7 +26,7 @@ def start(small: Small) -> Belief:
     worlds = []
     for values in product((False, True), repeat=len(small.unknown)):
         world = frozenset(small.true) | {a for a, value in zip(small.unknown, values, strict=True) if value}
-        one = all(sum(atom in world for atom in each) == 1 for each in small.oneofs)
+        one = all(sum(atom in world for atom in each) == 1 for each in (*small.oneofs, small.term) if each)
         if one and all(any((atom in world) == truth for atom, truth in clause) for clause in small.clauses):
             worlds.append(frozenset(world))
     return frozenset(worlds)
@@ -49,10 +49,10 @@ def outcomes(act: Act, belief: Belief) -> list[Belief] | None:
     if not all(holds(act.precondition, world) for world in belief):
         return None
     moved = [after(act, world) for world in belief]
-    if act.observes is None:
-        return [frozenset(moved)]
-    split = [frozenset(w for w in moved if (act.observes in w) == truth) for truth in (False, True)]
-    return [each for each in split if each]
+    seen = {tuple(atom in world for atom in act.observes) for world in moved}
+    return [
+        frozenset(w for w in moved if tuple(atom in w for atom in act.observes) == each) for each in sorted(seen)
+    ]
 
 
 def beliefs(small: Small, limit: int = 3000) -> dict[Belief, list[list[Belief]]] | None:

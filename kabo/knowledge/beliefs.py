@@ -50,7 +50,7 @@ class Beliefs:
         self.links = Links()
         self.entries: dict[Entry, tuple[Claim, ...]] = {}  # what is known of several together: members left
         self.conditions = [self.condition(draft) for draft in whole.drafts]
-        self._learnt = 0  # groups about which something may be found out
+        self.learnt = 0  # groups about which something may be found out
         self._start()
         self._grow()
 
@@ -130,7 +130,7 @@ class Beliefs:
                 self._bind(propagator, initial)
         for name in bits_of(open_entries(initial, self.compiler.fluents.whether)):
             self._find_out(name)
-        self._learnt |= tangled(self.entries.values())
+        self.learnt |= tangled(self.entries.values())
 
     def _bind(self, entry: Entry, state: int = 0) -> None:
         """Notes an entry; members that are known to be false in the state are none."""
@@ -142,7 +142,7 @@ class Beliefs:
 
     def _grow(self) -> None:
         while True:
-            before = self.ones, self.zeros, self.unknown, self._learnt, len(self.entries), self.links.joints
+            before = self.ones, self.zeros, self.unknown, self.learnt, len(self.entries), self.links.joints
             for draft, condition in zip(self.whole.drafts, self.conditions, strict=True):
                 if self.possible(condition):
                     self._act(draft)
@@ -151,7 +151,7 @@ class Beliefs:
             for monitor in self.whole.closure.monitors:
                 self.zeros |= monitor.held
             self._learn()
-            if before == (self.ones, self.zeros, self.unknown, self._learnt, len(self.entries), self.links.joints):
+            if before == (self.ones, self.zeros, self.unknown, self.learnt, len(self.entries), self.links.joints):
                 return
 
     def _follow(self, rule: Rule) -> None:
@@ -161,7 +161,7 @@ class Beliefs:
         if open_:
             groups = open_ | self.names(rule.make | rule.clear)
             self.links.join(bits_of(groups))
-            self._learnt |= groups
+            self.learnt |= groups
 
     def _act(self, draft: Draft) -> None:
         for update in draft.plain:
@@ -189,7 +189,7 @@ class Beliefs:
         for entry in self.whole.closure.propagators:
             if isinstance(entry, Entry) and entry.active & update.make:
                 self._bind(entry)
-                self._learnt |= union(member.group.whether for member in entry.members)
+                self.learnt |= union(member.group.whether for member in entry.members)
 
     def _find_out(self, name: int) -> None:
         """The truth or value of a group will be known."""
@@ -197,8 +197,8 @@ class Beliefs:
         if isinstance(group, ConjunctionBits):
             self.ones |= name
             self._bind(self.compiler.entry(False, [part.denied for part in group.parts]))
-            self._learnt |= union(part.group.whether for part in group.parts)
-        self._learnt |= name
+            self.learnt |= union(part.group.whether for part in group.parts)
+        self.learnt |= name
 
     def _happen(self, world: WorldUpdate, draft: Draft) -> None:
         open_ = self.causes(world, draft)
@@ -226,8 +226,8 @@ class Beliefs:
 
     def _learn(self) -> None:
         """What is found out of one group may tell everything about those that are linked to it."""
-        told = self.links.closed(self._learnt)
-        self._learnt |= told
+        told = self.links.closed(self.learnt)
+        self.learnt |= told
         mask = union(self.groups[name].mask for name in bits_of(told & self.unknown))
         self.ones, self.zeros = self.ones | mask, self.zeros | mask
 

@@ -1,7 +1,7 @@
 """Constructs of the language about what may be unknown, with their places: what knowledge cannot follow by its form.
 
-Some constructs are beyond knowledge as soon as they speak of something unknown, whatever else is so: sums of unknown numbers,
-sensed numbers, copies of unknown values, terms inside of terms. Others are found on bits, and here is where they stand.
+Some constructs are beyond knowledge as soon as they speak of something unknown, whatever else is so: sums of unknown
+numbers, sensed numbers, copies of unknown values, terms inside of terms. Others are found on bits, and here is where they stand.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -121,7 +121,7 @@ class Constructs:
                     yield Construct(place, f"{where} compares two values that may be unknown")
 
     def _is_beyond(self, sum_: Arithmetic, known: tuple[Application, ...]) -> bool:
-        """Whether something may be known of a sum or product of unknown numbers: of x + 1 there is not, of x - x there is."""
+        """Whether something may be known of a sum or product of unknown numbers: of x - x, say, but not of x + 1."""
         open_ = [self._is_open(plain(side), known) for side in (sum_.left, sum_.right)]
         return all(open_) or (sum_.operator in "*/" and any(open_))
 
@@ -198,9 +198,10 @@ def _known_terms(preconditions: Iterable[Formula]) -> Iterator[Application]:
         if isinstance(formula, KnowValue):
             yield formula.term
         claim = formula.claim if isinstance(formula, Know) else None
-        if isinstance(claim, Comparison) and claim.operator == "=" and isinstance(claim.left, Application):
-            if isinstance(claim.right, Variable | Constant):
-                yield claim.left
+        if not isinstance(claim, Comparison) or claim.operator != "=":
+            continue
+        if isinstance(claim.left, Application) and isinstance(claim.right, Variable | Constant):
+            yield claim.left
 
 
 def _parts(tree: object) -> Iterator[object]:

@@ -20,7 +20,7 @@ from kabo.knowledge.constructs import Constructs
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim
 from kabo.knowledge.grounding import ground_whole
-from kabo.knowledge.queries import bits_of, union
+from kabo.knowledge.queries import bits_of, split, union
 from kabo.knowledge.schemas import Draft
 from kabo.language.formulas import Place
 from kabo.language.problem import Problem
@@ -177,17 +177,12 @@ class _Gaps:
 
     def _changes(self, draft: Draft) -> Iterator[Gap]:
         """Changes of what is known together with others only, and such knowledge that an action adds."""
-        beliefs = self.beliefs
-        condition = beliefs.conditions_of(draft)
-        certain = union(beliefs.names(u.touch) for u in draft.plain if u.is_certain)
-        touched = [(beliefs.names(u.touch), u.condition) for u in draft.plain if u.is_possible]
-        touched += [(group, condition.plain) for group, _, _ in self._outcomes(draft)]
-        for names, under in touched:
-            for name in bits_of(beliefs.unknown_under(names & self.open, condition.plain, under)):
-                if not self._is_lossless(name, certain):
-                    action = f'action "{draft.name}" may change {self._named(name)} while it is unknown'
-                    place = self.constructs.change(draft.name, name)
-                    yield Gap(place, f"{action}, and tied to others by what is known of several together")
+        certain = union(self.beliefs.names(u.touch) for u in draft.plain if u.is_certain)
+        for name in bits_of(self._touched(draft, self._broken)):
+            if not self._is_lossless(name, certain):
+                action = f'action "{draft.name}" may change {self._named(name)} while it is unknown'
+                place = self.constructs.change(draft.name, name)
+                yield Gap(place, f"{action}, and tied to others by what is known of several together")
         for update in draft.plain:
             for entry in self._added(update.make):
                 members = union(member.group.whether for member in entry.members)
@@ -196,13 +191,51 @@ class _Gaps:
                     place = self.constructs.change(draft.name, members, together=True)
                     yield Gap(place, f"{action}: {self._named(members)}")
 
+    def _touched(self, draft: Draft, broken: set[Entry]) -> int:
+        """The groups that the action may change while they are unknown.
+
+        Where a member of "exactly one of these" must be known to hold all of them are known, unless it is `broken`.
+        """
+        beliefs, found = self.beliefs, 0
+        condition = beliefs.conditions_of(draft).plain
+        touched = [(beliefs.names(u.touch), u.condition) for u in draft.plain if u.is_possible]
+        touched += [(group, condition) for group, _, _ in self._outcomes(draft)]
+        for names, under in touched:
+            holds = split(condition)[1] | split(under)[1]
+            unknown = beliefs.unknown_under(names & self.open, condition, under)
+            for entry, members in beliefs.entries.items() if unknown else ():
+                if entry.exactly and entry not in broken and any(member.holds & holds for member in members):
+                    unknown &= ~union(member.group.whether for member in members)
+            found |= unknown
+        return found
+
+    @cached_property
+    def _broken(self) -> set[Entry]:
+        """The entries of which an action may change a member while it is unknown: they are gone after that."""
+        broken: set[Entry] = set()
+        while True:
+            touched = union(self._touched(draft, broken) for draft in self.acting)
+            found = {
+                entry
+                for entry, members in self.beliefs.entries.items()
+                if any(member.group.whether & touched for member in members)
+            }
+            if found <= broken:
+                return broken
+            broken |= found
+
     def _added(self, made: int) -> Iterator[Entry]:
         for entry in self.whole.closure.propagators:
             if isinstance(entry, Entry) and entry.active & made:
                 yield entry
 
     def _is_lossless(self, name: int, certain: int) -> bool:
-        """Whether nothing is left to know of the others once one group has changed; `certain` change as well."""
+        """Whether nothing is left to know of the others once one group has changed; `certain` change as well.
+
+        Nothing is, either, where nothing is ever found out about any of them.
+        """
+        if not self.beliefs.links.closed(name) & self.beliefs.learnt:
+            return True
         about = [
             (entry, members)
             for entry, members in self.beliefs.entries.items()
