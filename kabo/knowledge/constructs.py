@@ -1,7 +1,7 @@
 """Constructs of the language about what may be unknown, with their places: what knowledge cannot follow by its form.
 
 Some constructs are beyond knowledge as soon as they speak of something unknown, whatever else is so: sums of unknown
-numbers, sensed numbers, copies of unknown values, terms inside of terms. Others are found on bits, and here is where they stand.
+numbers, sensed numbers, copies of unknown values, terms inside of terms. Others are found on bits, and their places here.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

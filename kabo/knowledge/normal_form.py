@@ -78,12 +78,10 @@ class NormalForm:
 
 def _without_the_implied(said: Sequence[_Said], denied: dict[int, int]) -> Iterator[_Said]:
     """Without "some of these" where that follows from something about a part of them."""
-    parts: list[_Members] = []
+    some = [members for kind, members in said if kind == "some"]
+    more = [members for kind, members in said if kind != "some"]
+    more += [frozenset(denied[member] for member in members) for kind, members in said if kind == "unequal"]
     for kind, members in said:
-        parts.append(members)
-        if kind == "unequal":
-            parts.append(frozenset(denied[member] for member in members))
-    for kind, members in said:
-        if kind == "some" and any(part < members for part in parts):
-            continue
-        yield kind, members
+        follows = any(part < members for part in some) or any(part <= members for part in more)
+        if kind != "some" or not follows:
+            yield kind, members
