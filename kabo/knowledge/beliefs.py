@@ -45,6 +45,7 @@ class Beliefs:
         self.whole, self.compiler = whole, whole.compiler
         self.groups = {group.whether: group for group in self.compiler.fluents}
         self._home = {bit: group.whether for group in self.groups.values() for bit in bits_of(group.mask)}
+        self._names: dict[int, int] = {}  # found before: actions share many updates
         self.ones, self.zeros = whole.initial, ~whole.initial
         self.unknown = union(name for name, group in self.groups.items() if not _is_known(group, whole.initial))
         self.links = Links()
@@ -57,7 +58,10 @@ class Beliefs:
     # ------------------------------------------------------------------------------------------------ questions
     def names(self, mask: int) -> int:
         """The groups that have some of these bits."""
-        return union({self._home[bit] for bit in bits_of(mask) if bit in self._home})
+        found = self._names.get(mask)
+        if found is None:
+            found = self._names[mask] = union({self._home[bit] for bit in bits_of(mask) if bit in self._home})
+        return found
 
     def texts(self, names: int) -> list[str]:
         """The groups as text, in the order of their first mention."""

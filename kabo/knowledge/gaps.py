@@ -69,7 +69,9 @@ def verdict_of(problem: Problem) -> Verdict:
     else:
         impossible = not beliefs.possible(goal)
     reads = union(query.reads for query in parts)
-    return Verdict(impossible, () if impossible else tuple(_Gaps(beliefs, reads).found()))
+    if impossible or not beliefs.unknown:
+        return Verdict(impossible, ())
+    return Verdict(impossible, tuple(_Gaps(beliefs, reads).found()))
 
 
 class _Gaps:

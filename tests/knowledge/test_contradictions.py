@@ -69,7 +69,11 @@ def test_two_facts_that_exclude_each_other_are_an_error_with_both_places(tmp_pat
         (["add(Kf, not p)", "add(Kf, at(y))", "add(Kf, not q)", "add(Kor, p, q)"], 7, [":4:13", ":6:13"]),
         (["add(Kf, f != u, f != v)"], 4, [":4:13"]),
         # Unit propagation alone does not see it:
-        (["add(Kor, p, q)", "add(Kor, p, not q)", "add(Kor, not p, q)", "add(Kor, not p, not q)"], 7, [":4:5", ":5:5", ":6:5"]),
+        (
+            ["add(Kor, p, q)", "add(Kor, p, not q)", "add(Kor, not p, q)", "add(Kor, not p, not q)"],
+            7,
+            [":4:5", ":5:5", ":6:5"],
+        ),
         (["add(Kx, p, q)", "add(Kx, p, not q)"], 5, [":4:5"]),
     ],
 )
@@ -100,7 +104,10 @@ PDDL = "(define (domain c) (:predicates (p) (q)) (:action a :parameters () :prec
     [
         ("(p) (not (p))", [":2:45", ":2:41"]),
         ("(oneof (p) (q)) (p) (q)", [":2:41", ":2:57", ":2:61"]),
-        ("(or (p) (q)) (or (p) (not (q))) (or (not (p)) (q)) (or (not (p)) (not (q)))", [":2:41", ":2:54", ":2:92"]),
+        (
+            "(or (p) (q)) (or (p) (not (q))) (or (not (p)) (q)) (or (not (p)) (not (q)))",
+            [":2:41", ":2:54", ":2:92"],
+        ),
     ],
 )
 def test_pddl_is_refused_with_all_places(tmp_path, capsys, start, places):

@@ -49,7 +49,12 @@ CASES = [
         "(q)",
         ["`when`", "`when`"],
     ),
-    ("(:action a :parameters () :precondition (or (p) (q)) :effect (g))", "(oneof (p) (q))", "(g)", ["one of several"]),
+    (
+        "(:action a :parameters () :precondition (or (p) (q)) :effect (g))",
+        "(oneof (p) (q))",
+        "(g)",
+        ["one of several"],
+    ),
     (
         "(:action a :parameters () :precondition (p) :effect (g))",
         "(or (p) (q)) (or (p) (not (q)))",
@@ -112,7 +117,9 @@ def test_rules_about_what_is_unknown_are_told(tmp_path):
 # -------------------------------------------------------------------------------------------------------- complete
 def test_disjunctions_of_what_is_independent_are_complete(tmp_path):
     action = "(:action a :parameters () :precondition (or (p) (q)) :effect (g))"
-    assert judged(tmp_path, action + "(:action s :parameters () :observe (p))", "(unknown (p) (q))", "(g)").is_proof
+    assert judged(
+        tmp_path, action + "(:action s :parameters () :observe (p))", "(unknown (p) (q))", "(g)"
+    ).is_proof
 
 
 def test_in_kabo_s_own_language_a_disjunction_is_one_of_knowledge(tmp_path):
