@@ -128,6 +128,7 @@ def _no_plan(body: Mapping[str, Any]) -> str:
         "no_plan": f"no plan (proved by {reason['proved']}): ",
         "exhausted": f"no plan found ({reason.get('budget')} exhausted): ",
     }.get(body["status"], "")
+    said = "no plan found, " if reason.get("budget") == "reasoning" else said
     details = reason["details"]
     more = ["  kabo explain says more, and what would help"] if len(details) > TOLD else []
     return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:TOLD]), *more])

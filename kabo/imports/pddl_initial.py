@@ -47,7 +47,8 @@ def read_initial(context: Context, section: Form | None) -> Initial:
     for atom, literal in initial.unknown.items():
         if atom in initial.facts and literal.place is not None:
             truth = "true" if initial.facts[atom].positive else "false"
-            context.document.findings.add(literal.place, f"this atom is said to be unknown, and to be {truth}")
+            message = f"this atom is said to be unknown, and to be {truth}"
+            context.document.findings.add(literal.place, message, _other(initial.facts[atom]))
     return initial
 
 
@@ -98,7 +99,13 @@ def _literal(context: Context, node: Node) -> f.Literal | None:
 def _add_fact(context: Context, initial: Initial, node: Node, literal: f.Literal) -> None:
     earlier = initial.facts.setdefault(literal.atom, literal)
     if earlier.positive != literal.positive:
-        context.report(node, f'"{context.document.text(node)}" contradicts what stands before')
+        context.report(node, f'"{context.document.text(node)}" contradicts what stands before', _other(earlier))
+
+
+def _other(earlier: f.Claim) -> str | None:
+    """The remedy for two facts that contradict each other, with the place of the earlier one."""
+    place = earlier.place
+    return None if place is None else f"remove this one, or the one at {place.file}:{place.line}:{place.column}"
 
 
 def _unknown(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
@@ -223,8 +230,10 @@ def _value(context: Context, initial: Initial, form: Form, members: list[f.Liter
         context.report(form.items[2], "a number is compared with an object")
     else:
         known = f.Comparison("=", term, value, context.place(form))
-        if initial.values.setdefault(term, known) != known:
-            context.report(form, f'"{context.document.text(form)}" contradicts what stands before')
+        earlier = initial.values.setdefault(term, known)
+        if earlier != known:
+            message = f'"{context.document.text(form)}" contradicts what stands before'
+            context.report(form, message, _other(earlier))
 
 
 # -------------------------------------------------------------------------------------------------------- building

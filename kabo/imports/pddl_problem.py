@@ -112,7 +112,7 @@ def _build(vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[Schema]
             constants[name] = kind
     return Domain(
         Names().take(domain.name), vocabulary.types.in_order(), constants, vocabulary.kabo_predicates(),
-        vocabulary.kabo_functions(), (), actions, domain.document.source.path,
+        vocabulary.kabo_functions(), (), actions, domain.document.source.path, worldly=True,
     )  # fmt: skip
 
 

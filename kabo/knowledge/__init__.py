@@ -5,6 +5,7 @@ integers, nothing is closed-world. This room knows formula trees only; no geomet
 """
 
 from kabo.knowledge.actions import Branching, GroundAction
+from kabo.knowledge.gaps import Gap, Verdict, verdict_of
 from kabo.knowledge.grounding import ground
 from kabo.knowledge.queries import GeometricOracle, Query, optimistic
 from kabo.knowledge.reachability import Reach, relaxed_reach, unreachable_goals
@@ -12,14 +13,17 @@ from kabo.knowledge.task import GoalPart, Task
 
 __all__ = [
     "Branching",
+    "Gap",
     "GeometricOracle",
     "GoalPart",
     "GroundAction",
     "Query",
     "Reach",
     "Task",
+    "Verdict",
     "ground",
     "optimistic",
     "relaxed_reach",
     "unreachable_goals",
+    "verdict_of",
 ]

@@ -4,14 +4,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import prod
 
-from kabo.errors import Diagnostic, InputError
 from kabo.knowledge.actions import Branching, GroundAction, branching_of
 from kabo.knowledge.binding import Binding
 from kabo.knowledge.closure import Closure, Monitor, Propagator, Rule
 from kabo.knowledge.compiler import Compiler
+from kabo.knowledge.contradictions import explained, has_world, refuse_opposites
 from kabo.knowledge.effects import compile_effects
 from kabo.knowledge.entries import Entry, LastValue
-from kabo.knowledge.facts import ConjunctionBits, TermBits, open_entries
+from kabo.knowledge.facts import Claim, ConjunctionBits, TermBits, open_entries
 from kabo.knowledge.progression import Lexicon, Update, effects_of
 from kabo.knowledge.queries import FALSE, TRUE, Query, bits_of, conjunction, tested_for_zero, union
 from kabo.knowledge.reachability import Reach, relaxed_reach
@@ -43,6 +43,7 @@ class Grounding:
     branchings: Mapping[int, Branching]  # those that one of `actions` can open
     reach: Reach
     asked: int
+    drafts: tuple[Draft, ...]  # of `actions`, in the same order
 
 
 def ground(problem: Problem) -> Task:
@@ -89,6 +90,14 @@ def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
         InputError: as `ground` does.
     """
     refuse_unsupported(problem)
+    refuse_opposites(problem)
+    try:
+        return _ground(problem, by_layers)
+    except _Contradiction:
+        raise explained(problem, _contradicts) from None
+
+
+def _ground(problem: Problem, by_layers: bool) -> Grounding:
     compiler = Compiler(problem, _symbols(problem))
     state, permanent = _initial_state(compiler)
     found = list(drafts(compiler, problem))
@@ -99,14 +108,16 @@ def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
     state, copies = temporal.bind(state)
     closure = _closure(compiler, [*permanent, *copies], rules, temporal.monitors)
     initial = closure.complete(state | union(monitor.held for monitor in temporal.monitors), -1)
-    if initial is None:
-        raise _contradiction(problem)
+    if initial is None or not has_world(initial, _tied(closure, initial)):
+        raise _Contradiction
     lexicon = Lexicon.of(compiler.fluents, compiler.entries.values())
     actions = tuple(_action(draft, index, lexicon, closure) for index, draft in enumerate(found))
     splits = _branchings(compiler, closure)
     branchings = _open(splits, compiler.fluents.whether, initial, actions, rules)
     reach = relaxed_reach(initial, actions, branchings, closure, by_layers=by_layers)
-    return Grounding(compiler, initial, actions, goal, rules, closure, splits, branchings, reach, asked)
+    return Grounding(
+        compiler, initial, actions, goal, rules, closure, splits, branchings, reach, asked, tuple(found)
+    )
 
 
 def _symbols(problem: Problem) -> Symbols:
@@ -173,7 +184,7 @@ def _initial_state(compiler: Compiler) -> tuple[int, list[Entry]]:
     last_values = [LastValue(g) for g in compiler.statics if isinstance(g, TermBits) and g.unequal]
     static = Closure(last_values).complete(compiler.static, -1)
     if static is None:
-        raise _contradiction(compiler.problem)
+        raise _Contradiction
     compiler.static = static
     return state, [entry for entry in compiler.entries.values() if not entry.active]
 
@@ -191,12 +202,29 @@ def _applied(state: int, update: Update) -> int:
     return state if after is None else after
 
 
-def _contradiction(problem: Problem) -> InputError:
-    place = next((effect.place for effect in problem.initial if effect.place is not None), None)
-    message = "the initial knowledge contradicts itself: nothing can be as it says"
-    if place is None:
-        return InputError([Diagnostic(str(problem.path), 1, 1, message)])
-    return InputError([Diagnostic(place.file, place.line, place.column, message, length=place.length)])
+class _Contradiction(Exception):
+    """Nothing can be as the initial knowledge says; never leaves this module."""
+
+
+def _contradicts(problem: Problem) -> bool:
+    """Whether the initial knowledge contradicts itself."""
+    try:
+        compiler = Compiler(problem, _symbols(problem))
+        state, permanent = _initial_state(compiler)
+        closure = _closure(compiler, permanent, tuple(_rules(compiler)), ())
+        initial = closure.complete(state, -1)
+    except _Contradiction:
+        return True
+    return initial is None or not has_world(initial, _tied(closure, initial))
+
+
+def _tied(closure: Closure, initial: int) -> Iterator[tuple[Entry, tuple[Claim, ...]]]:
+    """What is known of several together at the start, without members that are known to fail."""
+    for entry in closure.propagators:
+        if isinstance(entry, Entry) and (not entry.active or entry.active & initial):
+            members = tuple(member for member in entry.members if not initial & member.fails)
+            if entry.exactly or not any(initial & member.holds for member in members):
+                yield entry, members
 
 
 def _closure(

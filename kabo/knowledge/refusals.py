@@ -27,6 +27,8 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 
+_NAME_EACH = "name each value that it may have: `forall(type x) when f(…) = x then p(x)` for its term f(…)"
+
 _Refusal = tuple[str, Place | None]
 
 
@@ -40,9 +42,10 @@ def refuse_unsupported(problem: Problem) -> None:
 
 
 def _diagnostic(what: str, place: Place | None, file: str) -> Diagnostic:
+    hint = _NAME_EACH if what.startswith("the run-time variable") else None
     if place is None:
-        return Diagnostic(file, 1, 1, what)
-    return Diagnostic(place.file, place.line, place.column, what, length=place.length)
+        return Diagnostic(file, 1, 1, what, hint)
+    return Diagnostic(place.file, place.line, place.column, what, hint, place.length)
 
 
 def _unanswered(problem: Problem) -> Iterator[_Refusal]:

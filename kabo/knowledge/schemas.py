@@ -24,7 +24,10 @@ Result = TypeVar("Result")
 
 
 class Draft(NamedTuple):
-    """A ground action before its effects are sorted."""
+    """A ground action before its effects are sorted.
+
+    `updates` are all of them; `plain` are those of knowledge, `worlds` what the rest was compiled from.
+    """
 
     name: str
     arguments: Mapping[str, str | RunTimeArgument]
@@ -33,6 +36,8 @@ class Draft(NamedTuple):
     precondition: Query
     updates: tuple[Update, ...]
     cost: float
+    plain: tuple[Update, ...] = ()
+    worlds: tuple[WorldUpdate, ...] = ()
 
 
 class Schema:
@@ -103,7 +108,7 @@ class Schema:
 
     def _draft(self, binding: Binding, precondition: Query) -> Draft:
         action, compiler = self.action, self.compiler
-        updates, sense = self._effects(binding)
+        updates, sense, plain, worlds = self._effects(binding)
         call = None if action.geometry is None else ground_call(action.geometry, binding)
         arguments = {
             p.name: binding[p.name] if p.value_of is None else RunTimeArgument(term_text(p.value_of, binding))
@@ -112,10 +117,13 @@ class Schema:
         cost = self._once(
             action.cost, binding, lambda: compiler.number(action.cost, binding).value(compiler.static)
         )
-        return Draft(action.name, arguments, call, sense, precondition, updates, 1.0 if cost is None else cost)
+        cost = 1.0 if cost is None else cost
+        return Draft(action.name, arguments, call, sense, precondition, updates, cost, plain, worlds)
 
-    def _effects(self, binding: Binding) -> tuple[tuple[Update, ...], tuple[str, ...]]:
-        """All updates, and what is sensed as text; actions whose parts are the same share them."""
+    def _effects(
+        self, binding: Binding
+    ) -> tuple[tuple[Update, ...], tuple[str, ...], tuple[Update, ...], tuple[WorldUpdate, ...]]:
+        """All updates, what is sensed as text, updates of knowledge and of the world; equal parts are shared."""
         compiler = self.compiler
         parts: list[Update | WorldUpdate] = []
         for effect in self.action.effects:
@@ -124,11 +132,12 @@ class Schema:
             parts.append(self._once(sensed, binding, lambda s=sensed: compile_sensing(compiler, s, binding)))  # type: ignore[misc]
         key = tuple(map(id, parts))
         if key not in self._memo:
-            updates = [part for part in parts if isinstance(part, Update)]
+            plain = tuple(part for part in parts if isinstance(part, Update))
+            updates = list(plain)
             worlds = [part for part in parts if isinstance(part, WorldUpdate)]
             updates += list(compile_world_effects(compiler, worlds, updates)) if worlds else []
             sense = dict.fromkeys(update.entry.text for update in updates if update.entry is not None)
-            self._memo[key] = tuple(updates), tuple(sense)
+            self._memo[key] = tuple(updates), tuple(sense), plain, tuple(worlds)
         return self._memo[key]  # type: ignore[no-any-return]
 
 

@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from kabo.knowledge.actions import Branching, GroundAction
 from kabo.knowledge.closure import Closure
+from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import Group, open_entries
-from kabo.knowledge.queries import GeometricOracle, Query, bits_of, optimistic
+from kabo.knowledge.normal_form import NormalForm
+from kabo.knowledge.queries import GeometricOracle, Query, bits_of, optimistic, tested_for_zero, union
 from kabo.knowledge.relevance import Relevance
 
 
@@ -40,6 +43,24 @@ class Task:
     groups: tuple[Group, ...]  # the bits of all atoms and terms that can change
     functional: int  # the bits of known values of terms: of each term at most one is set
     width: int  # how many bits a state has
+
+    @cached_property
+    def normal_form(self) -> NormalForm:
+        """What makes states that say the same equal."""
+        return NormalForm((p for p in self.closure.propagators if isinstance(p, Entry)), self.width)
+
+    @cached_property
+    def less_is_less(self) -> bool:
+        """Whether a state that knows a part of what another one knows never leads to more than that.
+
+        So it is where nothing asks for what is not known, and what actions do does not depend on what is known.
+        """
+        asked = [self.goal_query, *(action.precondition for action in self.actions)]
+        if self.closure.rules or self.closure.monitors or any(query.has_tests for query in asked):
+            return False
+        effects = {id(action.effects): action.effects for action in self.actions}.values()
+        fixed = all(update.is_certain and not update.assignment for each in effects for update in each.updates)
+        return fixed and not union(tested_for_zero(query) for query in asked)
 
     def is_goal(self, state: int, test: GeometricOracle = optimistic) -> bool:
         """Whether the goal holds."""

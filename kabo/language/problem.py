@@ -72,7 +72,11 @@ class Action:
 
 @dataclass(frozen=True)
 class Domain:
-    """A domain: `types` maps each type to its supertype or None; all mappings keep the order of the file."""
+    """A domain: `types` maps each type to its supertype or None; all mappings keep the order of the file.
+
+    `worldly`: conditions were written about the world (PDDL), so a disjunction asks that some part holds, whichever;
+    otherwise they were written about knowledge, and `K(p) or K(q)` means just that.
+    """
 
     name: str
     types: Mapping[str, str | None]
@@ -83,6 +87,7 @@ class Domain:
     actions: Mapping[str, Action]
     path: Path | None = None
     procedures: Mapping[str, Procedure] = field(default_factory=dict)
+    worldly: bool = False
 
     def is_a(self, kind: str, ancestor: str) -> bool:
         """Whether type `kind` is `ancestor` or one of its subtypes."""

@@ -153,7 +153,8 @@ def _named_term(context: Context, tree: Tree) -> tuple[f.Term | None, Kind]:
         context.report(name, f'"{name}" is {symbol.description} and takes no arguments')
         return None, None
     if symbol.role == "run-time variable" and context.in_update:
-        hint = "compare it instead: add(Kf, f(x) = c), or `when f(x) = c then …`"
+        kind = symbol.kind if isinstance(symbol.kind, str) else "type"
+        hint = f"name each value that it may have: `forall({kind} x) when f(…) = x then p(x)` for its term f(…)"
         context.report(name, f'the run-time variable "{name}" may not stand inside an atom of add or del', hint)
         return None, None
     return term_of(symbol, context.parsed.place(tree)), symbol.kind

@@ -15,6 +15,7 @@ from kabo.knowledge import Task, unreachable_goals
 from kabo.planner.delay import delay_sensing
 from kabo.planner.explanation import Explanation
 from kabo.planner.failures import Failure, Failures
+from kabo.planner.fixpoint import Fixpoint
 from kabo.planner.greedy_search import newest_first
 from kabo.planner.memo import Memo, Solved
 from kabo.planner.packed import PackedTask
@@ -38,6 +39,9 @@ SECOND_OPINION = (
     150  # expansions: what `best` solves with fewer is solved once more, and the smaller plan is taken
 )
 DEAD_ENDS = 200  # failed choices after which `best` starts over with other hopes
+PATIENCE = 500  # failed choices after which every node is looked at once, as far as that ends soon
+MORE_PATIENCE = 4  # times as many the next time
+LOOK_AT = 10_000  # nodes at least that are looked at before the search goes on
 
 Outcome = Solved | Failure
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
@@ -82,7 +86,10 @@ def find_skeleton(
 
 
 def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: str, counter: Counter) -> Outcome:
-    """Searches; `best` starts over with other hopes where one dead end follows the other, before it goes on for good."""
+    """Searches; `best` starts over with other hopes where one dead end follows the other.
+
+    Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
+    """
     for hope_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
         space = Space(task, geometry, may_wait, hope_last)
         try:
@@ -91,7 +98,19 @@ def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: str
             continue
         return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
     space = Space(task, geometry, may_wait)
-    return _run(_Contingent(space, SEARCHES[search], counter).solve(space.start, []))
+    contingent = _Contingent(space, SEARCHES[search], counter, patience := PATIENCE)
+    whole = Fixpoint(Space(task, None, may_wait), counter)
+    while True:
+        try:
+            return _run(contingent.solve(space.start, []))
+        except _TooManyDeadEnds:
+            looked = whole.solve(max(LOOK_AT, counter.expanded))
+        if looked is False:
+            return Failure(frozenset())
+        if isinstance(looked, Solved) and geometry is None:
+            return looked
+        patience *= MORE_PATIENCE
+        contingent.again(patience)
 
 
 def _smaller(found: Solved, space: Space, counter: Counter) -> Solved:
@@ -132,14 +151,19 @@ class _Contingent:
         self.counter = counter
         self.explanation = Explanation(space)
         self.memo = Memo(space.task.functional)
-        self.failures = Failures()
+        self.failures = Failures(less_is_less=space.geometry is None and space.task.less_is_less)
         self.builder = SkeletonBuilder()
         self.first: dict[Hashable, list[int]] = {}  # conjuncts of the goal to be seen to first, by node
+
+    def again(self, dead_ends: int) -> None:
+        """Lets so many choices fail the next time; what has been found out stays."""
+        self.dead_ends = dead_ends
+        self.failures.path.clear()
 
     def solve(self, node: Node, plan: list[Step]) -> Solving:
         """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
         key = self.space.key(node)
-        outcome: Outcome | None = self.known(node) or self.failures.of_node(key)
+        outcome: Outcome | None = self.known(node) or self.failures.of_node(key, node[0])
         if outcome is not None:
             return outcome
         self.failures.path.add(key)
@@ -154,7 +178,7 @@ class _Contingent:
                 break
             self.failures.add_choice(key, choice_of(weak[0]), outcome)
             if self.is_doomed(node):
-                outcome = self.failures.add_nodes(key, [key], set())
+                outcome = self.failures.add_nodes(key, node[0], [key], set())
                 break
             if self.dead_ends is not None:
                 self.dead_ends -= 1
@@ -220,7 +244,7 @@ class _Contingent:
         found = self.search(node, graph)
         self.counter.weak_searches += 1
         if found.path is None:
-            return self.failures.add_nodes(self.space.key(node), found.visited, graph.blocked)
+            return self.failures.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
         steps = steps_of(found.path)
         delayed = delay_sensing(self.space, node, steps)
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
@@ -257,7 +281,7 @@ class _Contingent:
             if self.failures.of_choice(self.space.key(node), choice_of(step)) is not None:
                 return False
             node = self.space.after(node, step)
-            if self.failures.of_node(self.space.key(node)) is not None:
+            if self.failures.of_node(self.space.key(node), node[0]) is not None:
                 return False
         return True
 

@@ -12,7 +12,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
 from kabo.errors import InputError
-from kabo.knowledge import ground
+from kabo.knowledge import Verdict as Judged
+from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding import Grounding, conjuncts, ground_whole
 from kabo.knowledge.queries import FALSE
 from kabo.language.problem import Problem
@@ -22,6 +23,8 @@ from kabo.planner.dead_ends import dead_ends
 from kabo.planner.makers import Makers
 from kabo.planner.origins import Origins
 from kabo.planner.procedures import Procedures
+from kabo.planner.reasons import beyond_reasoning
+from kabo.planner.result import Reason
 from kabo.planner.settled import why_false
 from kabo.planner.skeleton import Exhausted, Found, Limits
 from kabo.planner.telling import report
@@ -34,6 +37,8 @@ if TYPE_CHECKING:
     from kabo.planner.obstacles import Obstacles
 
 MAX_EXPANSIONS, SECONDS = 2_000_000, 60.0
+
+SHOWN_GAPS = 3  # constructs beyond kabo's reasoning that the summary names
 
 SAME = "For the same reasons as"
 
@@ -53,10 +58,12 @@ class UnreachableGoal:
 class Explanation:
     """What `kabo explain` says.
 
-    `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or the budget was spent (`exhausted`);
+    `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or neither (`exhausted`: the budget was
+    spent, or kabo would have to reason by cases);
     `invalid` if the files cannot be read. `summary` are one to three sentences. `layers` counts those of the delete
     relaxation; `reachable` says whether all of the goal is in the last one. `findings` tell of procedures that failed,
-    `counterfactuals` of changes that were tried.
+    `counterfactuals` of changes that were tried. Where kabo's knowledge is not `complete`, what can never be known
+    is so only as far as kabo's knowledge goes.
     """
 
     verdict: Verdict
@@ -68,18 +75,21 @@ class Explanation:
     never_known: tuple[str, ...] = ()
     findings: "tuple[Finding, ...]" = ()
     counterfactuals: "tuple[Counterfactual, ...]" = ()
+    complete: bool = True
 
     def __str__(self) -> str:
         lines = list(self.summary)
         if self.unreachable_goals:
-            lines.append("\nParts of the goal that never hold:")
+            never = "never hold" if self.verdict == "proved" else "never hold as far as kabo's knowledge goes"
+            lines.append(f"\nParts of the goal that {never}:")
         for goal in self.unreachable_goals:
             lines.append(f"  - {goal.text}, {self.nearest(goal)}:")
             lines += [f"      {sentence}" for sentence in goal.why]
         lines += report(self.findings, self.counterfactuals)
+        so_far = "" if self.complete else ", as far as kabo's knowledge goes"
         for title, sentences in (
-            ("Of no use", self.unused_actions),
-            ("Never known", self.never_known),
+            (f"Of no use{so_far}", self.unused_actions),
+            (f"Never known{so_far}", self.never_known),
         ):
             if sentences:
                 lines += [f"\n{title}:", *(f"  - {sentence}" for sentence in sentences)]
@@ -124,19 +134,21 @@ def explain(
     if procedures:
         problem = Procedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
+    judged = verdict_of(problem)
     blocked = _blocked(whole)
     goals = _unreachable(blocked)
     unused = Unused(blocked)
     idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
     found: Obstacles | None = None
     if goals:
-        verdict: Verdict = "proved"
-        summary = _proved(goals)
+        unproved = beyond_reasoning(judged)
+        verdict: Verdict = "proved" if unproved is None else "exhausted"
+        summary = _proved(goals) if unproved is None else _unproved(unproved, goals)
     else:
         seconds = SECONDS if timeout is None else timeout
         late = lambda: perf_counter() - began > seconds or (cancelled is not None and cancelled())  # noqa: E731
         expansions = MAX_EXPANSIONS if max_expansions is None else max_expansions
-        verdict, summary = _searched(problem, search, Limits(expansions, late))
+        verdict, summary = _searched(problem, judged, search, Limits(expansions, late))
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
             from kabo.planner.obstacles import obstacles  # symbolic problems never pay for geometry
 
@@ -144,7 +156,8 @@ def explain(
             found = obstacles(problem, left, cancelled, expansions, search=search, **options)
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
-    return Explanation(*said) if found is None else Explanation(*said, found.findings, found.counterfactuals)
+    more = ((), ()) if found is None else (found.findings, found.counterfactuals)
+    return Explanation(*said, *more, not judged.gaps)
 
 
 def _has_motions(problem: Problem) -> bool:
@@ -186,7 +199,14 @@ def _proved(goals: list[UnreachableGoal]) -> list[str]:
     return [f"There is no plan, whatever geometry says: {texts} can never hold, whatever is done."]
 
 
-def _searched(problem: Problem, search: str | None, limits: Limits) -> tuple[Verdict, list[str]]:
+def _unproved(unproved: Reason, goals: list[UnreachableGoal]) -> list[str]:
+    never = f": {listed((goal.text for goal in goals), 'and')} can never be known" if goals else ""
+    first = f"No plan was found, {unproved.message}{never}."
+    where = "; ".join(unproved.details[:SHOWN_GAPS])
+    return [first, f"What kabo does not follow: {where}."]
+
+
+def _searched(problem: Problem, judged: Judged, search: str | None, limits: Limits) -> tuple[Verdict, list[str]]:
     task = ground(problem)
     found = find_skeleton(task, search=search, limits=limits)
     if isinstance(found, Found):
@@ -198,6 +218,9 @@ def _searched(problem: Problem, search: str | None, limits: Limits) -> tuple[Ver
             "Every part of the goal could hold if nothing that is known were ever lost.",
             f"No plan was found in a search that expanded {counted(found.statistics.expanded, 'node')} ({spent}).",
         ]
+    unproved = beyond_reasoning(judged)
+    if unproved is not None:
+        return "exhausted", _unproved(unproved, [])
     return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, limits.deadline)][:3]
 
 

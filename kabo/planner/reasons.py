@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from kabo.geometry_server.answers import Failure
-from kabo.knowledge import Task, unreachable_goals
+from kabo.knowledge import Task, Verdict, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.planner.result import Reason
@@ -12,6 +12,11 @@ from kabo.planner.wording import listed
 
 SHOWN = 12  # refusals that are told
 EXPLAINED = 6  # sentences about what can never be known
+
+BEYOND = (
+    "not on the knowledge level: as far as kabo's knowledge goes everything was tried, but kabo does not reason by "
+    "cases, and here a plan may need to"
+)
 
 _SPENT = {
     "expansions": "the search has expanded as many nodes as allowed",
@@ -54,6 +59,19 @@ def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
         "ever lost, but every way ends in a dead end"
     )
     return Reason("knowledge", None, text, tuple(dead_ends(task, deadline)))
+
+
+def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Failure]] = ()) -> Reason | None:
+    """Not proven although everything was tried: knowledge is not complete here; None if it is, and that is a proof.
+
+    The details name what makes it so, each with its place.
+    """
+    if verdict.is_proof:
+        return None
+    told = [str(gap) for gap in verdict.gaps[:EXPLAINED]]
+    if len(verdict.gaps) > EXPLAINED:
+        told.append(f"… and {len(verdict.gaps) - EXPLAINED} more")
+    return Reason(None, "reasoning", BEYOND, (*told, *_told(failures)))
 
 
 def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]]) -> Reason:

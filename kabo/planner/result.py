@@ -33,11 +33,12 @@ class Reason:
     """Why there is no plan.
 
     `proved`: `knowledge` (unreachable whatever geometry says), `refusals` (every refusal was a proof), or None;
-    `budget`: what ran out when nothing is proved. `message` is one sentence, `details` are its parts.
+    `budget`: what ran out when nothing is proved (`reasoning`: everything was tried, but kabo does not reason by
+    cases, and here a plan may need to). `message` is one sentence, `details` are its parts.
     """
 
     proved: Literal["knowledge", "refusals"] | None
-    budget: Literal["expansions", "samples", "time"] | None
+    budget: Literal["expansions", "reasoning", "samples", "time"] | None
     message: str
     details: tuple[str, ...] = ()
 

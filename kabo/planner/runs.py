@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
-from kabo.knowledge import Task
+from kabo.knowledge import Task, verdict_of
 from kabo.language.problem import Problem
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.packed import PackedTask
 from kabo.planner.procedures import Procedures
-from kabo.planner.reasons import exhausted, no_plan
+from kabo.planner.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Result
 from kabo.planner.skeleton import Exhausted, Found, Geometry, Limits, Statistics, Unreachable
 
@@ -122,6 +122,9 @@ def without_plan(
     if isinstance(found, Exhausted):
         return Result("exhausted", None, statistics, exhausted(found.budget, failures))
     proved = geometry is None or geometry.proved()
+    unproved = beyond_reasoning(verdict_of(run.problem), failures) if proved else None
+    if unproved is not None:
+        return Result("exhausted", None, statistics, unproved)
     if proved:
         return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
     return Result("exhausted", None, statistics, exhausted("samples", failures))

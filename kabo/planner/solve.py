@@ -11,12 +11,12 @@ from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from kabo.knowledge import Task, ground
+from kabo.knowledge import Task, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.plan import Plan
 from kabo.planner.garbage import older_objects_apart
 from kabo.planner.procedures import Procedures, refuse_without_motion
-from kabo.planner.reasons import exhausted, no_plan
+from kabo.planner.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.runs import (
     DEFAULT_QUALITY,
@@ -156,6 +156,9 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
             break
     statistics = statistics_of(run, None) | procedures.figures()
     told = tuple(f"refused: {call}" for call in procedures.failed())
+    unproved = beyond_reasoning(verdict_of(run.problem)) if isinstance(found, Unreachable) else None
+    if unproved is not None:
+        return Result("exhausted", None, statistics, replace(unproved, details=(*unproved.details, *told[:12])))
     if isinstance(found, Unreachable):
         if not told:
             return Result("no_plan", None, statistics, no_plan(run.problem, task, [], run.stop))

@@ -53,7 +53,7 @@ class Space:
         self.may_wait = may_wait  # whether what was sensed may stay open; else it is branched on at once
         self.geometry = geometry
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
-        self._reduced = task.relevance.reduced
+        self._reduced, self._form = task.relevance.reduced, task.normal_form.of
         self._together: dict[tuple[int, ...], Query] = {}  # conjuncts of the goal as one query
         self._entries: list[_Indexed] = []
         self._by_bit: dict[int, list[_Indexed]] = {}
@@ -82,12 +82,12 @@ class Space:
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""
-        state = self._reduced(node[0])
+        state = self._form(self._reduced(node[0]))
         return state if self.geometry is None else (state, self.geometry.key(node[1]))
 
     def known(self, node: Node) -> int:
         """What is known at a node, whatever geometry."""
-        return self._reduced(node[0])
+        return self._form(self._reduced(node[0]))
 
     def settled(self, node: Node) -> Hashable | None:
         """The key of a node that is about to be expanded, or ends a search; None if geometry refuses it."""

@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 
 EXHAUSTED = {
     "expansions": "No plan was found with as many nodes as allowed",
+    "reasoning": "No plan was found (which is no proof: kabo does not reason by cases, and here a plan may need to)",
     "samples": "No plan was found",
     "time": "No plan was found before the time was up",
 }
-RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found within its share of the budget"}
+RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found, and that is no proof"}
 
 
 def main_finding(findings: "Sequence[Finding]", counterfactuals: "Sequence[Counterfactual]") -> "Finding | None":

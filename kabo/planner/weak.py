@@ -111,7 +111,7 @@ class WeakGraph:
                     continue
                 self._counter.generated += 1
                 leaf_key = self.key(leaf)
-                failure = self._failures.of_node(leaf_key)
+                failure = self._failures.of_node(leaf_key, leaf[0])
                 if failure is None:
                     yield leaf_key, (tried, decided), leaf
                 else:

@@ -8,7 +8,23 @@ from kabo.knowledge.queries import bits_of, conjunction, disjunction, negation, 
 from kabo.language import formulas as f
 from tests import oracles_knowledge as oracles
 from tests.knowledge.asking import holds
-from tests.small_problems import BELOW, COLOUR, X, Y, action, add, app, cmp, know, lit, no, problem, queries, var
+from tests.small_problems import (
+    BELOW,
+    COLOUR,
+    X,
+    Y,
+    action,
+    add,
+    app,
+    cmp,
+    know,
+    lit,
+    no,
+    problem,
+    queries,
+    var,
+    without_opposites,
+)
 
 Q, R = know(lit("q")), know(lit("r"))
 
@@ -93,7 +109,9 @@ def query_and_states(draw):
     )
     changing = action("any", parameters=[var("a")], effects=[add(lit("p", var("a"))), add(no("q"))])
     recolour = action("recolour", effects=[add(cmp(app("colour"), "=", "w"))])
-    return problem(goal=(formula,), initial=facts, actions=[changing, recolour], functions=[COLOUR])
+    return problem(
+        goal=(formula,), initial=without_opposites(facts), actions=[changing, recolour], functions=[COLOUR]
+    )
 
 
 @given(problem=query_and_states())

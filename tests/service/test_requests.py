@@ -118,3 +118,17 @@ def test_without_a_server_request_is_exit_6_in_a_few_seconds(parcels, capsys):
 def test_two_servers_cannot_listen_on_one_endpoint(endpoint, capsys):
     code, _, err = said(capsys, "serve", "--listen", endpoint)
     assert code == 6 and endpoint.removeprefix("tcp/") in err
+
+
+def test_a_server_says_what_is_beyond_knowledge_as_solve_does(endpoint, parcels, capsys):
+    Path("either.pddl").write_text(
+        "(define (domain c) (:predicates (p) (q) (g))\n"
+        " (:action a :parameters () :precondition (or (p) (q)) :effect (g)))\n"
+        "(define (problem c1) (:domain c) (:init (oneof (p) (q))) (:goal (g)))\n"
+    )
+    own = said(capsys, "solve", "either.pddl", "--json")
+    asked = said(capsys, "request", "either.pddl", "--json", "--connect", endpoint)
+    assert (own[0], asked[0]) == (4, 4)
+    jsonschema.validate(json.loads(asked[1]), schema("kabo-result-1"))
+    assert json.loads(asked[1])["reason"]["budget"] == "reasoning"
+    assert untimed(json.loads(asked[1])) == untimed(json.loads(own[1]))
