@@ -25,6 +25,7 @@ class FallbacksNode(ParallelNode):
         super().__init__(*arguments)
         self._index = -1  # the last child that was started
         self._solved = False
+        self._asking = False  # a child that waits for what the next would bring about waits in vain
 
     def start(self) -> None:
         """Starts the first child alone."""
@@ -35,7 +36,12 @@ class FallbacksNode(ParallelNode):
     def move_on(self, everything: bool) -> bool:
         """Goes on wherever a child gave nothing, if `everything`, or else where that may just have happened."""
         left = 0 <= self._index < len(self.children) - 1 and not (self._solved or self.closed)
-        if not everything or not left or self.children[self._index].busy():
+        if not everything or not left:
+            return False
+        self._asking = True
+        waits = self.children[self._index].busy()
+        self._asking = False
+        if waits:
             return False
         self._index += 1
         self.children[self._index].start()
@@ -43,7 +49,7 @@ class FallbacksNode(ParallelNode):
 
     def busy(self) -> bool:
         """Whether a child is, or one is left to ask."""
-        if self.closed:
+        if self.closed or self._asking:
             return False
         left = not self._solved and self._index + 1 < len(self.children)
         return left or any(child.busy() for child in self.children[: self._index + 1])

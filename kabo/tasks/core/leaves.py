@@ -88,8 +88,8 @@ class MonitorNode(GeneratorNode):
         """Whether triggers wait, or may come."""
         if self.closed or self.jobs or self.monitored is None:
             return super().busy()
-        if self._asking:  # stages that monitor each other: to be careful, yes
-            return True
+        if self._asking:  # of stages that monitor each other something comes only if it comes from elsewhere
+            return False
         self._asking = True
         try:
             return self.monitored.may_solve()

@@ -230,6 +230,8 @@ class Leaf(Node):
 
     def queue(self, job: Job) -> None:
         """Puts a job in, at its present priority."""
+        if len(self.jobs) == len(self.parked):
+            self.planning.woken(self)
         self.jobs[job.subject] = job
         self.planning.changes += 1
         self.push(job)

@@ -127,9 +127,9 @@ class Planning:
                 fallbacks.stale = True
 
     def woken(self, node: Node) -> None:
-        """A parked job of a node can run again, so states may come from it again."""
+        """A node has jobs again, so states may come from it."""
         self.changes += 1
-        self._woken = True
+        self._woken = self._woken or node.flow is not Flow.CONNECT
 
     # ------------------------------------------------------------------------------------------ the scheduler
     def follow(self, *strategies: Strategy) -> None:
