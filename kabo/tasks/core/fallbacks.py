@@ -143,8 +143,9 @@ class PropagatingFallbacksNode(FallbacksNode):
     def child_solved(self, child: Node, solution: Solution) -> None:
         """It is one of the container; and the next state may be asked for."""
         near = solution.start if self._near == LEFT else solution.end
-        if near is not None:
-            self._trying.pop(near, None)
+        if near in self._trying:
+            del self._trying[near]
+            self.planning.touch(near, self._far)
         super().child_solved(child, solution)
 
     def _left(self, state: State) -> bool:

@@ -40,18 +40,20 @@ class MergerNode(Leaf):
         self.unpark([job for subject, job in self.parked.items() if subject[0] is state])
 
     def works_on(self, state: State, side: int) -> bool:
+        """Whether a combination waits, or every child has solutions or works on it."""
+        return self._combines(state, lambda child: child.works_on(state, side))
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
         """Whether a combination waits, or every child has solutions or may have more."""
+        return self._combines(state, lambda child: child.may_add(state, side, lane))
+
+    def _combines(self, state: State, works: Callable[[Node], bool]) -> bool:
         if self.closed:
             return False
         if any(subject[0] is state for subject in self.jobs):
             return True
-        found = self._found.get(state, {})
-        working = [child.may_add(state, side, state.lane) for child in self.children]
+        found, working = self._found.get(state, {}), [works(child) for child in self.children]
         return any(working) and all(w or found.get(c) for w, c in zip(working, self.children, strict=True))
-
-    def may_add(self, state: State, side: int, lane: object) -> bool:
-        """The same."""
-        return self.works_on(state, side)
 
     def busy(self) -> bool:
         """Whether combinations wait, or a child is busy."""
@@ -67,6 +69,7 @@ class MergerNode(Leaf):
         choices = [[solution] if other is child else found.get(other, []) for other in self.children]
         for chosen in product(*choices):
             self.queue(Job((state, *chosen), self.arguments((state.scene, chosen), state.properties)))
+        self.planning.touch(state, self._far)
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, by the priority of the state, then the cheaper ones."""

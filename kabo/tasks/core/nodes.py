@@ -302,6 +302,7 @@ class Leaf(Node):
     def put_back(self, job: Job) -> None:
         """Queues a job again that was broken off; what it had given is passed over when it is called anew."""
         job.source = None
+        self.planning.changes += 1
         self.push(job)
 
     def done(self, job: Job) -> None:
