@@ -34,7 +34,10 @@ class FallbacksNode(ParallelNode):
             self.children[0].start()
 
     def move_on(self, everything: bool) -> bool:
-        """Goes on wherever a child gave nothing, if `everything`, or else where that may just have happened."""
+        """Goes on to the next child where the former gave nothing: anywhere, or where that may just have happened.
+
+        Whether it did; then it is to be asked again when all that follows from it is known.
+        """
         left = 0 <= self._index < len(self.children) - 1 and not (self._solved or self.closed)
         if not everything or not left:
             return False
@@ -108,28 +111,27 @@ class PropagatingFallbacksNode(FallbacksNode):
             super().revived(state)
 
     def move_on(self, everything: bool) -> bool:
-        """Hands states on to the next child; and the best that waits to the first, if none is being asked for."""
-        moved = False
+        """Hands a state on to the next child; or the best that waits to the first, if none is being asked for."""
         if self.closed:
-            return moved
+            return False
         for state in [s for s in self._trying if self._alive(s)]:
             index = self._asked[state]
-            while not self.children[index].may_add(state, self._far, state.lane):
-                moved, index = True, index + 1
-                if index == len(self.children):
-                    del self._trying[state]
-                    self.planning.touch(state, self._far)
-                    self.planning.rested(self, state.lane)
-                    break
-                self._ask(state, index)
+            if self.children[index].may_add(state, self._far, state.lane):
+                continue
+            if index + 1 < len(self.children):
+                self._ask(state, index + 1)
+                return True
+            del self._trying[state]
+            self.planning.touch(state, self._far)
+            self.planning.rested(self, state.lane)
         while self._heap and not any(map(self._alive, self._trying)):
             order, _, state = heappop(self._heap)
             if self._waiting.get(state) == order and self._alive(state):
                 del self._waiting[state]
                 self._trying[state] = None
                 self._ask(state, 0)
-                return self.move_on(everything) or True
-        return moved
+                return True
+        return False
 
     def _alive(self, state: State) -> bool:
         """Whether a state is one to decide for; what is not alive may have pruned jobs."""
@@ -229,23 +231,23 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         self.planning.changes += 1
 
     def move_on(self, everything: bool) -> bool:
-        """Hands pairs on to the next child, and closes those of which nothing more can come."""
-        moved = False
-        if everything and self.stale and not self.closed:
+        """Closes pairs of which nothing more can come; or hands one on to the next child."""
+        if self.closed:
+            return False
+        if everything and self.stale:
             self.stale = False
             self.doubtful.update({lane: None for lanes in self._pairs.values() for lane in lanes})
-        while self.doubtful and not self.closed:
+        while self.doubtful:
             lane = next(iter(self.doubtful))
             del self.doubtful[lane]
-            closed = lane.index == len(self.children)
-            if not closed and self._alive(lane) and not self._works(lane):
-                moved = True
-                lane.index = len(self.children) if lane.solved else lane.index + 1
-                if lane.index == len(self.children):
-                    self._close(lane)
-                else:
-                    self._ask(lane)
-        return moved
+            if lane.index == len(self.children) or not self._alive(lane) or self._works(lane):
+                continue
+            lane.index = len(self.children) if lane.solved else lane.index + 1
+            if lane.index < len(self.children):
+                self._ask(lane)
+                return True
+            self._close(lane)
+        return False
 
     def _alive(self, lane: Lane) -> bool:
         return (lane.start.alive[LEFT] and lane.end.alive[RIGHT]) or self.kept

@@ -217,24 +217,24 @@ class Planning:
         return node.pick() if all(gate.permits(child) for gate, child in self._gates[node]) else None
 
     def settle(self) -> None:
-        """Finds out what has died and what is alive again, and where fallbacks have to go on."""
+        """Finds out what has died and what is alive again, and then where fallbacks have to go on."""
         while True:
-            if self._touched:
-                self.changes += reconsider(self._touched)
             if self._woken:
                 self._woken = False
                 self._expect()
-            elif not any([fallbacks.move_on(False) for fallbacks in self._fallbacks]) and not self._touched:
-                return
+            self.changes += reconsider(self._touched)
+            if not self._woken and not any(fallbacks.move_on(False) for fallbacks in self._fallbacks):
+                if not self._touched:
+                    return
 
     def rest(self) -> None:
         """What no single job brings about: partners that will not come any more, generators to fall back on."""
         self._expect()
         self.settle()
         for fallbacks in self._fallbacks:
-            if fallbacks.move_on(True):
+            while fallbacks.move_on(True):
                 self.changes += 1
-        self.settle()
+                self.settle()
 
     def _expect(self) -> None:
         for node in self._joining:
