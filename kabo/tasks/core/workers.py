@@ -42,8 +42,8 @@ class _Worker:
 class Workers:
     """Processes that know the stage functions of one run; begun when the first job is sent."""
 
-    def __init__(self, run: "Planning", size: int, *, pays: float = PAYS) -> None:
-        self.size, self._run, self._pays = size, run, pays
+    def __init__(self, run: "Planning", size: int, *, pays: float | None = None) -> None:
+        self.size, self._pays = size, PAYS if pays is None else pays
         self._leaves = [node for node in run.order if isinstance(node, Leaf)]
         self._numbers = {node: number for number, node in enumerate(self._leaves)}
         self._workers: list[_Worker] = []
@@ -140,7 +140,7 @@ class Workers:
     def _send(self, worker: _Worker, node: Leaf, job: Job) -> None:
         name = self._names.setdefault(job, self._next())
         try:
-            worker.connection.send_bytes(dumps((self._numbers[node], name, job.arguments, job.taken)))
+            worker.connection.send_bytes(dumps((self._numbers[node], name, Job(None, job.arguments, taken=job.taken))))
         except Exception:  # noqa: BLE001 whatever cannot travel is done here
             self._here.add(node)
             self._forget(job)
@@ -175,16 +175,15 @@ def _serve(connection: Connection, others: Sequence[Connection], functions: Sequ
     begun: dict[int, Job] = {}
     with suppress(EOFError, OSError):
         while True:
-            number, name, arguments, taken = loads(connection.recv_bytes())
-            connection.send_bytes(_answer(functions[number], begun, name, Job(None, arguments, taken=taken)))
+            number, name, job = loads(connection.recv_bytes())
+            connection.send_bytes(_answer(functions[number], begun, name, job))
 
 
 def _answer(function: Callable[..., Any], begun: dict[int, Job], name: int, fresh: Job) -> bytes:
     """The outcome of a job, or the error that it raised; None if it cannot travel."""
     began = perf_counter()
-    job = begun.setdefault(name, fresh)
     try:
-        found, finished = job.run(function)
+        found, finished = begun.setdefault(name, fresh).run(function)
     except BaseException as error:  # noqa: BLE001 told where the job is asked for
         del begun[name]
         answer: Any = error
