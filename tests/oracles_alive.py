@@ -55,7 +55,9 @@ class Scratch:
         self.states = list(found)
 
     def parked(self):
-        return [(n, job) for n in self.run.order if isinstance(n, Leaf) and not n.closed for job in n.parked.values()]
+        return [
+            (n, job) for n in self.run.order if isinstance(n, Leaf) and not n.closed for job in n.parked.values()
+        ]
 
     def runnable(self, node, job):
         """Whether all states are alive that a job does not compute."""
@@ -86,7 +88,9 @@ class Scratch:
         node = level.children[place]
         if node.reads[1 - side]:
             return self.works(node, state, side)
-        near = [inner for inner in state.inside if inner.position == (len(inner.level.children) if side == LEFT else 0)]
+        near = [
+            inner for inner in state.inside if inner.position == (len(inner.level.children) if side == LEFT else 0)
+        ]
         return any(self.alive(inner, side) for inner in near)
 
     def works(self, node, state, side):

@@ -25,13 +25,19 @@ def chance(*what) -> random.Random:
     return random.Random(zlib.crc32(repr(what).encode()))
 
 
+def brief(scene):
+    """A scene, or what stands for one that takes long to write down."""
+    text = repr(scene)
+    return scene if len(text) < 100 else f"{zlib.crc32(text.encode()):x}-{zlib.adler32(text.encode()):x}"
+
+
 def outcomes(name, scene, most, *, likely=0.92):
     """Some results and failures, decided by the name of the stage and the scene alone."""
     dice = chance(name, scene)
     found = []
     for i in range(dice.choice([0, *[1] * 5, *range(1, most + 1)])):
         if dice.random() < likely:
-            found.append(Result((name, scene, i), cost=float(dice.randint(0, 9))))
+            found.append(Result((name, brief(scene), i), cost=float(dice.randint(0, 9))))
         else:
             found.append(Failure("bad luck"))
     return found

@@ -1,13 +1,12 @@
 """The laws of scheduling tasks: every strategy finds what is a solution by definition, all of it, pruned or not."""
 
-import pickle
 from collections import Counter
 
 import pytest
 from hypothesis import assume, event, given
 from hypothesis import strategies as st
 
-from kabo.tasks.core.workers import Workers, _answer, _Worker
+from tests.inline_workers import InlineWorkers
 from tests.oracles_alive import at_rest, audit
 from tests.oracles_tasks import by_definition
 from tests.random_tasks import Rich, Trees, canonical
@@ -27,38 +26,6 @@ TREES = st.builds(
     st.booleans(),
     st.integers(2, 4),
 )
-
-
-class Inline:
-    """Both ends of a connection to a worker that is this process: what it is sent it answers at once."""
-
-    def __init__(self, functions):
-        self._functions, self._begun, self._said = functions, {}, []
-
-    def send_bytes(self, sent):
-        number, name, job = pickle.loads(sent)  # noqa: S301 it has just been written here
-        self._said.append(_answer(self._functions[number], self._begun, name, job))
-
-    def poll(self):
-        return bool(self._said)
-
-    def recv_bytes(self):
-        return self._said.pop(0)
-
-    def close(self):
-        self._said.clear()
-
-
-class InlineWorkers(Workers):
-    """Everything that workers do but for the processes; every job that may be sent is."""
-
-    def _begun(self):
-        functions = [node.function() for node in self._leaves]
-        self._workers.append(_Worker(None, Inline(functions)))
-        return self._workers[-1]
-
-    def close(self):
-        self._workers.clear()
 
 
 def planned(task, *, jobs=JOBS, pruning=True, lazy=False, depth_first=0, workers=None, piece=None):

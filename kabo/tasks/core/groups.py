@@ -3,71 +3,57 @@
 from collections.abc import Iterable
 from typing import Any
 
-from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.graph import Level
 from kabo.tasks.core.nodes import Node
 from kabo.tasks.core.paths import Paths
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
 
 
-class Inside:
-    """What a node with a level of its own does with states at its borders."""
-
-    def __init__(self) -> None:
-        self.inside: dict[State, dict[object, State]] = {}  # by lane
-
-    def let_in(self, node: Node, level: Level, state: State, side: int, lane: object) -> State:
-        """Hands a state to the child at that border; returns its counterpart inside."""
-        inner = level.enter(state, side, node.planning.count(), lane)
-        self.inside.setdefault(state, {})[lane] = inner
-        level.children[0 if side == LEFT else -1].take(inner, side, lane)
-        return inner
-
-    def of(self, state: State) -> Iterable[State]:
-        """The counterparts of a state."""
-        return self.inside.get(state, {}).values()
-
-    def alive(self, state: State, side: int) -> bool:
-        """Whether a counterpart of the state is alive on that side."""
-        return any(inner.alive[side] for inner in self.of(state))
-
-
-class SerialNode(Node):
-    """A serial container: every whole path of its children's solutions is a solution."""
+class Holder(Node):
+    """A node with states of its own: what comes to its borders has a counterpart inside."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.inner = Level(self)
+        self.inside: dict[State, dict[object, State]] = {}  # the counterparts of each state, by lane
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Hands a counterpart to the child at that border."""
+        inner = self.inner.enter(state, side, self.planning.count(), lane)
+        self.inside.setdefault(state, {})[lane] = inner
+        self.children[0 if side == LEFT else -1].take(inner, side, lane)
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether a counterpart is alive."""
+        return not self.closed and any(inner.alive[side] for inner in self.inside.get(state, {}).values())
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether something waits to leave it, or may come of a counterpart."""
+        return any(self.may_lead(inner, side) for inner in self.inside.get(state, {}).values())
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """The same of both counterparts in the lane."""
+        first, last = self.inside[start].get(lane), self.inside[end].get(lane)
+        if first is None or last is None:
+            return False
+        return self.may_lead(first, RIGHT) and self.may_lead(last, LEFT)
+
+
+class SerialNode(Holder):
+    """A serial container: every whole path of its children's solutions is a solution."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
         self.paths = Paths(self.inner)
-        self._inside = Inside()
 
     def start(self) -> None:
         """Starts all children."""
         for child in self.children:
             child.start()
 
-    def take(self, state: State, side: int, lane: object) -> None:
-        """Lets it in."""
-        self._inside.let_in(self, self.inner, state, side, lane)
-
-    def works_on(self, state: State, side: int) -> bool:
-        """Whether its counterpart is alive."""
-        return not self.closed and self._inside.alive(state, side)
-
-    def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether paths wait, or more may come from its counterpart."""
-        return any(self.may_lead(inner, side) for inner in self._inside.of(state))
-
     def may_lead(self, inner: State, side: int) -> bool:
         """Whether paths wait, or more may come."""
         return not self.closed and (self.paths.wait(inner.lane) or self.inner.may_extend(inner, side))
-
-    def may_join(self, start: State, end: State, lane: object) -> bool:
-        """Whether paths of the lane wait, or more may come of both counterparts."""
-        first, last = self._inside.inside[start].get(lane), self._inside.inside[end].get(lane)
-        if first is None or last is None:
-            return False
-        return self.may_lead(first, RIGHT) and self.may_lead(last, LEFT)
 
     def busy(self) -> bool:
         """Whether a child is, or paths wait."""

@@ -15,7 +15,7 @@ from kabo.tasks.core.errors import TaskError, note
 from kabo.tasks.core.fallbacks import ConnectingFallbacksNode, FallbacksNode, Lane, PropagatingFallbacksNode
 from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.graph import Level, reconsider
-from kabo.tasks.core.groups import ParallelNode, SerialNode
+from kabo.tasks.core.groups import Holder, ParallelNode, SerialNode
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.leaves import ConnectorNode, GeneratorNode, Joining, MonitorNode, PropagatorNode
 from kabo.tasks.core.mergers import MergerNode
@@ -91,7 +91,7 @@ class Planning:
 
     def _built(self, stage: Stage, parent: Node | None, level: Level, index: int) -> Node:
         node = _kind(stage, self.flows[stage])(stage, self, parent, level, index)
-        own = node.inner if isinstance(node, (SerialNode, WrapperNode)) else None
+        own = node.inner if isinstance(node, Holder) else None
         for i, child in enumerate(stage.children):
             node.children.append(self._built(child, node, own or level, i if own else index))
         if own is not None:
@@ -223,9 +223,9 @@ class Planning:
                 self._woken = False
                 self._expect()
             self.changes += reconsider(self._touched)
-            if not self._woken and not any(fallbacks.move_on(False) for fallbacks in self._fallbacks):
-                if not self._touched:
-                    return
+            moved = self._woken or any(fallbacks.move_on(False) for fallbacks in self._fallbacks)
+            if not moved and not self._touched:
+                return
 
     def rest(self) -> None:
         """What no single job brings about: partners that will not come any more, generators to fall back on."""

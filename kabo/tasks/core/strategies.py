@@ -84,7 +84,8 @@ class DepthFirst:
     def walk(self) -> Iterator[Turn]:
         """Jobs, and a turn of the task whenever containers may have completed it; ends when there are none."""
         while True:
-            if any([self._run.lift_inside(node) for node in self._serials]):
+            lifted = [self._run.lift_inside(node) for node in self._serials]
+            if any(lifted):
                 yield self._run.root, None
             else:
                 turn = self._job()

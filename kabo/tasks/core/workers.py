@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from kabo.tasks.core.planning import Planning
 
 PAYS = 0.01  # seconds of a stage's mean job from which sending pays; measured by benchmarks/tasks_workers.py
-AHEAD = 3  # jobs of one stage that are asked ahead of time
+AHEAD = 6  # jobs of one stage that are asked ahead of time
 
 Outcome = tuple[list[Answer], bool, float]
 
@@ -62,7 +62,7 @@ class Workers:
                 self._receive(worker)
             self._send(worker, node, job)
             worker = self._where.get(job)
-        self._ask_ahead(job)
+        self._ask_ahead(node, job, worker is not None)
         if worker is None:
             began = perf_counter()
             found, finished = job.run(node.function())
@@ -89,31 +89,37 @@ class Workers:
         self._names.pop(job, None)
 
     # ------------------------------------------------------------------------------------------ ahead of time
-    def _ask_ahead(self, now: Job) -> None:
+    def _ask_ahead(self, node: Leaf, now: Job, waits: bool) -> None:
+        """Sends jobs to the processes that are free; but the next one is this process's own if it `waits` for `now`."""
         for worker in self._workers:
             while worker.asked and worker.connection.poll():
                 self._receive(worker)
         free = self.size - 1 - sum(bool(worker.asked) for worker in self._workers)
         if self._alone or free <= 0:
             return
-        for node, job in self._coming():
+        for leaf, job in self._coming(node):
             if job is now or job.source is not None or job in self._answers:
                 continue
-            worker = self._where.get(job) or self._idle()
-            if worker is not None and not worker.asked:
-                self._send(worker, node, job)
+            if waits and job not in self._where:
+                waits = False
+                continue
+            free_one = self._where.get(job) or self._idle()
+            if free_one is not None and not free_one.asked:
+                self._send(free_one, leaf, job)
                 free -= 1
                 if not free:
                     return
 
-    def _coming(self) -> Iterator[tuple[Leaf, Job]]:
-        """The jobs that are first in the queues of stages whose jobs take long."""
-        slow = [n for n in self._leaves if n.heap and n not in self._here and self._is_slow(n)]
+    def _coming(self, node: Leaf) -> Iterator[tuple[Leaf, Job]]:
+        """The jobs that are first in the queues of stages whose jobs take long, those after `node` first."""
+        turn = self._numbers[node] + 1
+        leaves = [*self._leaves[turn:], *self._leaves[:turn]]
+        slow = [n for n in leaves if n.heap and n not in self._here and self._is_slow(n)]
         for place in range(AHEAD):
-            for node in slow:
-                job = node.peek(place)
+            for leaf in slow:
+                job = leaf.peek(place)
                 if job is not None:
-                    yield node, job
+                    yield leaf, job
 
     def _is_slow(self, node: Leaf) -> bool:
         figures = node.statistics
@@ -140,7 +146,9 @@ class Workers:
     def _send(self, worker: _Worker, node: Leaf, job: Job) -> None:
         name = self._names.setdefault(job, self._next())
         try:
-            worker.connection.send_bytes(dumps((self._numbers[node], name, Job(None, job.arguments, taken=job.taken))))
+            worker.connection.send_bytes(
+                dumps((self._numbers[node], name, Job(None, job.arguments, taken=job.taken)))
+            )
         except Exception:  # noqa: BLE001 whatever cannot travel is done here
             self._here.add(node)
             self._forget(job)
@@ -155,7 +163,7 @@ class Workers:
             self._workers.remove(worker)
             worker.asked.clear()
             return
-        self._answers[worker.asked.pop(0)] = loads(said)
+        self._answers[worker.asked.pop(0)] = loads(said)  # noqa: S301 from a fork of this process
 
     def close(self) -> None:
         """Ends the processes; jobs that they have begun are taken up where they were left when they are asked again."""
@@ -175,7 +183,7 @@ def _serve(connection: Connection, others: Sequence[Connection], functions: Sequ
     begun: dict[int, Job] = {}
     with suppress(EOFError, OSError):
         while True:
-            number, name, job = loads(connection.recv_bytes())
+            number, name, job = loads(connection.recv_bytes())  # noqa: S301 the same
             connection.send_bytes(_answer(functions[number], begun, name, job))
 
 
@@ -194,7 +202,7 @@ def _answer(function: Callable[..., Any], begun: dict[int, Job], name: int, fres
     try:
         sent = dumps(answer)
         if isinstance(answer, BaseException):
-            loads(sent)  # some errors can be written, but not be read
+            loads(sent)  # noqa: S301 some errors can be written, but not be read
     except Exception:  # noqa: BLE001 the same
         return dumps(None)
     return sent

@@ -1,53 +1,30 @@
 """The nodes of wrappers: each success of the child becomes what the stage makes of it; a limit lets so many through."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.graph import Level
-from kabo.tasks.core.groups import Inside
+from kabo.tasks.core.groups import Holder
 from kabo.tasks.core.jobs import Job
 from kabo.tasks.core.nodes import Leaf, Node
 from kabo.tasks.core.results import SAME, Answers, Result
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
 
 
-class WrapperNode(Leaf):
+class WrapperNode(Holder, Leaf):
     """A wrapper: one job for each success of its child."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self.inner = Level(self)
-        self._inside = Inside()
         self._useful: set[Solution] = set()  # the child's, of which something came
 
     def start(self) -> None:
         """Starts the child."""
         self.children[0].start()
 
-    def take(self, state: State, side: int, lane: object) -> None:
-        """Lets it in."""
-        self._inside.let_in(self, self.inner, state, side, lane)
-
-    def works_on(self, state: State, side: int) -> bool:
-        """Whether its counterpart is alive."""
-        return not self.closed and self._inside.alive(state, side)
-
-    def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether a success with its counterpart waits, or may come."""
-        return any(self.may_lead(inner, side) for inner in self._inside.of(state))
-
     def may_lead(self, inner: State, side: int) -> bool:
         """Whether a success with the inner state waits, or may come."""
         return not self.closed and (self.works_at_border(inner) or self.inner.may_extend(inner, side))
-
-    def may_join(self, start: State, end: State, lane: object) -> bool:
-        """The same of both counterparts."""
-        first, last = self._inside.inside[start].get(lane), self._inside.inside[end].get(lane)
-        if first is None or last is None or self.closed:
-            return False
-        waits = any((s.start, s.end) == (first, last) for s in self.jobs)
-        return waits or self.children[0].may_join(first, last, lane)
 
     def works_at_border(self, state: State) -> bool:
         """Whether a success of the child with this state waits to be transformed."""
@@ -199,7 +176,7 @@ class LimitNode(WrapperNode):
             waiting.extend(node.children)
         self.jobs.clear()
         self.parked.clear()
-        for state, inside in self._inside.inside.items():
+        for state, inside in self.inside.items():
             for inner in inside.values():
                 for side in (LEFT, RIGHT):
                     if self.reads[side] and self.inner.at_border(inner, side):

@@ -55,9 +55,7 @@ def test_what_a_fallback_generated_for_one_state_serves_the_next(how):
     by_way = Serial("by way", mark("p"), Move("m", fails=["grasp1'", "grasp2'"]), offer("g", values=["x"]))
     either = Fallbacks("either", by_way, mark("direct"))
     grasps = Move("reach", fails=["grasp1"]), offer("grasps", values=["grasp1", "grasp2"])
-    task = Task(
-        "t", offer("now", values=["s"]), Move("a"), offer("via", values=["v"]), *grasps, either, **how
-    )
+    task = Task("t", offer("now", values=["s"]), Move("a"), offer("via", values=["v"]), *grasps, either, **how)
     assert [s.end.scene for s in task.plan()] == ["grasp2'"] and task.exhausted
 
 
@@ -67,9 +65,7 @@ def test_a_pair_that_is_refused_at_the_end_of_a_walk_lets_the_next_child_try(how
     back = Twice("b1", only=Flow.BACKWARD, two=True), Twice("b2", only=Flow.BACKWARD)
     either = Fallbacks("either", Serial("by way", join, *back, offer("g", values=["x"])), mark("direct"))
     grasps = Move("reach", fails=["g1"]), offer("grasps", values=["g1", "g2", "g3"])
-    task = Task(
-        "t", offer("now", values=["s"]), Move("a"), offer("via", values=["v"]), *grasps, either, **how
-    )
+    task = Task("t", offer("now", values=["s"]), Move("a"), offer("via", values=["v"]), *grasps, either, **how)
     assert sorted(s.end.scene for s in task.plan()) == ["g2'", "g3'"] and task.exhausted
 
 
@@ -91,7 +87,9 @@ def test_a_monitor_of_what_only_the_next_child_could_bring_about_gives_way(how):
         yield Result(scene)
 
     join = Move("j", fails=["g"])
-    task = Task("t", offer("s", values=[1]), join, Fallbacks("f", after("m", "../j"), offer("g", values=["g"])), **how)
+    task = Task(
+        "t", offer("s", values=[1]), join, Fallbacks("f", after("m", "../j"), offer("g", values=["g"])), **how
+    )
     assert task.plan() == [] and task.exhausted
     assert task.statistics["f/g"].successes == 1
 

@@ -111,8 +111,8 @@ def test_an_error_in_a_worker_names_the_stage_and_ends_all_processes():
 def test_scenes_that_cannot_travel_stay_here():
     @generator()
     def unsendable(scene, properties, seed):
-        for value in range(4):
-            yield Result(lambda: value)
+        for _ in range(4):
+            yield Result(lambda: 0)
 
     @connector()
     def join(start, end, properties, seed):
