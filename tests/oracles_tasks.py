@@ -21,9 +21,9 @@ class TooMany(Exception):
 
 def by_definition(task):
     """All solutions of a task as `canonical` gives them, counted; None if there are too many, or none are defined."""
-    triggers = {}
+    triggers, shapes = {}, {}
     for _ in range(ROUNDS):
-        truth = Truth(triggers)
+        truth = Truth(triggers, shapes)
         try:
             found = Counter(truth.solutions(task, Flow.GENERATE))
         except TooMany:
@@ -45,8 +45,9 @@ class Place:
 class Truth:
     """One enumeration, with what monitors were triggered by."""
 
-    def __init__(self, triggers):
+    def __init__(self, triggers, shapes):
         self.triggers = triggers
+        self.shapes = shapes  # of serial containers, their sections, connectors, and where each section generates
         self.book = defaultdict(list)  # all successes of each stage
         self.made, self.links = {}, {}
         self.count = 0
@@ -111,16 +112,25 @@ class Truth:
         return [(name, start, end, r.cost, ()) for r in successes(outcomes(name, (start, end), 2))]
 
     # ---------------------------------------------------------------------------------------- serial containers
+    def shape(self, stage):
+        if stage not in self.shapes:
+            connectors = [c for c in stage.children if Flow.CONNECT in c.flows]
+            sections = stage.sections()
+            where = [
+                next((k for k, s in enumerate(section) if Flow.GENERATE in s.flows), None) for section in sections
+            ]
+            self.shapes[stage] = sections, connectors, where
+        return self.shapes[stage]
+
     def begin(self, stage, flow):
         """What is generated inside is generated even if no state ever comes to the stage."""
         if isinstance(stage, Serial):
-            sections = stage.sections()
+            sections, connectors, _ = self.shape(stage)
             for i in range(len(sections)):
                 if not self.reads(stage, flow, i):
                     self.generated(stage, i)
-            for child in stage.children:
-                if Flow.CONNECT in child.flows:
-                    self.begin(child, Flow.CONNECT)
+            for child in connectors:
+                self.begin(child, Flow.CONNECT)
             for i, section in enumerate(sections):
                 side = self.reads(stage, flow, i)
                 for child in section if side else ():
@@ -129,17 +139,15 @@ class Truth:
             for child in stage.children:
                 self.begin(child, flow)
 
-    @staticmethod
-    def reads(stage, flow, i):
+    def reads(self, stage, flow, i):
         """Which way states flow through a section of a container; None if it generates."""
         if i == 0 and flow.reads_start:
             return Flow.FORWARD
-        return Flow.BACKWARD if i == len(stage.sections()) - 1 and flow.reads_end else None
+        return Flow.BACKWARD if i == len(self.shape(stage)[0]) - 1 and flow.reads_end else None
 
     def serial(self, stage, flow, start, end):
         self.begin(stage, flow)
-        sections = stage.sections()
-        connectors = [c for c in stage.children if Flow.CONNECT in c.flows]
+        sections, connectors, _ = self.shape(stage)
         rows = []  # of each section: what it is made from, its ways to the left and to the right
         for i, section in enumerate(sections):
             side = self.reads(stage, flow, i)
@@ -173,8 +181,7 @@ class Truth:
         """A section with a generator, made once."""
         if (stage, i) not in self.made:
             self.made[stage, i] = []
-            section = stage.sections()[i]
-            where = next(k for k, s in enumerate(section) if Flow.GENERATE in s.flows)
+            section, where = self.shape(stage)[0][i], self.shape(stage)[2][i]
             for child in section[:where]:
                 self.begin(child, Flow.BACKWARD)
             for child in section[where + 1 :]:

@@ -177,16 +177,14 @@ class Joining(Node):
 
     def expect(self) -> bool:
         """Finds out whether states may still come; whether that has changed."""
-        parent = self.parent
-        now = [parent is not None and not self.closed and parent.delivers_to(self, side) for side in (LEFT, RIGHT)]
-        if now == self.expects:
-            return False
+        changed = False
         for side in (LEFT, RIGHT):
-            if now[side] != self.expects[side]:
+            now = self.parent is not None and not self.closed and self.parent.delivers_to(self, side)
+            if now != self.expects[side]:
+                self.expects[side], changed = now, True
                 for state in self.came(1 - side):
                     self.planning.touch(state, side)
-        self.expects = now
-        return True
+        return changed
 
     def came(self, side: int) -> Iterable[State]:
         """The states that came to that side so far."""
