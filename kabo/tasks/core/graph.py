@@ -127,17 +127,17 @@ class Level:
 
     def delivers(self, position: int, side: int) -> bool:
         """Whether new states may still come to a position from that side."""
-        k = position if side == RIGHT else position - 1
-        if not 0 <= k < len(self.children):
-            return self.owner.border_delivers(side)
-        child = self.children[k]
-        if child.reads[1 - side]:
-            return False
-        if child.busy():
-            return True
-        if not child.reads[side]:
-            return False
-        return self.delivers(position + 1 if side == RIGHT else position - 1, side)
+        k, step = (position, 1) if side == RIGHT else (position - 1, -1)
+        while 0 <= k < len(self.children):
+            child = self.children[k]
+            if child.reads[1 - side]:
+                return False
+            if child.busy():
+                return True
+            if not child.reads[side]:
+                return False
+            k += step
+        return self.owner.border_delivers(side)
 
 
 def _relax(waiting: list[tuple[State, State, float, int]]) -> None:

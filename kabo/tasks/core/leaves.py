@@ -175,10 +175,12 @@ class Joining(Node):
         super().__init__(*arguments)
         self.expects = [True, True]  # whether states may still come, by side
 
-    def expect(self) -> bool:
-        """Finds out whether states may still come; whether that has changed."""
+    def expect(self, again: bool) -> bool:
+        """Finds out whether states may still come, or only whether they may `again`; whether that has changed."""
         changed = False
         for side in (LEFT, RIGHT):
+            if again and self.expects[side]:
+                continue
             now = self.parent is not None and not self.closed and self.parent.delivers_to(self, side)
             if now != self.expects[side]:
                 self.expects[side], changed = now, True

@@ -221,7 +221,7 @@ class Planning:
         while True:
             if self._woken:
                 self._woken = False
-                self._expect()
+                self._expect(again=True)
             self.changes += reconsider(self._touched)
             moved = self._woken or any(fallbacks.move_on(False) for fallbacks in self._fallbacks)
             if not moved and not self._touched:
@@ -236,7 +236,7 @@ class Planning:
                 self.changes += 1
                 self.settle()
 
-    def _expect(self) -> None:
+    def _expect(self, *, again: bool = False) -> None:
         for node in self._joining:
-            if node.expect():
+            if node.expect(again):
                 self.rested(node, None)
