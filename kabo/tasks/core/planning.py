@@ -212,9 +212,8 @@ class Planning:
 
     def pick(self, node: Leaf) -> Job | None:
         """The best job of a node, taken out of its queue, if it may run now."""
-        if not node.heap:
-            return None
-        return node.pick() if all(gate.permits(child) for gate, child in self._gates[node]) else None
+        gates = self._gates[node] if node.heap else ()
+        return node.pick() if all(gate.permits(child) for gate, child in gates) else None
 
     def settle(self) -> None:
         """Finds out what has died and what is alive again, and then where fallbacks have to go on."""
@@ -222,7 +221,8 @@ class Planning:
             if self._woken:
                 self._woken = False
                 self._expect(again=True)
-            self.changes += reconsider(self._touched)
+            if self._touched:
+                self.changes += reconsider(self._touched)
             moved = self._woken or any(fallbacks.move_on(False) for fallbacks in self._fallbacks)
             if not moved and not self._touched:
                 return

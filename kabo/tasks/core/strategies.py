@@ -44,7 +44,8 @@ class Rounds:
 
     def __init__(self, run: "Planning") -> None:
         self._run = run
-        self._round = [n for n in run.order if n is not run.root and isinstance(n, (SerialNode, Leaf))]
+        nodes = [node for node in run.order if isinstance(node, (SerialNode, Leaf)) and node is not run.root]
+        self._round = [(node, node if isinstance(node, Leaf) else None) for node in nodes]
 
     def over(self) -> bool:
         """Never."""
@@ -52,13 +53,13 @@ class Rounds:
 
     def walk(self) -> Iterator[Turn]:
         """One round."""
-        for node in self._round:
-            if isinstance(node, SerialNode):
+        for node, leaf in self._round:
+            if leaf is None:
                 self._run.lift_inside(node)
-            elif isinstance(node, Leaf):
-                job = self._run.pick(node)
+            elif leaf.heap:
+                job = self._run.pick(leaf)
                 if job is not None:
-                    yield node, job
+                    yield leaf, job
 
 
 class DepthFirst:
