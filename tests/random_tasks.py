@@ -1,9 +1,7 @@
-"""Random task trees over numbers, and what their solutions are by definition, enumerated without any scheduling."""
+"""Random task trees over numbers; what their solutions are by definition is in oracles_tasks.py."""
 
 import random
 import zlib
-from collections import Counter
-from itertools import product
 
 from kabo.tasks.core import (
     Alternatives,
@@ -27,13 +25,19 @@ def chance(*what) -> random.Random:
     return random.Random(zlib.crc32(repr(what).encode()))
 
 
+def brief(scene):
+    """A scene, or what stands for one that takes long to write down."""
+    text = repr(scene)
+    return scene if len(text) < 100 else f"{zlib.crc32(text.encode()):x}-{zlib.adler32(text.encode()):x}"
+
+
 def outcomes(name, scene, most, *, likely=0.92):
     """Some results and failures, decided by the name of the stage and the scene alone."""
     dice = chance(name, scene)
     found = []
     for i in range(dice.choice([0, *[1] * 5, *range(1, most + 1)])):
         if dice.random() < likely:
-            found.append(Result((name, scene, i), cost=float(dice.randint(0, 9))))
+            found.append(Result((name, brief(scene), i), cost=float(dice.randint(0, 9))))
         else:
             found.append(Failure("bad luck"))
     return found
@@ -126,8 +130,10 @@ class Trees:
         after = [self.stage(Flow.FORWARD, depth) for _ in range(self.dice.randint(0, 2))]
         return [*before, self.stage(Flow.GENERATE, depth), *after]
 
+    KINDS = "leaf", "leaf", "serial", "any", "first", "change"
+
     def stage(self, flow, depth):
-        kinds = ["leaf", "leaf"] if depth <= 0 else ["leaf", "leaf", "serial", "any", "first", "change"]
+        kinds = ["leaf", "leaf"] if depth <= 0 else list(self.KINDS)
         if depth > 0 and flow in (Flow.FORWARD, Flow.BACKWARD):
             kinds.append("both")
         kind = self.dice.choice(kinds)
@@ -153,7 +159,8 @@ class Trees:
         for stage in list(stages):
             if isinstance(stage, Gen) and not isinstance(stage.parent, Limit) and self.dice.random() < 0.5:
                 earlier = [s for s in stages[: stages.index(stage)] if stage not in getattr(s, "children", ())]
-                earlier = [s for s in earlier if not inside(stage, s)]
+                # how often a limit asks its child depends on the order of jobs
+                earlier = [s for s in earlier if not inside(stage, s) and not isinstance(s.parent, Limit)]
                 if earlier:
                     parent = stage.parent
                     index = parent.children.index(stage)
@@ -161,6 +168,12 @@ class Trees:
                     watch = Watch(stage.name, self.dice.choice(earlier))
                     parent.add(watch, index)
                     stages[stages.index(stage)] = watch
+
+
+class Rich(Trees):
+    """Trees in which fallbacks are nested with everything, and often have to go on."""
+
+    KINDS = "leaf", "serial", "serial", "first", "first", "first", "any", "change"
 
 
 def inside(stage, container):
@@ -175,110 +188,3 @@ def canonical(solution):
     """A solution as nested tuples."""
     parts = tuple(canonical(part) for part in solution.parts)
     return solution.stage.name, solution.start.scene, solution.end.scene, solution.cost, parts
-
-
-# ---------------------------------------------------------------------------------------- what is true by definition
-def solutions(stage, flow, start=None, end=None):
-    """All solutions of a stage as `canonical` gives them: from `start`, to `end`, between both, or from nothing."""
-    found = all_solutions(stage, flow, start, end)
-    if stage.cost is not None:
-        found = [s for s in found if not too_dear(s)]
-    if isinstance(stage, Limit):
-        found = found[: stage.properties.value("max_solutions")]
-    return found
-
-
-def all_solutions(stage, flow, start, end):
-    """The same, without its cost term and its limit."""
-    name = stage.name
-    if isinstance(stage, Serial):
-        return serial(stage, flow, start, end)
-    if isinstance(stage, Alternatives):
-        return [(name, s[1], s[2], s[3], (s,)) for c in stage.children for s in solutions(c, flow, start, end)]
-    if isinstance(stage, Fallbacks):
-        for child in stage.children:
-            found = solutions(child, flow, start, end)
-            if found:
-                return [(name, s[1], s[2], s[3], (s,)) for s in found]
-        return []
-    if isinstance(stage, Merger):
-        near = start if flow is Flow.FORWARD else end
-        found = []
-        for parts in product(*(solutions(c, flow, start, end) for c in stage.children)):
-            for r in successes(outcomes(name, (near, tuple(parts)), 2)):
-                ends = (start, r.scene) if flow is Flow.FORWARD else (r.scene, end)
-                found.append((name, *ends, r.cost, tuple(parts)))
-        return found
-    if isinstance(stage, Limit):
-        found = solutions(stage.children[0], flow, start, end)
-        return [(name, s[1], s[2], s[3], (s,)) for s in found]
-    if isinstance(stage, Wrapper):
-        found = []
-        for s in solutions(stage.children[0], flow, start, end):
-            found += [
-                (name, s[1], s[2], r.cost + s[3], (s,)) for r in successes(outcomes(name, (s[1], s[2], s[3]), 2))
-            ]
-        return found
-    return leaf(stage, flow, start, end)
-
-
-def leaf(stage, flow, start, end):
-    name = stage.name
-    if flow is Flow.GENERATE:
-        return [(name, r.scene, r.scene, r.cost, ()) for r in successes(outcomes(name, None, 3))]
-    if flow is Flow.FORWARD:
-        return [(name, start, r.scene, r.cost, ()) for r in successes(outcomes(name, start, 2))]
-    if flow is Flow.BACKWARD:
-        return [(name, r.scene, end, r.cost, ()) for r in successes(outcomes(name, end, 2))]
-    if chance(name, start, end, "fit").random() < 0.15:
-        return []
-    return [(name, start, end, r.cost, ()) for r in successes(outcomes(name, (start, end), 2))]
-
-
-def successes(found):
-    return [r for r in found if isinstance(r, Result)]
-
-
-def serial(stage, flow, start, end):
-    sections = stage.sections()
-    connectors = [c for c in stage.children if Flow.CONNECT in c.flows]
-    paths = []
-    for i, section in enumerate(sections):
-        first, last = i == 0 and flow.reads_start, i == len(sections) - 1 and flow.reads_end
-        paths.append(section_paths(section, start if first else None, end if last else None, first, last))
-    joined = paths[0]
-    for connector, section in zip(connectors, paths[1:], strict=True):
-        joined = [
-            (s, f, (*left, link, *right))
-            for s, t, left in joined
-            for u, f, right in section
-            for link in solutions(connector, Flow.CONNECT, t, u)
-        ]
-    return [(stage.name, s, f, sum(p[3] for p in parts), parts) for s, f, parts in joined]
-
-
-def section_paths(section, start, end, reads_start, reads_end):
-    """(first scene, last scene, solutions) of every path through a section."""
-    if reads_start:
-        return after(section, [(start, start, ())])
-    if reads_end:
-        return before(section, [(end, end, ())])
-    where = next(i for i, s in enumerate(section) if Flow.GENERATE in s.flows)
-    made = [(s[1], s[2], (s,)) for s in solutions(section[where], Flow.GENERATE)]
-    return after(section[where + 1 :], before(section[:where], made))
-
-
-def after(stages, paths):
-    for stage in stages:
-        paths = [(s, x[2], (*p, x)) for s, f, p in paths for x in solutions(stage, Flow.FORWARD, start=f)]
-    return paths
-
-
-def before(stages, paths):
-    for stage in reversed(stages):
-        paths = [(x[1], f, (x, *p)) for s, f, p in paths for x in solutions(stage, Flow.BACKWARD, end=s)]
-    return paths
-
-
-def counted(found):
-    return Counter(found)

@@ -1,8 +1,9 @@
-"""The node of fallbacks: a child is asked only where the one before it gave nothing [T 3.3.3].
+"""The nodes of fallbacks: a child is asked only where the one before it gave nothing [T 3.3.3].
 
-Propagating, that is decided for each state, the cheapest first, and all children for one state before the next.
-Connecting, for each pair: a pair is a lane of its own, and while the first child has pairs open, later ones wait.
-Generating, once: the next child begins when the former ended with nothing at all.
+Generating, that is decided once. Propagating, for each state, the cheapest first, and all children for one state before
+the next. Connecting, for each pair: a pair is a lane of its own, and while an earlier child has jobs that can run, later
+ones wait. Whether a child gave nothing is never told; it is asked, by `may_add` and `may_join`, and only of states that
+are alive: what is parked in the child says nothing yet.
 """
 
 from collections.abc import Iterable
@@ -12,93 +13,84 @@ from typing import Any
 from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.graph import meet
 from kabo.tasks.core.groups import ParallelNode
-from kabo.tasks.core.nodes import Ended, Node
+from kabo.tasks.core.leaves import Joining
+from kabo.tasks.core.nodes import Leaf, Node
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
-
-Lane = tuple[int, int, object]  # the numbers of both states, and the lane that they came in
 
 
 class FallbacksNode(ParallelNode):
-    """Fallbacks, whichever way states flow."""
+    """Fallbacks that generate: the next child begins when the former ended with nothing at all."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._index = -1  # the last child that was started
+        self._solved = False
+        self._asking = False  # a child that waits for what the next would bring about waits in vain
+
+    def start(self) -> None:
+        """Starts the first child alone."""
+        if self._index < 0:
+            self._index = 0
+            self.children[0].start()
+
+    def move_on(self, everything: bool) -> bool:
+        """Goes on to the next child where the former gave nothing: anywhere, or where that may just have happened.
+
+        Whether it did; then it is to be asked again when all that follows from it is known.
+        """
+        left = 0 <= self._index < len(self.children) - 1 and not (self._solved or self.closed)
+        if not everything or not left:
+            return False
+        self._asking = True
+        waits = self.children[self._index].busy()
+        self._asking = False
+        if waits:
+            return False
+        self._index += 1
+        self.children[self._index].start()
+        return True
+
+    def busy(self) -> bool:
+        """Whether a child is, or one is left to ask."""
+        if self.closed or self._asking:
+            return False
+        left = not self._solved and self._index + 1 < len(self.children)
+        return left or any(child.busy() for child in self.children[: self._index + 1])
+
+    def child_solved(self, child: Node, solution: Solution) -> None:
+        """It is one of the container."""
+        self._solved = True
+        super().child_solved(child, solution)
+
+
+class PropagatingFallbacksNode(FallbacksNode):
+    """Fallbacks that decide for each state."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._near, self._far = (RIGHT, LEFT) if self.flow is Flow.BACKWARD else (LEFT, RIGHT)
         self._heap: list[tuple[tuple[int, float], int, State]] = []
         self._waiting: dict[State, tuple[int, float]] = {}
-        self._asked: dict[object, int] = {}  # which child has a state, or a lane; gone when all is done
-        self._solved: set[object] = set()
-        self._current: State | None = None
-        self._generating = -1  # the last child that was started
-        self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
-        self._pairs: dict[Lane, tuple[State, State]] = {}
-        self._lanes: dict[State, dict[Lane, None]] = {}  # of each state, those of its pairs that are open
-        self._between: dict[tuple[State, State], list[Lane]] = {}  # the same of each pair
-        self._came: dict[State, list[object]] = {}  # the lanes in which a state was let in
-        self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
-        self._open = [0] * len(self.stage.children)  # how many pairs each child is asked for, and solved none yet
+        self._asked: dict[State, int] = {}  # which child was asked last for a state
+        self._trying: dict[State, None] = {}  # the states without a solution that a child was asked for
 
-    # -------------------------------------------------------------------------------------------- generating
     def start(self) -> None:
-        """Starts the first child alone, if they generate; else all, for what they hold inside."""
-        if self.flow is not Flow.GENERATE:
-            super().start()
-        elif self._generating < 0:
-            self._generating = 0
-            self.children[0].start()
+        """Starts all children, for what they hold inside, which serves all states.
 
-    def advance(self) -> bool:
-        """Goes on to the next child, if the present one ended with nothing, or to the next state; whether it did."""
-        if self._current is not None:
-            ended = self._state_finished(self._current, self._asked[self._current])
-            self.planning.ended(ended or [])
-            return ended is not None
-        if self._generating < 0 or self.closed or self.children[self._generating].busy():
-            return False
-        if self._solved or self._generating + 1 == len(self.children):
-            return False
-        self._generating += 1
-        self.children[self._generating].start()
-        return True
-
-    def busy(self) -> bool:
-        """Whether a child is, or one is left to ask."""
-        if self.closed:
-            return False
-        if self.flow is Flow.GENERATE:
-            left = not self._solved and self._generating + 1 < len(self.children)
-            return left or any(child.busy() for child in self.children[: self._generating + 1])
-        return bool(self._waiting) or any(child.busy() for child in self.children)
-
-    def keep_shared(self) -> None:
-        """What a child generates inside serves all states; that it is of no use for one says nothing of others."""
-        waiting = [] if self.flow is Flow.GENERATE else list(self.children)
+        That it is of no use for what comes after the solution of one state says nothing of others.
+        """
+        ParallelNode.start(self)
+        waiting = list(self.children)
         while waiting:
             node = waiting.pop()
             if node.flow is not Flow.GENERATE:
                 node.kept |= any(child.flow is Flow.GENERATE for child in node.children)
                 waiting.extend(node.children)
 
-    # ------------------------------------------------------------------------------------- states and pairs
     def take(self, state: State, side: int, lane: object) -> None:
-        """Queues a state, or tries all pairs that it makes."""
-        if self.flow is not Flow.CONNECT:
-            self._queue(state)
-            self._next()
-            return
-        self._sides[side].append((state, lane))
-        self._came.setdefault(state, []).append(lane)
-        self._lonely[state] = 1 - side
-        for other, its_lane in list(self._sides[1 - side]):
-            if meet(lane, its_lane):
-                pair = (state, other) if side == LEFT else (other, state)
-                key = (pair[0].number, pair[1].number, its_lane if lane is None else lane)
-                self._pairs[key] = pair
-                self._between.setdefault(pair, []).append(key)
-                for each in pair:
-                    self._lanes.setdefault(each, {})[key] = None
-                    self._lonely.pop(each, None)
-                self._feed(key, 0)
+        """Queues a state."""
+        self.planning.changes += 1
+        self._queue(state)
 
     def _queue(self, state: State) -> None:
         order = self._waiting[state] = state.order[self._near]
@@ -111,131 +103,214 @@ class FallbacksNode(ParallelNode):
         else:
             super().rekey(state, side)
 
-    def _next(self) -> None:
-        """Gives the best state that waits to the first child, if none is being asked for."""
-        while self._current is None and self._heap:
-            key, _, state = heappop(self._heap)
-            if self._waiting.get(state) != key:
-                continue
-            del self._waiting[state]
-            self._current = state
-            self._asked[state] = 0
-            self.children[0].take(state, self._near, state.lane)
+    def revived(self, state: State) -> None:
+        """The same."""
+        if state in self._waiting:
+            self._queue(state)
+        else:
+            super().revived(state)
 
-    def _feed(self, lane: Lane, index: int) -> None:
-        self._asked[lane] = index
-        self._open[index] += 1
-        child = self.children[index]
-        start, end = self._pairs[lane]
-        child.take(start, LEFT, lane)
-        child.take(end, RIGHT, lane)
+    def move_on(self, everything: bool) -> bool:
+        """Hands a state on to the next child; or the best that waits to the first, if none is being asked for."""
+        if self.closed:
+            return False
+        for state in [s for s in self._trying if self._alive(s)]:
+            index = self._asked[state]
+            if self.children[index].may_add(state, self._far, state.lane):
+                continue
+            if index + 1 < len(self.children):
+                self._ask(state, index + 1)
+                return True
+            del self._trying[state]
+            self.planning.touch(state, self._far)
+            self.planning.rested(self, state.lane)
+        while self._heap and not any(map(self._alive, self._trying)):
+            order, _, state = heappop(self._heap)
+            if self._waiting.get(state) == order and self._alive(state):
+                del self._waiting[state]
+                self._trying[state] = None
+                self._ask(state, 0)
+                return True
+        return False
+
+    def _alive(self, state: State) -> bool:
+        """Whether a state is one to decide for; what is not alive may have pruned jobs."""
+        return state.alive[self._near] or self.kept
+
+    def _ask(self, state: State, index: int) -> None:
+        self._asked[state] = index
+        self.children[index].take(state, self._near, state.lane)
+        self.planning.changes += 1
 
     def child_solved(self, child: Node, solution: Solution) -> None:
         """It is one of the container; and the next state may be asked for."""
-        if self.flow is Flow.CONNECT:
-            for lane in self._unsolved(child, solution):
-                self._open[self._asked[lane]] -= 1
-                self._solved.add(lane)
-        elif self.flow is Flow.GENERATE:
-            self._solved.add(None)
-        else:
-            near = solution.start if self._near == LEFT else solution.end
-            self._solved.add(near)
-            if near is self._current:
-                self._current = None
-                self._next()
+        near = solution.start if self._near == LEFT else solution.end
+        if near in self._trying:
+            del self._trying[near]
+            self.planning.touch(near, self._far)
         super().child_solved(child, solution)
 
-    def _unsolved(self, child: Node, solution: Solution) -> list[Lane]:
-        index = self.children.index(child)
-        lanes = self._between.get((solution.start, solution.end), ())  # type: ignore[arg-type]
-        return [x for x in lanes if self._asked[x] == index and x not in self._solved]
+    def _left(self, state: State) -> bool:
+        """Whether it waits, or a child is left to ask."""
+        return state in self._waiting or (state in self._trying and self._asked[state] + 1 < len(self.children))
 
-    def child_finished(self, child: Node, state: State, side: int, lane: object) -> Ended:
-        """The next child has a try, if there is one and it is needed."""
-        index = self.children.index(child)
-        if self.flow is Flow.CONNECT:
-            return self._pair_finished(lane, index)  # type: ignore[arg-type]
-        return self._state_finished(state, index) or []
-
-    def _state_finished(self, state: State, index: int) -> Ended | None:
-        """None if a child is not asked for a state, or not done with it."""
-        if self._asked.get(state) != index or self.children[index].may_add(state, self._far):
-            return None
-        if state not in self._solved and index + 1 < len(self.children):
-            self._asked[state] = index + 1
-            self.children[index + 1].take(state, self._near, state.lane)
-            return []
-        del self._asked[state]
-        if state is self._current:
-            self._current = None
-            self._next()
-        return self.finished(state, self._far, state.lane)
-
-    def _pair_finished(self, lane: Lane, index: int) -> Ended:
-        if self._asked.get(lane) != index:
-            return []
-        if lane not in self._solved:
-            self._open[index] -= 1
-            if index + 1 < len(self.children):
-                self._feed(lane, index + 1)
-                return []
-        del self._asked[lane]
-        start, end = pair = self._pairs.pop(lane)
-        self._between[pair].remove(lane)
-        for state, side in ((start, RIGHT), (end, LEFT)):
-            self._lanes[state].pop(lane, None)
-            if not self._lanes[state]:
-                self._lonely[state] = side
-        return [*self.finished(start, RIGHT, lane[2]), *self.finished(end, LEFT, lane[2])]
+    def _had(self, state: State) -> list[Node]:
+        return self.children[: self._asked.get(state, -1) + 1]
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether it waits, is being asked for, or may get partners."""
+        """Whether it waits, a child is left to ask, or one that was asked works on it."""
+        left = self._left(state) or any(child.works_on(state, side) for child in self._had(state))
+        return left and not self.closed
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """The same, of what can run."""
+        left = self._left(state) or any(child.may_add(state, side, lane) for child in self._had(state))
+        return left and not self.closed
+
+    def busy(self) -> bool:
+        """Whether states wait, or a child is busy."""
         if self.closed:
             return False
-        if self.flow is not Flow.CONNECT:
-            return state in self._waiting or state in self._asked
-        if any(partner.alive[side] for partner in self.partners(state, side)):
-            return True
-        parent = self.parent
-        if parent is None or not any(parent.delivers_to(self, side, lane) for lane in self._came.get(state, ())):
+        return any(map(self._alive, self._waiting)) or any(child.busy() for child in self.children)
+
+    def delivers_to(self, child: Node, side: int) -> bool:
+        """Whatever waits here, or is with an earlier child, may still come."""
+        index = self.children.index(child)  # not what the child has already: monitors would wait
+        coming = any(self._asked[state] < index for state in self._trying if self._alive(state))
+        return coming or any(map(self._alive, self._waiting)) or super().delivers_to(child, side)
+
+
+class Lane:
+    """A pair that children are asked for one by one; states of different lanes never meet."""
+
+    __slots__ = ("end", "fallbacks", "index", "outer", "solved", "start")
+
+    def __init__(self, fallbacks: "ConnectingFallbacksNode", start: State, end: State, outer: object) -> None:
+        self.fallbacks, self.start, self.end, self.outer = fallbacks, start, end, outer
+        self.index = 0
+        self.solved = False
+
+
+class ConnectingFallbacksNode(Joining, FallbacksNode):
+    """Fallbacks that decide for each pair."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
+        self._lanes: dict[State, dict[Lane, None]] = {}  # of each state, those of its pairs that are open
+        self._pairs: dict[tuple[State, State], list[Lane]] = {}  # the same of each pair
+        self.doubtful: dict[Lane, None] = {}  # lanes that may have come to an end
+        self.stale = False  # whether any may, as what serves all has changed
+
+    def start(self) -> None:
+        """Starts all children, for what they hold inside."""
+        ParallelNode.start(self)
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Tries all pairs that it makes."""
+        self._sides[side].append((state, lane))
+        for other, its_lane in list(self._sides[1 - side]):
+            if meet(lane, its_lane):
+                start, end = (state, other) if side == LEFT else (other, state)
+                made = Lane(self, start, end, its_lane if lane is None else lane)
+                self._pairs.setdefault((start, end), []).append(made)
+                for each, far in ((start, RIGHT), (end, LEFT)):
+                    self._lanes.setdefault(each, {})[made] = None
+                    self.planning.touch(each, far)
+                self._ask(made)
+
+    def came(self, side: int) -> Iterable[State]:
+        """The states that came to that side so far."""
+        return (state for state, _ in self._sides[side])
+
+    def _ask(self, lane: Lane) -> None:
+        child = self.children[lane.index]
+        child.take(lane.start, LEFT, lane)
+        child.take(lane.end, RIGHT, lane)
+        self.doubtful[lane] = None
+        self.planning.changes += 1
+
+    def move_on(self, everything: bool) -> bool:
+        """Closes pairs of which nothing more can come; or hands one on to the next child."""
+        if self.closed:
             return False
-        self._lonely[state] = side
-        return True
+        if everything and self.stale:
+            self.stale = False
+            self.doubtful.update({lane: None for lanes in self._pairs.values() for lane in lanes})
+        while self.doubtful:
+            lane = next(iter(self.doubtful))
+            del self.doubtful[lane]
+            if lane.index == len(self.children) or not self._alive(lane) or self._works(lane):
+                continue
+            lane.index = len(self.children) if lane.solved else lane.index + 1
+            if lane.index < len(self.children):
+                self._ask(lane)
+                return True
+            self._close(lane)
+        return False
 
-    def may_add(self, state: State, side: int) -> bool:
-        """Whether it waits, a child may, or another is left to ask."""
-        if self.flow is Flow.CONNECT or state not in self._asked:
-            return self.works_on(state, side)
-        index = self._asked[state]
-        left = state not in self._solved and index + 1 < len(self.children)
-        return not self.closed and (left or self.children[index].may_add(state, side))
+    def _alive(self, lane: Lane) -> bool:
+        return (lane.start.alive[LEFT] and lane.end.alive[RIGHT]) or self.kept
 
-    def waiting(self) -> Ended:
-        """The states that are alive through it only because partners may still come."""
-        for state, side in list(self._lonely.items()):
-            if not state.alive[side] or state.leads_on(side):
-                del self._lonely[state]  # dead; or alive by itself, and noted again when that ends
-        return list(self._lonely.items())
+    def _close(self, lane: Lane) -> None:
+        self._pairs[lane.start, lane.end].remove(lane)
+        for state, side in ((lane.start, RIGHT), (lane.end, LEFT)):
+            del self._lanes[state][lane]
+            self.planning.touch(state, side)
+        self.planning.rested(self, lane.outer)
+
+    def child_solved(self, child: Node, solution: Solution) -> None:
+        """It is one of the container."""
+        index = self.children.index(child)
+        for lane in self._pairs.get((solution.start, solution.end), ()):  # type: ignore[arg-type]
+            if lane.index == index:
+                lane.solved = True
+        super().child_solved(child, solution)
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether it is in an open pair with a state that is alive, or more may come to the other side."""
+        if self.closed:
+            return False
+        return self.expects[side] or any(partner.alive[side] for partner in self.partners(state, side))
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """The same, for pairs of a lane, of what can run."""
+        lanes = (each for each in self._lanes.get(state, ()) if meet(each.outer, lane))
+        return not self.closed and (self.expects[side] or any(map(self._may_add, lanes)))
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """The same, for a pair."""
+        lanes = (each for each in self._pairs.get((start, end), ()) if each.outer is lane)
+        return not self.closed and any(map(self._may_add, lanes))
+
+    def _may_add(self, lane: Lane) -> bool:
+        if not self._alive(lane):
+            return False
+        return (not lane.solved and lane.index + 1 < len(self.children)) or self._works(lane)
+
+    def _works(self, lane: Lane) -> bool:
+        return self.children[lane.index].may_join(lane.start, lane.end, lane)
+
+    def busy(self) -> bool:
+        """Whether a child is, or pairs may have to be handed on."""
+        return not self.closed and (self.stale or bool(self.doubtful) or ParallelNode.busy(self))
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """Those with which it is a pair."""
-        for lane in self._lanes.get(state, ()):
-            start, end = self._pairs[lane]
-            yield end if start is state else start
+        """Those with which it is an open pair."""
+        return [lane.end if side == RIGHT else lane.start for lane in self._lanes.get(state, ())]
 
-    def delivers_to(self, child: Node, side: int, lane: object) -> bool:
-        """A lane has all it will get; else whatever waits here may still come."""
-        if self.flow is Flow.CONNECT:
-            return False
-        index = self.children.index(child)
-        coming = any(
-            at < index for at in self._asked.values()
-        )  # not what the child has already: monitors would wait
-        return bool(self._waiting) or coming or super().delivers_to(child, side, lane)
+    def delivers_to(self, child: Node, side: int) -> bool:
+        """A lane has all it will get."""
+        return False
 
     def permits(self, child: Node) -> bool:
-        """Whether a child may run now: connecting, while no earlier one has open pairs."""
-        if self.flow is not Flow.CONNECT:
-            return True
-        return not any(self._open[: self.children.index(child)])
+        """Whether a child may run now: while no earlier one can."""
+        earlier = self.children[: self.children.index(child)]
+        return not any(leaf.best() for node in earlier for leaf in _leaves(node))
+
+
+def _leaves(node: Node) -> Iterable[Leaf]:
+    if isinstance(node, Leaf):
+        yield node
+    for child in node.children:
+        yield from _leaves(child)

@@ -2,10 +2,11 @@
 
 A solution is an edge from one position to the next. Two things are kept up to date for every state and side: the
 longest, then cheapest path that leads there [T 3.5], and whether the state is *alive*, that is, whether something on
-that side leads on to the border, or may yet. What is dead stays dead, so whatever only it would need is pruned.
+that side leads on to the border, or may yet. Whether a state is alive depends on what is farther on that side alone, so
+a change is followed from state to state and comes to an end. What only dead states would need is not done; when one of
+them revives, it is.
 """
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
@@ -24,7 +25,7 @@ def better(first: Best, second: Best) -> bool:
 
 def meet(first: object, second: object) -> bool:
     """Whether states of two lanes may be joined: of one lane, or of none in particular."""
-    return first == second or first is None or second is None
+    return first is second or first is None or second is None
 
 
 class Level:
@@ -46,6 +47,8 @@ class Level:
         near = outer.best[side]
         inner.reached(side, (0, near[0] + near[1], near[2]))
         inner.alive[side] = outer.alive[side] or self.owner.kept
+        self.owner.planning.touch(inner, 1 - side)
+        self.owner.planning.touch(outer, 1 - side)
         return inner
 
     def add(self, solution: Solution, index: int) -> None:
@@ -60,11 +63,16 @@ class Level:
         end.edges[LEFT].append(solution)
         _relax([(start, end, solution.cost, LEFT), (end, start, solution.cost, RIGHT)])
         for state, side in ((start, LEFT), (end, RIGHT)):
+            far = 1 - side
             if not state.announced:
                 state.announced = True
                 neighbour = self.neighbour(state, side)
-                if neighbour is not None and neighbour.reads[1 - side]:
-                    neighbour.take(state, 1 - side, state.lane)
+                if neighbour is not None and neighbour.reads[far]:
+                    neighbour.take(state, far, state.lane)
+                self.owner.planning.touch(state, side)
+            other = end if state is start else start
+            if state.alive[far] != other.alive[far]:
+                self.owner.planning.touch(state, far)
 
     def neighbour(self, state: State, side: int) -> "Node | None":
         """The child on that side of a state; None at the border."""
@@ -93,13 +101,13 @@ class Level:
             return True
         return any(outer.alive[side] for outer in state.outside)
 
-    def _may_add(self, state: State, side: int) -> bool:
+    def _may_add(self, state: State, side: int, lane: object) -> bool:
         """Whether the neighbour on that side may still make edges that lead on from a state."""
         neighbour = self.neighbour(state, side)
         if neighbour is None:
             return False
         if neighbour.reads[1 - side]:
-            return neighbour.may_add(state, side)
+            return neighbour.may_add(state, side, lane)
         written = (inner for inner in state.inside if inner.level.at_border(inner, 1 - side))
         return any(inner.level.owner.may_lead(inner, side) for inner in written)
 
@@ -108,7 +116,7 @@ class Level:
         seen, waiting = {state}, [state]
         while waiting:
             here = waiting.pop()
-            if self._may_add(here, side):
+            if self._may_add(here, side, state.lane):
                 return True
             for edge in here.edges[side]:
                 far = edge.end if side == RIGHT else edge.start
@@ -117,19 +125,19 @@ class Level:
                     waiting.append(far)
         return False
 
-    def delivers(self, position: int, side: int, lane: object) -> bool:
+    def delivers(self, position: int, side: int) -> bool:
         """Whether new states may still come to a position from that side."""
-        k = position if side == RIGHT else position - 1
-        if not 0 <= k < len(self.children):
-            return self.owner.border_delivers(side, lane)
-        child = self.children[k]
-        if child.reads[1 - side]:
-            return False
-        if child.busy():
-            return True
-        if not child.reads[side]:
-            return False
-        return self.delivers(position + 1 if side == RIGHT else position - 1, side, lane)
+        k, step = (position, 1) if side == RIGHT else (position - 1, -1)
+        while 0 <= k < len(self.children):
+            child = self.children[k]
+            if child.reads[1 - side]:
+                return False
+            if child.busy():
+                return True
+            if not child.reads[side]:
+                return False
+            k += step
+        return self.owner.border_delivers(side)
 
 
 def _relax(waiting: list[tuple[State, State, float, int]]) -> None:
@@ -162,28 +170,28 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
                 entries.append((inner, offered))
 
 
-def reconsider(states: Iterable[tuple[State, int]]) -> None:
-    """Finds out which of the states are dead on the given side now, and all that dies with them."""
-    waiting = list(states)
+def reconsider(waiting: list[tuple[State, int]]) -> int:
+    """Finds out which of the states are alive on the given side, and on whom that tells; how many have changed."""
+    changed = 0
     while waiting:
         state, side = waiting.pop()
         level = state.level
-        if level is None or not state.alive[side] or state.leads_on(side) or level.supported(state, side):
+        if level is None or state.alive[side] == (state.leads_on(side) or level.supported(state, side)):
             continue
-        state.alive[side] = False
+        state.alive[side] = not state.alive[side]
+        changed += 1
         for edge in state.edges[1 - side]:
             near = edge.start if side == RIGHT else edge.end
             if near is not None:
                 waiting.append((near, side))
-        waiting.extend(
-            (inner, side)
-            for inner in state.inside
-            if inner.level.at_border(inner, side) and not inner.level.owner.kept
-        )
+        waiting.extend((inner, side) for inner in state.inside if inner.level.at_border(inner, side))
+        if level.at_border(state, 1 - side):
+            waiting.extend((outer, side) for outer in state.outside)
         neighbour = level.neighbour(state, 1 - side)
         if neighbour is not None and neighbour.reads[side]:
             waiting.extend((partner, side) for partner in neighbour.partners(state, 1 - side))
-        if level.at_border(state, 1 - side):
-            for outer in state.outside:
-                read = level.owner.reads[1 - side]
-                waiting.extend(level.owner.finished(outer, side, state.lane) if read else [(outer, side)])
+            if state.alive[side]:
+                neighbour.revived(state)
+        if state.alive[side] and level.at_border(state, side):
+            level.owner.revived_inside(state)
+    return changed

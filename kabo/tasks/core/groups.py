@@ -3,79 +3,57 @@
 from collections.abc import Iterable
 from typing import Any
 
-from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.graph import Level
-from kabo.tasks.core.nodes import Ended, Node
+from kabo.tasks.core.nodes import Node
 from kabo.tasks.core.paths import Paths
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
 
 
-class Inside:
-    """What a node with a level of its own does with states at its borders."""
-
-    def __init__(self) -> None:
-        self.inside: dict[State, list[State]] = {}
-
-    def let_in(self, node: Node, level: Level, state: State, side: int, lane: object) -> State:
-        """Hands a state to the child at that border; returns its counterpart inside."""
-        inner = level.enter(state, side, node.planning.count(), lane)
-        self.inside.setdefault(state, []).append(inner)
-        level.children[0 if side == LEFT else -1].take(inner, side, lane)
-        return inner
-
-    def of(self, state: State) -> list[State]:
-        """The counterparts of a state."""
-        return self.inside.get(state, [])
-
-    def alive(self, state: State, side: int) -> bool:
-        """Whether a counterpart of the state is alive on that side."""
-        return any(inner.alive[side] for inner in self.of(state))
-
-
-class SerialNode(Node):
-    """A serial container: every whole path of its children's solutions is a solution."""
+class Holder(Node):
+    """A node with states of its own: what comes to its borders has a counterpart inside."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.inner = Level(self)
+        self.inside: dict[State, dict[object, State]] = {}  # the counterparts of each state, by lane
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Hands a counterpart to the child at that border."""
+        inner = self.inner.enter(state, side, self.planning.count(), lane)
+        self.inside.setdefault(state, {})[lane] = inner
+        self.children[0 if side == LEFT else -1].take(inner, side, lane)
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether a counterpart is alive."""
+        return not self.closed and any(inner.alive[side] for inner in self.inside.get(state, {}).values())
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether something waits to leave it, or may come of a counterpart."""
+        return any(self.may_lead(inner, side) for inner in self.inside.get(state, {}).values())
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """The same of both counterparts in the lane."""
+        first, last = self.inside[start].get(lane), self.inside[end].get(lane)
+        if first is None or last is None:
+            return False
+        return self.may_lead(first, RIGHT) and self.may_lead(last, LEFT)
+
+
+class SerialNode(Holder):
+    """A serial container: every whole path of its children's solutions is a solution."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
         self.paths = Paths(self.inner)
-        self._inside = Inside()
-        self._leaning: Ended = []  # states that were alive only for paths that wait
-        self._doubtful: dict[State, int] = {}  # states let in, towards which side they may be led on in vain
 
     def start(self) -> None:
         """Starts all children."""
         for child in self.children:
             child.start()
 
-    def take(self, state: State, side: int, lane: object) -> None:
-        """Lets it in."""
-        inner = self._inside.let_in(self, self.inner, state, side, lane)
-        if lane is not None and any(child.flow is Flow.GENERATE for child in self.children):
-            self._doubtful[inner] = 1 - side  # what is generated inside belongs to all lanes
-
-    def works_on(self, state: State, side: int) -> bool:
-        """Whether its counterpart is alive, or paths wait to be lifted."""
-        if self.closed or self._inside.alive(state, side):
-            return not self.closed
-        if self.paths.heap:
-            self._leaning.append((state, side))
-        return bool(self.paths.heap)
-
-    def may_add(self, state: State, side: int) -> bool:
-        """Whether paths wait, or more may come from its counterpart."""
-        return any(self.may_lead(inner, side) for inner in self._inside.of(state))
-
     def may_lead(self, inner: State, side: int) -> bool:
         """Whether paths wait, or more may come."""
-        return not self.closed and (bool(self.paths.heap) or self.inner.may_extend(inner, side))
-
-    def partners(self, state: State, side: int) -> Iterable[State]:
-        """Whom the inner connectors might still join with it: all that were let in on the other side."""
-        if self.flow is not Flow.CONNECT:
-            return ()
-        inner = self._inside.inside
-        return [s for s, found in inner.items() if any(self.inner.at_border(i, 1 - side) for i in found)]
+        return not self.closed and (self.paths.wait(inner.lane) or self.inner.may_extend(inner, side))
 
     def busy(self) -> bool:
         """Whether a child is, or paths wait."""
@@ -106,28 +84,12 @@ class SerialNode(Node):
                 inner.outside.append(outer)
                 outer.inside.append(inner)
         if not self.report(solution):
-            for inner, outer, side in ((first, start, RIGHT), (last, end, LEFT)):
+            for inner, outer in ((first, start), (last, end)):
                 if outer.level is None and outer in inner.outside:
                     inner.outside.remove(outer)
                     outer.inside.remove(inner)
-                elif self.reads[1 - side]:
-                    self._doubtful[inner] = side
-        if not self.paths.heap:
-            self.planning.ended(self._leaning)
-            self._leaning = []
+        self.planning.rested(self, first.lane if last.lane is None else last.lane)
         return True
-
-    def give_up(self) -> bool:
-        """Tells of states from which whole paths led, all refused, and no more may come; whether there were any."""
-        if not self._doubtful or self.paths.heap:
-            return False
-        vain = [(s, side) for s, side in self._doubtful.items() if not self.inner.may_extend(s, side)]
-        for inner, side in vain:
-            del self._doubtful[inner]
-            inner.alive[side] = False
-            for outer in inner.outside:
-                self.planning.ended(self.finished(outer, side, inner.lane))
-        return bool(vain)
 
     def _outer(self, inner: State, followed: State | None) -> State:
         """A counterpart of an inner border state, in the lane of that of the state that it followed from."""
@@ -137,10 +99,6 @@ class SerialNode(Node):
 
 class ParallelNode(Node):
     """Alternatives: each success of a child is one of the container."""
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._done: dict[tuple[State, int, object], set[Node]] = {}  # in lanes: which children are
 
     def start(self) -> None:
         """Starts all children."""
@@ -157,13 +115,22 @@ class ParallelNode(Node):
         for child in self.children:
             child.rekey(state, side)
 
+    def revived(self, state: State) -> None:
+        """For all children."""
+        for child in self.children:
+            child.revived(state)
+
     def works_on(self, state: State, side: int) -> bool:
         """Whether a child does."""
         return not self.closed and any(child.works_on(state, side) for child in self.children)
 
-    def may_add(self, state: State, side: int) -> bool:
+    def may_add(self, state: State, side: int, lane: object) -> bool:
         """Whether a child may."""
-        return not self.closed and any(child.may_add(state, side) for child in self.children)
+        return not self.closed and any(child.may_add(state, side, lane) for child in self.children)
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """Whether a child may."""
+        return not self.closed and any(child.may_join(start, end, lane) for child in self.children)
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Those of all children."""
@@ -179,17 +146,6 @@ class ParallelNode(Node):
         number = self.planning.count()
         self.report(Solution(self.stage, start, end, cost, comment, parts=(solution,), number=number))
 
-    def child_finished(self, child: Node, state: State, side: int, lane: object) -> Ended:
-        """Its work is done when that of all children is; in a lane, whatever goes on in others."""
-        if lane is None:
-            return [] if self.works_on(state, side) else self.finished(state, side, lane)
-        done = self._done.setdefault((state, side, lane), set())
-        done.add(child)
-        if len(done) < len(self.children) and self.works_on(state, side):
-            return []
-        del self._done[state, side, lane]
-        return self.finished(state, side, lane)
-
-    def delivers_to(self, child: Node, side: int, lane: object) -> bool:
+    def delivers_to(self, child: Node, side: int) -> bool:
         """What comes to it comes to all children."""
-        return self.parent is not None and self.parent.delivers_to(self, side, lane)
+        return self.parent is not None and self.parent.delivers_to(self, side)

@@ -5,8 +5,9 @@ from typing import Any
 
 from kabo.tasks.core.errors import UndefinedProperty
 from kabo.tasks.core.flow import Flow
+from kabo.tasks.core.graph import meet
 from kabo.tasks.core.jobs import Job
-from kabo.tasks.core.nodes import Ended, Leaf, Node
+from kabo.tasks.core.nodes import Leaf, Node
 from kabo.tasks.core.results import SAME, Answers, Result
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.stages import Connector
@@ -28,9 +29,12 @@ class GeneratorNode(Leaf):
         """Always: it computes both sides."""
         return True
 
-    def dropped(self, job: Job) -> Ended:
+    def lane(self, job: Job) -> object:
+        """What it offers is for all."""
+        return None
+
+    def done(self, job: Job) -> None:
         """Nothing waits for a generator but connectors, and those look for themselves."""
-        return []
 
     def works_on(self, state: State, side: int) -> bool:
         """It reads no states."""
@@ -76,16 +80,16 @@ class MonitorNode(GeneratorNode):
         """Those asked less often, then the cheaper ones."""
         return job.asked, job.subject.cost
 
-    def pick(self) -> Job | None:
+    def best(self) -> Job | None:
         """The best trigger."""
-        return super().pick() if self._started else None
+        return super().best() if self._started else None
 
     def busy(self) -> bool:
         """Whether triggers wait, or may come."""
         if self.closed or self.jobs or self.monitored is None:
             return super().busy()
-        if self._asking:  # stages that monitor each other: to be careful, yes
-            return True
+        if self._asking:  # of stages that monitor each other something comes only if it comes from elsewhere
+            return False
         self._asking = True
         try:
             return self.monitored.may_solve()
@@ -115,9 +119,13 @@ class PropagatorNode(Leaf):
 
     def rekey(self, state: State, side: int) -> None:
         """Queues its job again."""
-        job = self.jobs.get(state)
-        if job is not None:
-            self.push(job)
+        if state in self.jobs:
+            self.rekey_jobs([self.jobs[state]])
+
+    def revived(self, state: State) -> None:
+        """Its job can run again."""
+        if state in self.parked:
+            self.unpark([self.parked[state]])
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, then by the path to the state."""
@@ -127,13 +135,21 @@ class PropagatorNode(Leaf):
         """Whether the state is alive on the side it comes from."""
         return job.subject.alive[self._near]
 
+    def lane(self, job: Job) -> object:
+        """That of the state."""
+        return job.subject.lane
+
     def works_on(self, state: State, side: int) -> bool:
         """Whether its job is not done."""
         return state in self.jobs and not self.closed
 
-    def dropped(self, job: Job) -> Ended:
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether its job can run."""
+        return self.works_on(state, side) and state not in self.parked
+
+    def done(self, job: Job) -> None:
         """Nothing more leads on from the state through here."""
-        return self.finished(job.subject, self._far, job.subject.lane)
+        self.planning.touch(job.subject, self._far)
 
     def function(self) -> Callable[..., Answers]:
         """`forward` or `backward`."""
@@ -152,31 +168,53 @@ class PropagatorNode(Leaf):
         self.report(self.solution(start, end, result))
 
 
-class ConnectorNode(Leaf):
+class Joining(Node):
+    """What nodes that connect have in common: partners that may still come keep states alive that have none."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.expects = [True, True]  # whether states may still come, by side
+
+    def expect(self, again: bool) -> bool:
+        """Finds out whether states may still come, or only whether they may `again`; whether that has changed."""
+        changed = False
+        for side in (LEFT, RIGHT):
+            if again and self.expects[side]:
+                continue
+            now = self.parent is not None and not self.closed and self.parent.delivers_to(self, side)
+            if now != self.expects[side]:
+                self.expects[side], changed = now, True
+                for state in self.came(1 - side):
+                    self.planning.touch(state, side)
+        return changed
+
+    def came(self, side: int) -> Iterable[State]:
+        """The states that came to that side so far."""
+        raise NotImplementedError
+
+
+class ConnectorNode(Joining, Leaf):
     """A connector: one job for each pair of states that may fit."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._sides: tuple[dict[object, list[State]], dict[object, list[State]]] = ({}, {})  # by lane
         self.open: dict[State, dict[Job, None]] = {}  # of each state, the jobs of its pairs
-        self._lanes: dict[State, set[object]] = {}
         self._choosy = type(self.stage).mismatch is not Connector.mismatch  # type: ignore[attr-defined]
-        self._beside = (
-            type(self.parent or self).child_finished is Node.child_finished
-        )  # its states are the parent's own
-        self._lonely: dict[State, int] = {}  # states without open pairs, and the side on which partners may come
 
     def take(self, state: State, side: int, lane: object) -> None:
         """Queues a job for each state on the other side with which it may fit; counts those that do not."""
         self._sides[side].setdefault(lane, []).append(state)
         self.open.setdefault(state, {})
-        self._lanes.setdefault(state, set()).add(lane)
-        self._lonely[state] = 1 - side
         across = self._sides[1 - side]
         for its_lane in list(across) if lane is None else (None, lane):
             for other in across.get(its_lane, ()):
                 pair = (state, other) if side == LEFT else (other, state)
                 self._pair(*pair, its_lane if lane is None else lane)
+
+    def came(self, side: int) -> Iterable[State]:
+        """The states that came to that side so far."""
+        return (state for states in self._sides[side].values() for state in states)
 
     def _pair(self, start: State, end: State, lane: object) -> None:
         given = self.arguments((start.scene, end.scene), start.properties, end.properties)
@@ -184,18 +222,22 @@ class ConnectorNode(Leaf):
             reason = self.stage.mismatch(*given[:3])  # type: ignore[attr-defined]
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
-                self.planning.misfits.append((self, start, end, lane))
                 return
         job = Job((start, end, lane), given)
         self.open[start][job] = self.open[end][job] = None
-        self._lonely.pop(start, None)
-        self._lonely.pop(end, None)
         self.queue(job)
+        for state, side in ((start, RIGHT), (end, LEFT)):
+            if not state.alive[side]:
+                self.planning.touch(state, side)
 
     def rekey(self, state: State, side: int) -> None:
         """Queues all its pairs again."""
-        for job in self.open.get(state, ()):
-            self.push(job)
+        self.rekey_jobs(self.open.get(state, ()))
+
+    def revived(self, state: State) -> None:
+        """Its pairs can be joined again."""
+        if self.parked:
+            self.unpark(self.open.get(state, ()))
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, then by the sum of depths, then of costs."""
@@ -208,46 +250,38 @@ class ConnectorNode(Leaf):
         start, end, _ = job.subject
         return start.alive[LEFT] and end.alive[RIGHT]
 
+    def lane(self, job: Job) -> object:
+        """That of the pair."""
+        return job.subject[2]
+
     def works_on(self, state: State, side: int) -> bool:
         """Whether a pair is open with a state that is alive, or more states may come to the other side."""
         if self.closed:
             return False
-        if any(job.subject[side].alive[side] for job in self.open.get(state, ())):
-            return True
-        parent = self.parent
-        if parent is None or not any(parent.delivers_to(self, side, lane) for lane in self._lanes[state]):
-            return False
-        self._lonely[state] = side
-        return True
+        return self.expects[side] or any(job.subject[side].alive[side] for job in self.open.get(state, ()))
 
-    def waiting(self) -> Ended:
-        """The states that are alive through it only because partners may still come."""
-        if not self._lonely:
-            return []
-        for state, side in list(self._lonely.items()):
-            if not state.alive[side] or state.leads_on(side):
-                del self._lonely[state]  # dead; or alive by itself, and noted again when that ends
-        return list(self._lonely.items())
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """The same, for pairs of a lane that can be joined."""
+        if self.closed:
+            return False
+        pairs = (job.subject for job in self.open.get(state, ()))
+        can_run = (p[side].alive[side] and meet(p[2], lane) and p not in self.parked for p in pairs)
+        return self.expects[side] or any(can_run)
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """Whether the pair is open."""
+        return not self.closed and (start, end, lane) in self.jobs
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """Those with which it has open pairs."""
         return [job.subject[side] for job in self.open.get(state, ())]
 
-    def dropped(self, job: Job) -> Ended:
+    def done(self, job: Job) -> None:
         """Both ends have one partner less."""
-        start, end, lane = job.subject
+        start, end, _ = job.subject
         for state, side in ((start, RIGHT), (end, LEFT)):
-            pairs = self.open[state]
-            pairs.pop(job, None)
-            if not pairs:
-                self._lonely[state] = side
-        return self.pair_closed(start, end, lane)
-
-    def pair_closed(self, start: State, end: State, lane: object) -> Ended:
-        """A pair is done with, or never fitted."""
-        if self._beside:
-            return [(start, RIGHT), (end, LEFT)]
-        return [*self.finished(start, RIGHT, lane), *self.finished(end, LEFT, lane)]
+            self.open[state].pop(job, None)
+            self.planning.touch(state, side)
 
     def function(self) -> Callable[..., Answers]:
         """`connect`."""

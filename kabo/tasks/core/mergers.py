@@ -7,7 +7,7 @@ from typing import Any
 from kabo.tasks.core.flow import Flow
 from kabo.tasks.core.groups import ParallelNode
 from kabo.tasks.core.jobs import Job
-from kabo.tasks.core.nodes import Ended, Leaf, Node
+from kabo.tasks.core.nodes import Leaf, Node
 from kabo.tasks.core.results import Answers, Result
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
 
@@ -31,23 +31,33 @@ class MergerNode(Leaf):
         """For the children, and for the combinations that wait."""
         for child in self.children:
             child.rekey(state, side)
-        for subject, job in self.jobs.items():
-            if subject[0] is state:
-                self.push(job)
+        self.rekey_jobs([job for subject, job in self.jobs.items() if subject[0] is state])
+
+    def revived(self, state: State) -> None:
+        """For the children, and for the combinations that were parked."""
+        for child in self.children:
+            child.revived(state)
+        self.unpark([job for subject, job in self.parked.items() if subject[0] is state])
 
     def works_on(self, state: State, side: int) -> bool:
+        """Whether a combination waits, or every child has solutions or works on it."""
+        return self._combines(state, lambda child: child.works_on(state, side))
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
         """Whether a combination waits, or every child has solutions or may have more."""
+        return self._combines(state, lambda child: child.may_add(state, side, lane))
+
+    def _combines(self, state: State, works: Callable[[Node], bool]) -> bool:
         if self.closed:
             return False
         if any(subject[0] is state for subject in self.jobs):
             return True
-        found = self._found.get(state, {})
-        working = [child.may_add(state, side) for child in self.children]
+        found, working = self._found.get(state, {}), [works(child) for child in self.children]
         return any(working) and all(w or found.get(c) for w, c in zip(working, self.children, strict=True))
 
     def busy(self) -> bool:
         """Whether combinations wait, or a child is busy."""
-        return not self.closed and (bool(self.jobs) or any(child.busy() for child in self.children))
+        return super().busy() or (not self.closed and any(child.busy() for child in self.children))
 
     def child_solved(self, child: Node, solution: Solution) -> None:
         """All combinations with what the others found."""
@@ -59,10 +69,7 @@ class MergerNode(Leaf):
         choices = [[solution] if other is child else found.get(other, []) for other in self.children]
         for chosen in product(*choices):
             self.queue(Job((state, *chosen), self.arguments((state.scene, chosen), state.properties)))
-
-    def child_finished(self, child: Node, state: State, side: int, lane: object) -> Ended:
-        """Its work is done when nothing waits and the children's is."""
-        return [] if self.works_on(state, side) else self.finished(state, side, lane)
+        self.planning.touch(state, self._far)
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """Those asked less often, by the priority of the state, then the cheaper ones."""
@@ -74,10 +81,13 @@ class MergerNode(Leaf):
         """Whether the state is alive on the side it comes from."""
         return job.subject[0].alive[self._near]
 
-    def dropped(self, job: Job) -> Ended:
+    def lane(self, job: Job) -> object:
+        """That of the state."""
+        return job.subject[0].lane
+
+    def done(self, job: Job) -> None:
         """Nothing more may lead on from the state."""
-        state = job.subject[0]
-        return [] if self.works_on(state, self._far) else self.finished(state, self._far, state.lane)
+        self.planning.touch(job.subject[0], self._far)
 
     def function(self) -> Callable[..., Answers]:
         """`merge`."""

@@ -1,8 +1,8 @@
 """Nodes: the stages of one planning run, each with its queue of jobs [T 3.6].
 
 A stage is structure and never changes; its node holds what one run knows about it: which states wait, which jobs
-were asked how often, what failed. A job runs if the side that it does not compute is alive. Of the jobs that wait,
-those asked less often come first, then those on longer, then on cheaper paths.
+were asked how often, what failed. A job runs if the side that it does not compute is alive; else it is parked, until
+that side revives. Of the jobs that wait, those asked less often come first, then those on longer, then on cheaper paths.
 """
 
 from collections import Counter
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 KEPT = 100  # failures that a stage keeps; all are counted
 INFINITE = float("inf")
-Ended = list[tuple[State, int]]  # states, and the side on which something may have died
 
 
 @dataclass
@@ -59,7 +58,6 @@ class Node:
         self.solutions: list[Solution] = []
         self.monitors: list[Node] = []
         self.closed = False  # a limit is reached: nothing more is wanted of it
-        self.heap: list[tuple[tuple[Any, ...], int, Job]] = []  # jobs that wait, or are no more; of leaves
         self.kept = False  # a monitor waits for its successes, of use otherwise or not
         self._resolver = Resolver(stage.properties)
         self._seed = stage_seed(planning.seed, stage.path)
@@ -67,7 +65,7 @@ class Node:
 
     # ---------------------------------------------------------------------------- what a run asks of a node
     def start(self) -> None:
-        """May begin: generators have their first job."""
+        """Queues the first jobs, those of generators."""
 
     def take(self, state: State, side: int, lane: object) -> None:
         """A state came to one side of it."""
@@ -76,39 +74,37 @@ class Node:
     def rekey(self, state: State, side: int) -> None:
         """The best path to a state at that side became better."""
 
+    def revived(self, state: State) -> None:
+        """A state beside it is alive again on its far side."""
+
+    def revived_inside(self, inner: State) -> None:
+        """The same, of a state at its inner border."""
+
     def works_on(self, state: State, side: int) -> bool:
         """Whether something may still lead from the state through this node to `side`."""
         raise NotImplementedError
 
-    def may_add(self, state: State, side: int) -> bool:
-        """Whether new solutions may still come of the state; what was found already does not count."""
-        return self.works_on(state, side)
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether jobs that can run may add solutions from the state; what was found already does not count."""
+        raise NotImplementedError
 
     def may_lead(self, inner: State, side: int) -> bool:
         """The same of a state inside, at its border."""
         return False
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """The same of a pair of states; connecting."""
+        raise NotImplementedError
 
     def partners(self, state: State, side: int) -> Iterable[State]:
         """The states on the other side with which it might be joined."""
         return ()
 
     def busy(self) -> bool:
-        """Whether there are jobs left in it."""
+        """Whether there are jobs in it that can run."""
         raise NotImplementedError
 
-    def pick(self) -> Job | None:
-        """Its best job, taken out of the queue; None if there is none that may run."""
-        return None
-
-    def put_back(self, job: Job) -> None:
-        """Queues a job again that was taken out and not run to an end."""
-        raise NotImplementedError
-
-    def cause(self, job: Job) -> Solution | None:
-        """The success of another stage for which a job generates, if it is for one in particular."""
-        return None
-
-    def absorb(self, job: Job, found: list[Answer], finished: bool) -> Ended:
+    def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
         """Takes in what a job found."""
         raise NotImplementedError
 
@@ -121,16 +117,8 @@ class Node:
         """Whether it may still have successes: it is busy, or states may still come to it."""
         if self.busy():
             return True
-        from_left = self.reads[LEFT] and self.level.delivers(self.index, LEFT, None)
-        return from_left or (self.reads[RIGHT] and self.level.delivers(self.index + 1, RIGHT, None))
-
-    def finished(self, state: State, side: int, lane: object) -> Ended:
-        """Its work on a state towards `side` is done; says what may have died of it."""
-        return [] if self.parent is None else self.parent.child_finished(self, state, side, lane)
-
-    def child_finished(self, child: "Node", state: State, side: int, lane: object) -> Ended:
-        """The same, of a child."""
-        return [(state, side)]
+        from_left = self.reads[LEFT] and self.level.delivers(self.index, LEFT)
+        return from_left or (self.reads[RIGHT] and self.level.delivers(self.index + 1, RIGHT))
 
     def child_solved(self, child: "Node", solution: Solution) -> None:
         """A child had a success."""
@@ -140,15 +128,13 @@ class Node:
         """Whether something may still leave it from a state at its inner border."""
         return False
 
-    def border_delivers(self, side: int, lane: object) -> bool:
+    def border_delivers(self, side: int) -> bool:
         """Whether new states may still come in at its border."""
-        if self.parent is None or not self.reads[side]:
-            return False
-        return self.parent.delivers_to(self, side, lane)
+        return self.parent is not None and self.reads[side] and self.parent.delivers_to(self, side)
 
-    def delivers_to(self, child: "Node", side: int, lane: object) -> bool:
+    def delivers_to(self, child: "Node", side: int) -> bool:
         """Whether new states may still come to that side of a child that shares its interfaces, or has its own."""
-        return child.level.delivers(child.index if side == LEFT else child.index + 1, side, lane)
+        return child.level.delivers(child.index if side == LEFT else child.index + 1, side)
 
     def report(self, solution: Solution) -> bool:
         """Counts a solution after its cost term had its say, and hands a success to the parent; False: a failure."""
@@ -230,25 +216,44 @@ class Node:
 
 
 class Leaf(Node):
-    """A node with jobs of its own, for one subject each, in a heap."""
+    """A node with jobs of its own, for one subject each: in a heap those that wait, parked those that cannot run."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.jobs: dict[Any, Job] = {}
+        self.heap: list[tuple[tuple[Any, ...], int, Job]] = []  # of jobs that wait, or are no more
+        self.parked: dict[Any, Job] = {}
 
     def busy(self) -> bool:
         """Whether a job waits or runs."""
-        return not self.closed and bool(self.jobs)
+        return not self.closed and len(self.jobs) > len(self.parked)
 
     def queue(self, job: Job) -> None:
         """Puts a job in, at its present priority."""
+        if len(self.jobs) == len(self.parked):
+            self.planning.woken(self)
         self.jobs[job.subject] = job
+        self.planning.changes += 1
         self.push(job)
 
     def push(self, job: Job) -> None:
         """Puts a job in its place, at its present priority; entries of former ones are passed over."""
         job.key = self.key(job)
         heappush(self.heap, (job.key, self.planning.count(), job))
+
+    def rekey_jobs(self, jobs: Iterable[Job]) -> None:
+        """Queues jobs again, at a better priority; parked ones have none."""
+        for job in jobs:
+            if job.subject not in self.parked:
+                self.push(job)
+
+    def unpark(self, jobs: Iterable[Job]) -> None:
+        """Queues those of the jobs that were parked and can run again."""
+        for job in jobs:
+            if job.subject in self.parked and self.runnable(job):
+                del self.parked[job.subject]
+                self.planning.woken(self)
+                self.push(job)
 
     def key(self, job: Job) -> tuple[Any, ...]:
         """What orders jobs; less is better, and it only gets less with time (but for being asked again)."""
@@ -258,43 +263,66 @@ class Leaf(Node):
         """Whether the side that the job does not compute is alive."""
         raise NotImplementedError
 
+    def lane(self, job: Job) -> object:
+        """The lane of a job: whose solutions it may add to."""
+        raise NotImplementedError
+
+    def cause(self, job: Job) -> Solution | None:
+        """The success of another stage for which a job generates, if it is for one in particular."""
+        return None
+
+    def best(self) -> Job | None:
+        """The best job that can run; those before it that cannot are parked."""
+        while self.heap and not self.closed:
+            key, _, job = self.heap[0]
+            if job.key is key and self.jobs.get(job.subject) is job:
+                if self.kept or not self.planning.pruning or self.runnable(job):
+                    return job
+                self.parked[job.subject] = job
+                job.key = ()
+                self.planning.rested(self, self.lane(job))
+            heappop(self.heap)  # parked; or queued again at a better priority, or done meanwhile
+        return None
+
     def pick(self) -> Job | None:
-        """The best job that may run; those that no longer may are dropped for good."""
-        if self.closed:
-            return None
-        while self.heap:
-            key, _, job = heappop(self.heap)
-            if job.key is not key or self.jobs.get(job.subject) is not job:
-                continue  # queued again at a better priority, or done meanwhile
-            if self.planning.pruning and not self.kept and not self.runnable(job):
-                del self.jobs[job.subject]
-                self.planning.ended(self.dropped(job))
-                continue
-            return job
+        """The same, taken out of the queue."""
+        job = self.best()
+        if job is not None:
+            heappop(self.heap)
+        return job
+
+    def peek(self, place: int) -> Job | None:
+        """A job that will be picked soon, as it seems, if all goes on as it is."""
+        if place < len(self.heap):
+            key, _, job = self.heap[place]
+            if job.key is key and self.jobs.get(job.subject) is job and (self.kept or self.runnable(job)):
+                return job
         return None
 
     def put_back(self, job: Job) -> None:
-        """Queues it again; what it had given is passed over when its function is called anew."""
+        """Queues a job again that was broken off; what it had given is passed over when it is called anew."""
         job.source = None
+        self.planning.changes += 1
         self.push(job)
 
-    def dropped(self, job: Job) -> Ended:
-        """What may have died with a job that will not be run, or is done."""
+    def done(self, job: Job) -> None:
+        """Nothing more comes of a job; looks again at the states that it kept alive."""
         raise NotImplementedError
 
-    def absorb(self, job: Job, found: list[Answer], finished: bool) -> Ended:
+    def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
         """Takes in what a job found; what has more to give is queued again, after those asked less often."""
         for answer in found:
             if isinstance(answer, Failure):
                 self.fail(*self.ends(job), answer)
             else:
                 self.solve(job, answer)
-        if not finished:
+        if finished:
+            self.jobs.pop(job.subject, None)
+            self.done(job)
+        elif not self.closed:
             job.asked += 1
             self.queue(job)
-            return []
-        self.jobs.pop(job.subject, None)
-        return self.dropped(job)
+        self.planning.rested(self, self.lane(job))
 
     def ends(self, job: Job) -> tuple[State | None, State | None]:
         """The states of a job that a failure is shown with."""

@@ -38,6 +38,10 @@ class Paths:
         if first is not None and last is not None and meet(first.lane, last.lane):
             heappush(self.heap, (_bound(first, last, sum([e.cost for e in only])), self._count, only, None))
 
+    def wait(self, lane: object) -> bool:
+        """Whether some of a lane may be among them."""
+        return any(rest is not None or meet(_lane(path), lane) for _, _, path, rest in self.heap)
+
     def _push(self, source: Iterator[tuple[float, Path]]) -> None:
         first = next(source, None)
         if first is not None:
@@ -50,6 +54,11 @@ class Paths:
         if source is not None:
             self._push(source)
         return path
+
+
+def _lane(path: Path) -> object:
+    ends = path[0].start, path[-1].end
+    return next((state.lane for state in ends if state is not None and state.lane is not None), None)
 
 
 def _only(level: Level, edge: Solution) -> Path | None:

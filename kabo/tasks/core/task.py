@@ -8,16 +8,16 @@ from kabo.tasks.core.containers import Serial
 from kabo.tasks.core.errors import TaskError
 from kabo.tasks.core.explanation import Explanation, explain
 from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.groups import ParallelNode, SerialNode
 from kabo.tasks.core.interfaces import resolve, tree
 from kabo.tasks.core.nodes import StageStatistics
 from kabo.tasks.core.planning import Planning
 from kabo.tasks.core.results import Failure
 from kabo.tasks.core.solutions import Solution
 from kabo.tasks.core.stages import Stage
+from kabo.tasks.core.strategies import DepthFirst, Rounds
 from kabo.tasks.core.workers import Workers
 
-CONNECTOR_JOBS = 4  # pairs of one connector in a parallel round
+LAST_LIFTS = 100  # rounds in which solutions are still made of what is there, when planning is told to stop
 
 
 def never() -> bool:
@@ -32,8 +32,8 @@ class Task(Serial):
         name: of the task. children: its stages, in order of time.
         seed: of all random choices. properties: its inputs, for the stages to inherit.
         lazy: one job at a time, what was offered last is followed to its end first; else round by round.
-        depth_first: so many jobs are executed lazily at first, as long as there is no solution (not with workers).
-        observe: told of every failed attempt.
+        depth_first: so many jobs are executed lazily at first, as long as there is no solution.
+        observe: told of every failed attempt. audit: told of the run after every job, to look for faults in it.
     """
 
     def __init__(
@@ -46,13 +46,16 @@ class Task(Serial):
         lazy: bool = False,
         depth_first: int = 0,
         observe: Callable[[Stage, Failure], None] | None = None,
+        audit: Callable[[Planning], None] | None = None,
         **properties: Any,
     ) -> None:
         super().__init__(name, *children, **properties)
         self.seed = seed
         self.pruning, self.lazy, self.depth_first, self.observe = pruning, lazy, depth_first, observe
+        self.audit = audit
         self.directions: Mapping[Stage, Flow] = {}
         self._planning: Planning | None = None
+        self._workers: Workers | None = None
 
     # ------------------------------------------------------------------------------------------- planning
     def initialise(self) -> None:
@@ -65,7 +68,14 @@ class Task(Serial):
 
     def reset(self) -> None:
         """Forgets all that was planned; the stages stay."""
+        self.close()
         self._planning = None
+
+    def close(self) -> None:
+        """Ends its workers; they begin anew when planning goes on with some."""
+        if self._workers is not None:
+            self._workers.close()
+            self._workers = None
 
     def plan(
         self,
@@ -76,7 +86,6 @@ class Task(Serial):
         stop: Callable[[], bool] = never,
         commit_after: float | None = None,
         workers: int | None = None,
-        connector_jobs: int = CONNECTOR_JOBS,
     ) -> list[Solution]:
         """Plans until there are `max_solutions`, or nothing is left to try; returns all solutions, as found.
 
@@ -85,53 +94,67 @@ class Task(Serial):
             max_solutions: in all, with those of former calls; None: every one.
             jobs: how many jobs this call may execute. stop: asked between jobs, ends the call.
             commit_after: seconds after which the call is content with one solution.
-            workers: processes for parallel rounds; the solutions are the same for any number of them.
+            workers: processes, this one among them, that execute jobs ahead of time; they live until `close`. The
+                solutions and their order are the same for any number.
 
         Raises:
             InitialisationError: the stages do not fit together.
             TaskError: stages were added or removed since planning began, or an error broke it off; `reset` it.
         """
         run = self._run(scene)
+        helpers = self._helpers(run, workers)
         began, limit = monotonic(), None if jobs is None else run.jobs + jobs
 
-        def enough() -> bool:
-            if max_solutions is not None and len(run.root.solutions) >= max_solutions:
-                return True
+        def wanted() -> bool:
+            return max_solutions is None or len(run.root.solutions) < max_solutions
+
+        def stopped() -> bool:
             late = commit_after is not None and monotonic() - began >= commit_after
             return bool(late and run.root.solutions) or stop()
 
-        def spent() -> bool:
-            return limit is not None and run.jobs >= limit
-
-        def left() -> int | None:
-            return None if limit is None else limit - run.jobs
-
-        if workers is None:
-            _advance(run, enough, spent, run.step)
-        else:
-            nodes = [n for n in run.order if not isinstance(n, (SerialNode, ParallelNode))]
-            with Workers(nodes, [node.function() for node in nodes], workers) as pool:
-                _advance(run, enough, spent, lambda: run.parallel_round(pool, connector_jobs, left()))
+        try:
+            while wanted() and not stopped():
+                if run.complete():
+                    run.lift()
+                elif (limit is not None and run.jobs >= limit) or not (run.step(helpers) or run.complete()):
+                    break
+            for _ in range(LAST_LIFTS if limit is None else 0):
+                if not (wanted() and run.lift_what_is_there()):
+                    break
+        except BaseException:
+            self.close()
+            raise
         return self.solutions
+
+    def _helpers(self, run: Planning, size: int | None) -> Workers | None:
+        if self._workers is not None and self._workers.size != size:
+            self.close()
+        if size is not None and size > 1 and self._workers is None:
+            self._workers = Workers(run, size)
+        return self._workers
 
     def _run(self, scene: Any) -> Planning:
         if self._planning is None:
             self.initialise()
-            self._planning = Planning(
-                self,
-                self.directions,
-                scene,
-                self.seed,
-                pruning=self.pruning,
-                lazy=self.lazy,
-                depth_first=self.depth_first,
-                observe=self.observe,
-            )
+            self._planning = self._begun(scene)
         elif set(self.walk()) != set(self._planning.nodes):
             raise TaskError(
                 f"stages of {self.name!r} were added or removed since planning began; reset() it first"
             )
         return self._planning
+
+    def _begun(self, scene: Any) -> Planning:
+        how: dict[str, Any] = {"pruning": self.pruning, "observe": self.observe, "audit": self.audit}
+        run, at_first = Planning(self, self.directions, scene, self.seed, **how), self.depth_first
+
+        def over() -> bool:
+            return bool(run.jobs >= at_first or run.root.solutions or run.complete())
+
+        if self.lazy:
+            run.follow(DepthFirst(run))
+        else:
+            run.follow(DepthFirst(run, until=over, by_targets=True), Rounds(run))
+        return run
 
     # -------------------------------------------------------------------------------------------- results
     @property
@@ -172,14 +195,3 @@ class Task(Serial):
     def tree(self) -> str:
         """The structure as text: arrows, names, kinds, properties."""
         return tree(self, self.directions or None)
-
-
-def _advance(
-    run: Planning, enough: Callable[[], bool], spent: Callable[[], bool], step: Callable[[], bool]
-) -> None:
-    """Lifts whole solutions and takes steps until it is enough, or nothing is left; lifting costs no job."""
-    while not enough():
-        if run.complete():
-            run.lift()
-        elif spent() or (not step() and not run.complete()):
-            return

@@ -1,41 +1,26 @@
 """The nodes of wrappers: each success of the child becomes what the stage makes of it; a limit lets so many through."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.graph import Level
-from kabo.tasks.core.groups import Inside
+from kabo.tasks.core.groups import Holder
 from kabo.tasks.core.jobs import Job
-from kabo.tasks.core.nodes import Ended, Leaf, Node
+from kabo.tasks.core.nodes import Leaf, Node
 from kabo.tasks.core.results import SAME, Answers, Result
 from kabo.tasks.core.solutions import LEFT, RIGHT, Solution, State
 
 
-class WrapperNode(Leaf):
+class WrapperNode(Holder, Leaf):
     """A wrapper: one job for each success of its child."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self.inner = Level(self)
-        self._inside = Inside()
         self._useful: set[Solution] = set()  # the child's, of which something came
 
     def start(self) -> None:
         """Starts the child."""
         self.children[0].start()
-
-    def take(self, state: State, side: int, lane: object) -> None:
-        """Lets it in."""
-        self._inside.let_in(self, self.inner, state, side, lane)
-
-    def works_on(self, state: State, side: int) -> bool:
-        """Whether its counterpart is alive."""
-        return not self.closed and self._inside.alive(state, side)
-
-    def may_add(self, state: State, side: int) -> bool:
-        """Whether a success with its counterpart waits, or may come."""
-        return any(self.may_lead(inner, side) for inner in self._inside.of(state))
 
     def may_lead(self, inner: State, side: int) -> bool:
         """Whether a success with the inner state waits, or may come."""
@@ -45,14 +30,13 @@ class WrapperNode(Leaf):
         """Whether a success of the child with this state waits to be transformed."""
         return not self.closed and any(state in (s.start, s.end) for s in self.jobs)
 
+    def revived_inside(self, inner: State) -> None:
+        """What the child made of it can be transformed again."""
+        self.unpark([job for s, job in self.parked.items() if inner in (s.start, s.end)])
+
     def busy(self) -> bool:
         """Whether successes wait, or the child may have more."""
-        return not self.closed and (bool(self.jobs) or self.children[0].busy())
-
-    def partners(self, state: State, side: int) -> Iterable[State]:
-        """As those of the child."""
-        found = [self.children[0].partners(i, side) for i in self._inside.of(state)]
-        return [outer for inner in found for partner in inner for outer in partner.outside]
+        return super().busy() or (not self.closed and self.children[0].busy())
 
     def child_solved(self, child: Node, solution: Solution) -> None:
         """One more job."""
@@ -88,19 +72,25 @@ class WrapperNode(Leaf):
         left = not self.reads[LEFT] or start is None or start.alive[LEFT]
         return left and (not self.reads[RIGHT] or end is None or end.alive[RIGHT])
 
-    def dropped(self, job: Job) -> Ended:
+    def lane(self, job: Job) -> object:
+        """That of the states."""
+        solution: Solution = job.subject
+        ends = solution.start, solution.end
+        return next((state.lane for state in ends if state is not None and state.lane is not None), None)
+
+    def done(self, job: Job) -> None:
         """The inner states may have lost what kept them alive; a solution of which nothing came leads nowhere."""
         solution: Solution = job.subject
-        found: Ended = []
-        if solution not in self._useful and solution.start is not None and solution.end is not None:
-            solution.start.edges[RIGHT].remove(solution)
-            solution.end.edges[LEFT].remove(solution)
-            found = [(solution.start, RIGHT), (solution.end, LEFT)]
-        if solution.end is not None:
-            found.append((solution.end, RIGHT))
-        if solution.start is not None:
-            found.append((solution.start, LEFT))
-        return found
+        start, end = solution.start, solution.end
+        if start is None or end is None:
+            return
+        if solution not in self._useful:
+            start.edges[RIGHT].remove(solution)
+            end.edges[LEFT].remove(solution)
+            self.planning.touch(start, RIGHT)
+            self.planning.touch(end, LEFT)
+        self.planning.touch(end, RIGHT)
+        self.planning.touch(start, LEFT)
 
     def cause(self, job: Job) -> Solution | None:
         """That of what it wraps."""
@@ -167,7 +157,7 @@ class LimitNode(WrapperNode):
     def take(self, state: State, side: int, lane: object) -> None:
         """Lets it in; a closed one says at once that nothing will come of it."""
         if self.closed:
-            self.planning.ended(self.finished(state, 1 - side, lane))
+            self.planning.touch(state, 1 - side)
         else:
             super().take(state, side, lane)
 
@@ -185,10 +175,10 @@ class LimitNode(WrapperNode):
             node.closed = True
             waiting.extend(node.children)
         self.jobs.clear()
-        outer: Ended = []
-        for state, inside in self._inside.inside.items():
-            for inner in inside:
+        self.parked.clear()
+        for state, inside in self.inside.items():
+            for inner in inside.values():
                 for side in (LEFT, RIGHT):
                     if self.reads[side] and self.inner.at_border(inner, side):
-                        outer += self.finished(state, 1 - side, inner.lane)
-        self.planning.ended(outer)
+                        self.planning.touch(state, 1 - side)
+                self.planning.rested(self, inner.lane)

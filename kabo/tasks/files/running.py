@@ -80,6 +80,8 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
         if stage is None:
             raise
         raise file.told(InitialisationError([f"{stage.path!r}: {error}"], task.tree())) from error
+    finally:
+        task.close()
     return Run(task, seed, perf_counter() - began, tuple(found), late())
 
 
