@@ -7,10 +7,10 @@ import pytest
 
 from kabo.plan import Node, PlanBuilder
 from kabo.verify import validate_worlds, verify_plan
-from kabo.verify.interpreter import Interpreter
+from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.linked import linked_groups
 from kabo.verify.possible_worlds import all_worlds, possible_worlds
-from kabo.verify.streams import Stream
+from kabo.verify.knowledge.worlds.streams import Stream
 from tests.verify.hand_made import GOAL, do, look, plan_of, problem_of
 
 LAMPS = """types: [lamp]
