@@ -218,7 +218,7 @@ def test_a_geometric_test_is_not_judged_where_there_is_geometry_and_succeeds_whe
 
 
 def test_too_many_different_states_are_not_judged_and_that_is_said(post, monkeypatch):
-    monkeypatch.setattr("kabo.verify.knowledge.replay.replay.MOST_STATES", 1)
+    monkeypatch.setattr("kabo.verify.knowledge.replay.run.MOST_STATES", 1)
     problem = post("K(held(box))")
     text = said(problem, ("take", BOX, ("leave", {**BOX, "p": "store"}, ("take", BOX, None))))
     assert "the rest was not judged" in text and "NOT verified" in text

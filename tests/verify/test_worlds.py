@@ -8,9 +8,8 @@ import pytest
 from kabo.plan import Node, PlanBuilder
 from kabo.verify import validate_worlds, verify_plan
 from kabo.verify.knowledge.replay.interpreter import Interpreter
-from kabo.verify.linked import linked_groups
-from kabo.verify.possible_worlds import all_worlds, possible_worlds
 from kabo.verify.knowledge.worlds.streams import Stream
+from tests.linked_worlds import all_worlds, linked_groups
 from tests.verify.hand_made import GOAL, do, look, plan_of, problem_of
 
 LAMPS = """types: [lamp]

@@ -3,6 +3,6 @@
 It judges only the plans that possible worlds cannot judge; `worlds/judge.py` says which.
 """
 
-from kabo.verify.knowledge.replay.replay import Replay, replay
+from kabo.verify.knowledge.replay.run import Replay, replay
 
 __all__ = ["Replay", "replay"]

@@ -77,15 +77,19 @@ def start_of(problem: Problem) -> Start:
         later.run_time += updates.run_time
         later.whole += updates.whole
         later.complete += updates.complete
-    for claims in later.complete:
-        truths = [truth(claim, reading) for claim in claims]
-        if None in truths and False not in truths:
-            reading.constraints.append(("Kor", denies_each(problem, claims)))
-    told = dict(reading.known)
-    unknowns, excluded = _unknowns(problem, reading)
-    world = World(reading.known, excluded, frozenset(range(len(unknowns.groups))))
-    whether = frozenset(symbol for symbol in later.run_time if symbol not in reading.known)
-    return Start(unknowns, world, told, whether, frozenset(later.whole))
+    unknowns, world = _unknowns(problem, reading)
+    denials = [("Kor", denies_each(problem, claims)) for claims in later.complete if _is_open(claims, world)]
+    if denials:  # what is not known to be true by now is not all true
+        reading.constraints.extend(denials)
+        unknowns, world = _unknowns(problem, reading)
+    whether = frozenset(symbol for symbol in later.run_time if symbol not in world.known)
+    return Start(unknowns, world, reading.known, whether, frozenset(later.whole))
+
+
+def _is_open(claims: Iterable[GroundClaim], world: World) -> bool:
+    """Whether it is not known of several claims that all of them hold, nor that one does not."""
+    truths = [truth(claim, world) for claim in claims]
+    return None in truths and False not in truths
 
 
 def _is_plain(effect: object) -> bool:
@@ -98,11 +102,12 @@ def _no_conditions(formula: Formula, problem: Problem, binding: Binding) -> Call
     raise CannotJudgeError("the initial knowledge has conditions")
 
 
-def _unknowns(problem: Problem, reading: _Reading) -> tuple[Unknowns, dict[Symbol, frozenset[Value]]]:
-    """The groups of linked unknowns; what turns out to be the same in all of their choices becomes known."""
+def _unknowns(problem: Problem, reading: _Reading) -> tuple[Unknowns, World]:
+    """The groups of linked unknowns, and the world with all of them open; what is so in all of their choices is known."""
     linked = [frozenset(claim[0] for claim in entry) for _, entry in reading.constraints]
     symbols = frozenset(reading.excluded).union(*linked) - reading.known.keys()
     groups: list[Group] = []
+    known = dict(reading.known)
     excluded: dict[Symbol, frozenset[Value]] = {}
     for members, own in _apart(symbols, reading.constraints):
         choices = tuple(_choices(problem, reading, members, own))
@@ -112,14 +117,14 @@ def _unknowns(problem: Problem, reading: _Reading) -> tuple[Unknowns, dict[Symbo
         for position, symbol in enumerate(members):
             values = {choice[position] for choice in choices}
             if len(values) == 1:
-                reading.known[symbol] = values.pop()
+                known[symbol] = values.pop()
             else:
                 open_.append(position)
                 excluded[symbol] = frozenset(range_of(problem, symbol) or ()) - values
         if open_:
             rest = tuple(tuple(choice[position] for position in open_) for choice in choices)
             groups.append(Group(tuple(members[position] for position in open_), rest))
-    return Unknowns(problem, tuple(groups)), excluded
+    return Unknowns(problem, tuple(groups)), World(known, excluded, frozenset(range(len(groups))))
 
 
 def _apart(
