@@ -8,7 +8,7 @@ from kabo.plan import Plan
 from kabo.verify.knowledge.arguments import check_calls
 from kabo.verify.knowledge.replay import replay
 from kabo.verify.knowledge.worlds import CannotJudgeError, judge_in_worlds
-from kabo.verify.knowledge.worlds.judge import MOST_STEPS
+from kabo.verify.knowledge.worlds.judge import MOST_VALUES
 from kabo.verify.report import Finding, WorldReport
 from kabo.verify.structure import check_structure
 
@@ -31,7 +31,7 @@ class KnowledgeReport:
 
 
 def check_knowledge(
-    problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MOST_STEPS
+    problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MOST_VALUES
 ) -> KnowledgeReport:
     """Judges a plan whose reached nodes are given, each before its successors."""
     wrong = tuple(check_calls(plan, order, problem))
@@ -45,13 +45,13 @@ def check_knowledge(
         return KnowledgeReport(tuple(played.findings), played.states, None, str(error))
 
 
-def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MOST_STEPS) -> WorldReport:
+def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MOST_VALUES) -> WorldReport:
     """Leads a plan through all worlds that the initial knowledge allows.
 
     Args:
         problem: the problem.
         plan: the plan.
-        limit: how many times a world is led through a node before it is given up.
+        limit: how many values of atoms and terms, in all worlds that arrive at nodes, before it is given up.
 
     Returns:
         What was found; `exhaustive` is False, with the reason as a finding, if worlds cannot judge the plan.

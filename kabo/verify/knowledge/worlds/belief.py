@@ -149,6 +149,14 @@ class Belief:
         """As `Knower`."""
         return number not in self.broken
 
+    def is_free(self, thing: Symbol | str) -> bool:
+        """Whether an atom or term is open in every world in the same way, and linked to nothing."""
+        if isinstance(thing, str):
+            return False
+        worlds = list(self.worlds.values())
+        free = all(thing not in w.known and self.unknowns.group_of(thing, w) is None for w in worlds)
+        return free and len({w.excluded.get(thing) for w in worlds}) == 1
+
 
 def collected(worlds: Iterable[World]) -> dict[Key, World]:
     """The worlds by their keys; of those that behave alike one stands for all."""

@@ -5,7 +5,7 @@ Somebody who reasons perfectly knows what is so in all of them. Nothing here inf
 what holds is looked up in every world. Worlds stay few because a world leaves open what nobody has looked at.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -38,7 +38,9 @@ from kabo.verify.knowledge.worlds.queries import Query, asks_procedures, query, 
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, Key, World, every, in_words
 from kabo.verify.report import Finding, WorldReport
 
-MOST_STEPS = 300_000  # worlds that are led through a node, each time counted
+MOST_VALUES = (
+    2_000_000  # values of atoms and terms in all worlds that arrive at nodes; a matter of memory and time
+)
 
 NO_WORLD = "the initial knowledge: no world agrees with all of it, it contradicts itself"
 
@@ -50,6 +52,20 @@ class _Goal:
     formula: Formula
     asked: Query
     only_knowledge: bool
+    mentioned: tuple[Symbol | str, ...]
+    temporal: bool  # it speaks of other moments than the end
+
+    def stays(self, belief: Belief, asked_later: Callable[[Symbol | str], bool]) -> bool:
+        """Whether it holds, and no observation will make it fail, as long as nothing changes what it mentions.
+
+        More knowledge never hurts some formulas. Others hold on if nothing more can be found out about what they
+        mention: it is known, or open in every world, linked to nothing, and nobody looks at it any more.
+        """
+        if self.temporal or not self.asked((belief, belief)):
+            return False
+        return self.only_knowledge or all(
+            thing in belief.known or (not asked_later(thing) and belief.is_free(thing)) for thing in self.mentioned
+        )
 
 
 @dataclass
@@ -75,14 +91,14 @@ class Judgement:
     states: int
 
 
-def judge_in_worlds(problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MOST_STEPS) -> Judgement:
+def judge_in_worlds(problem: Problem, plan: Plan, order: Sequence[str], *, limit: int = MOST_VALUES) -> Judgement:
     """The verdict of all possible worlds on a plan whose calls are in order.
 
     Args:
         problem: the problem.
         plan: the plan.
         order: its reached nodes, each before its successors.
-        limit: how many times a world is led through a node before it is given up.
+        limit: how many values of atoms and terms, in all worlds that arrive at nodes, before it is given up.
 
     Raises:
         CannotJudgeError: worlds cannot judge this plan; the text says why.
@@ -120,18 +136,19 @@ class _Run:
         self._acts: dict[object, Act] = {}
         self._always: list[Query] = []
         self._first: set[Symbol] = set()
-        named: list[list[Symbol | str]] = []
+        self._temporals = 0  # in the conjunct that is being read
         throughout: list[Symbol | str] = []
         self.goals: list[_Goal] = []
         for formula, binding in self._conjuncts():
             asked = query(formula, problem, binding, self._temporal)
-            self.goals.append(_Goal(formula, asked, only_asks_for_knowledge(formula)))
-            named.append(list(mentions(formula, problem, binding)))
-            if not self.goals[-1].only_knowledge:
-                throughout += named[-1]
-        self.needs = Needs(plan, order, problem, named, throughout)
+            mentioned = tuple(dict.fromkeys(mentions(formula, problem, binding)))
+            only, temporal = only_asks_for_knowledge(formula), self._temporals > 0
+            self.goals.append(_Goal(formula, asked, only, mentioned, temporal))
+            if temporal:
+                self._temporals, throughout = 0, [*throughout, *mentioned]
+        self.needs = Needs(plan, order, problem, [goal.mentioned for goal in self.goals], throughout)
         self.findings: dict[tuple[str, str], Finding] = {}
-        self.states = self.steps = self.ruled_out = 0
+        self.states = self.values = self.ruled_out = 0
         self.actions = 0.0
         self.ends: list[_Arrival] = []
 
@@ -149,6 +166,7 @@ class _Run:
                 yield formula, binding
 
     def _temporal(self, formula: Temporal, binding: Binding) -> int:
+        self._temporals += 1
         if formula.kind == "always":
             self._always.append(query(formula.body, self.problem, binding))
             return len(self._always) - 1
@@ -171,11 +189,6 @@ class _Run:
         for name in self.order:
             for arrival in arriving.pop(name).values():
                 self.states += 1
-                self.steps += len(arrival.belief.worlds)
-                if self.steps > self.limit:
-                    raise CannotJudgeError(
-                        f"more than {self.limit:,} worlds would have to be led through its nodes"
-                    )
                 counts = int(self.plan.nodes[name].action is not None)
                 self.actions += counts * arrival.belief.share
                 for successor, belief in self._play(name, arrival):
@@ -199,12 +212,16 @@ class _Run:
             return  # no node of the plan, which was said
         belief = arrival.belief
         for number, goal in enumerate(self.goals):
-            if not belief.settled >> number & 1 and goal.only_knowledge and self.needs.done(name, number):
-                belief.settled |= int(goal.asked((belief, belief))) << number
+            if not belief.settled >> number & 1 and self.needs.done(name, number):
+                stays = goal.stays(belief, lambda thing: self.needs.asked_later(name, thing))
+                belief.settled |= int(stays) << number
         keeps, symbols = self.needs.kept(name, belief.settled)
         groups = self.start.unknowns.groups
         kept = frozenset(number for number, group in enumerate(groups) if any(map(keeps, group.symbols)))
         arrival.belief = without(belief, keeps, kept, symbols)
+        self.values += sum(1 + len(world.known) for world in arrival.belief.worlds.values())
+        if self.values > self.limit:
+            raise CannotJudgeError(f"the worlds that arise along it have more than {self.limit:,} values")
         key = arrival.belief.key()
         if key in arriving[name]:
             arriving[name][key].meet(arrival)

@@ -1,8 +1,7 @@
 """What the rest of a plan asks for: worlds that differ in nothing of it are one.
 
 A node's continuation reads what its actions, its branchings and the goal mention, and nothing else. A part of the goal that
-holds, that only asks for knowledge, and that nothing in the continuation changes, still holds at the end: it asks for
-nothing any more.
+holds, and that neither a change nor a further observation in the continuation can make fail, asks for nothing any more.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -92,6 +91,13 @@ class Needs:
     def done(self, name: str, number: int) -> bool:
         """Whether nothing from this node on can change what a part of the goal asks for."""
         return not self.goals[number] & self._changed[name]
+
+    def asked_later(self, name: str, thing: Symbol | str) -> bool:
+        """Whether a node from this one on mentions an atom or term, or all of its name."""
+        mask = self._bits.get(thing, 0)
+        if not isinstance(thing, str):
+            mask |= self._bits.get(thing[0], 0)
+        return bool(self._asked[name] & mask)
 
     def kept(self, name: str, settled: int) -> tuple[Callable[[Symbol], bool], frozenset[Symbol] | None]:
         """Whether an atom or term is asked for from this node on; and all that are, if no whole name is."""
