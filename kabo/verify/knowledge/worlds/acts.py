@@ -23,7 +23,7 @@ from kabo.verify.knowledge.ground import (
     text_of,
 )
 from kabo.verify.knowledge.updates import Assignment, Pair, Rule, Updates, When, fired, rules_of, sensing
-from kabo.verify.knowledge.worlds.belief import Belief, Told, collected
+from kabo.verify.knowledge.worlds.belief import Belief, Told
 from kabo.verify.knowledge.worlds.queries import Query, fires, query
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, OpenError, World, holds
 
@@ -113,7 +113,7 @@ class _Performance:
         disputed: dict[Symbol, int] = {}
         result: list[World] = []
         number = 0
-        for world in self._split(self.belief.worlds.values()):
+        for world in self._split(self.belief.worlds):
             number += 1
             change = self._in(world)
             changed |= change.symbols
@@ -260,7 +260,7 @@ class _Performance:
     # ------------------------------------------------------------------------------------------------ what is known
     def _known(self, worlds: list[World], changed: set[Symbol], ruled_out: int) -> After:
         belief, updates = self.belief, self.updates
-        after = Belief(belief.unknowns, collected(worlds), broken=belief.broken, settled=belief.settled)
+        after = Belief(belief.unknowns, worlds, broken=belief.broken, settled=belief.settled)
         kept = belief.whether - changed | {add.symbol for add in updates.adds if add.sensed}
         new = {symbol for symbol in updates.run_time if symbol not in after.known}
         after.whether = (kept - set(updates.no_run_time)) | new
@@ -361,7 +361,7 @@ def _holds_in(database: str, entry: Entry, world: World) -> bool:
 def observed(belief: Belief, thing: Thing) -> dict[Value, Belief]:
     """The belief behind each outcome of what a plan branches on."""
     parts: dict[Value, list[World]] = {}
-    waiting = list(belief.worlds.values())[::-1]
+    waiting = belief.worlds[::-1]
     while waiting:
         world = waiting.pop()
         try:
@@ -386,9 +386,7 @@ def _learned(belief: Belief, thing: Thing, value: Value, worlds: list[World]) ->
         whole -= {thing}  # type: ignore[arg-type]
         if value is True:
             told.update({claim[0]: claim[1] for claim in thing if claim[2]})  # type: ignore[misc,index]
-    return Belief(
-        belief.unknowns, collected(worlds), whether, whole, told, broken=belief.broken, settled=belief.settled
-    )
+    return Belief(belief.unknowns, worlds, whether, whole, told, broken=belief.broken, settled=belief.settled)
 
 
 __all__ = ["Act", "After", "NotApplicableError", "Updates", "act_of", "observed", "perform"]

@@ -47,7 +47,7 @@ class _Excluded(dict[Symbol, frozenset[Value]]):
                 self._belief.unknowns,
                 frozenset(range_of(self._belief.unknowns.problem, symbol) or ()),
             )
-            for world in self._belief.worlds.values():
+            for world in self._belief.worlds:
                 every -= frozenset(unknowns.values(symbol, world) or ())
             self[symbol] = every
         return self[symbol]
@@ -83,7 +83,7 @@ class Told:
 
 @dataclass
 class Belief:
-    """The worlds, by what tells them apart, and what else somebody knows.
+    """The worlds, and what else somebody knows.
 
     Attributes:
         unknowns: what is unknown at the start.
@@ -96,7 +96,7 @@ class Belief:
     """
 
     unknowns: Unknowns
-    worlds: dict[Key, World]
+    worlds: list[World]
     whether: frozenset[Symbol] = frozenset()
     whole: frozenset[tuple[GroundClaim, ...]] = frozenset()
     told: Mapping[Symbol, Value] = field(default_factory=dict)
@@ -104,7 +104,7 @@ class Belief:
     settled: int = 0
 
     def __post_init__(self) -> None:
-        self.known = _Agreed(self.worlds.values())
+        self.known = _Agreed(self.worlds)
         self.excluded = _Excluded(self)
 
     @property
@@ -120,20 +120,15 @@ class Belief:
     @property
     def share(self) -> float:
         """Of all worlds, how many these are."""
-        return sum(world.share for world in self.worlds.values())
-
-    def key(self) -> Key:
-        """What two beliefs share that behave alike from here on."""
-        told = frozenset(self.told.items())
-        return frozenset(self.worlds), self.whether, self.whole, told, self.broken, self.settled
+        return sum(world.share for world in self.worlds)
 
     def knows(self, claim: Question, at_start: bool) -> bool:
         """As `Knower`: whether it is so in every world."""
-        return all(claim(world.first if at_start else world) for world in self.worlds.values())
+        return all(claim(world.first if at_start else world) for world in self.worlds)
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
         """As `Knower`."""
-        worlds = list(self.worlds.values())
+        worlds = self.worlds
         symbol = named(name, worlds[0])
         if symbol is None or (callable(name) and any(name(world) != symbol for world in worlds)):
             return False
@@ -153,7 +148,7 @@ class Belief:
         """Whether an atom or term is open in every world in the same way, and linked to nothing."""
         if isinstance(thing, str):
             return False
-        worlds = list(self.worlds.values())
+        worlds = self.worlds
         free = all(thing not in w.known and self.unknowns.group_of(thing, w) is None for w in worlds)
         return free and len({w.excluded.get(thing) for w in worlds}) == 1
 
@@ -172,8 +167,10 @@ def collected(worlds: Iterable[World]) -> dict[Key, World]:
 
 def without(
     belief: Belief, keeps: Callable[[Symbol], bool], groups: frozenset[int], symbols: frozenset[Symbol] | None
-) -> Belief:
-    """The belief without what nobody asks for any more.
+) -> tuple[Belief, dict[Key, World], Key]:
+    """The belief without what nobody asks for any more; its worlds by their keys, and a key of its own.
+
+    Two beliefs with the same key behave alike from here on.
 
     Args:
         belief: the belief.
@@ -181,17 +178,13 @@ def without(
         groups: the groups that have a member for which somebody asks.
         symbols: all that is asked for, if that can be listed.
     """
-    worlds = []
-    for world in belief.worlds.values():
-        less = world.kept(keeps, symbols)
-        less.groups = world.groups & groups
-        worlds.append(less)
-    return Belief(
-        belief.unknowns,
-        collected(worlds),
-        frozenset(filter(keeps, belief.whether)),
-        frozenset(whole for whole in belief.whole if any(keeps(claim[0]) for claim in whole)),
-        {symbol: value for symbol, value in belief.told.items() if keeps(symbol)},
-        belief.broken,
-        belief.settled,
+    worlds = collected(world.kept(keeps, symbols, groups) for world in belief.worlds)
+    whether = frozenset(filter(keeps, belief.whether))
+    whole = frozenset(whole for whole in belief.whole if any(keeps(claim[0]) for claim in whole))
+    told = {symbol: value for symbol, value in belief.told.items() if keeps(symbol)}
+    less = Belief(belief.unknowns, list(worlds.values()), whether, whole, told, belief.broken, belief.settled)
+    return (
+        less,
+        worlds,
+        (frozenset(worlds), whether, whole, frozenset(told.items()), belief.broken, belief.settled),
     )

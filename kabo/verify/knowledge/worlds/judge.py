@@ -6,7 +6,7 @@ what holds is looked up in every world. Worlds stay few because a world leaves o
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 from kabo.language.formulas import And, Forall, Formula, Temporal
@@ -31,7 +31,7 @@ from kabo.verify.knowledge.ground import (
 )
 from kabo.verify.knowledge.mentions import mentions
 from kabo.verify.knowledge.worlds.acts import Act, NotApplicableError, act_of, observed, perform
-from kabo.verify.knowledge.worlds.belief import Belief, collected, without
+from kabo.verify.knowledge.worlds.belief import Belief, without
 from kabo.verify.knowledge.worlds.initial import NoWorldError, Start, start_of
 from kabo.verify.knowledge.worlds.needs import Needs, only_asks_for_knowledge
 from kabo.verify.knowledge.worlds.queries import Query, asks_procedures, query, required
@@ -75,11 +75,12 @@ class _Arrival:
     belief: Belief
     shortest: int
     longest: int
+    worlds: dict[Key, World] = field(default_factory=dict)  # those of the belief, by what tells them apart
 
     def meet(self, other: "_Arrival") -> None:
         """Takes up another arrival with the same belief."""
-        for key, world in other.belief.worlds.items():
-            self.belief.worlds[key].share += world.share
+        for key, world in other.worlds.items():
+            self.worlds[key].share += world.share
         self.shortest, self.longest = min(self.shortest, other.shortest), max(self.longest, other.longest)
 
 
@@ -201,9 +202,7 @@ class _Run:
         for world in every(self.start.unknowns, self.start.world, frozenset(self._first)):
             world.remember(frozenset(self._first))
             worlds.append(world)
-        belief = Belief(
-            self.start.unknowns, collected(worlds), self.start.whether, self.start.whole, dict(self.start.told)
-        )
+        belief = Belief(self.start.unknowns, worlds, self.start.whether, self.start.whole, dict(self.start.told))
         self._watch(belief)
         return belief
 
@@ -218,11 +217,10 @@ class _Run:
         keeps, symbols = self.needs.kept(name, belief.settled)
         groups = self.start.unknowns.groups
         kept = frozenset(number for number, group in enumerate(groups) if any(map(keeps, group.symbols)))
-        arrival.belief = without(belief, keeps, kept, symbols)
-        self.values += sum(1 + len(world.known) for world in arrival.belief.worlds.values())
+        arrival.belief, arrival.worlds, key = without(belief, keeps, kept, symbols)
+        self.values += sum(1 + len(world.known) for world in arrival.belief.worlds)
         if self.values > self.limit:
             raise CannotJudgeError(f"the worlds that arise along it have more than {self.limit:,} values")
-        key = arrival.belief.key()
         if key in arriving[name]:
             arriving[name][key].meet(arrival)
         else:
@@ -328,7 +326,7 @@ class _Run:
             if outcome in node.branches:
                 yield node.branches[outcome], parts[value]
             else:
-                world = next(iter(parts[value].worlds.values()))
+                world = parts[value].worlds[0]
                 self._wrong(name, f"no branch for {node.on} = {outcome}, which is possible", in_words(world))
 
     def _outcomes(self, thing: Thing, belief: Belief) -> tuple[Value, ...] | None:
@@ -345,11 +343,11 @@ class _Run:
 
     def _shown(self, asked: Query, belief: Belief) -> str:
         """A world in which even somebody who knew all of it would not find what is asked for; "" if there is none."""
-        for world in belief.worlds.values():
+        for world in belief.worlds:
             symbols = frozenset(symbol for group in self.start.unknowns.groups for symbol in group.symbols)
             open_ = symbols.union(world.excluded)
             for one in every(self.start.unknowns, world, open_) if len(open_) <= 6 else [world]:
-                alone = Belief(belief.unknowns, {one.key(): one}, belief.whether, broken=belief.broken)
+                alone = Belief(belief.unknowns, [one], belief.whether, broken=belief.broken)
                 if not asked((alone, alone)):
                     return in_words(one)
         return ""
@@ -362,6 +360,6 @@ def _can_branch(belief: Belief, thing: Thing) -> bool:
     if thing in belief.whole:
         return True
     claims: tuple[GroundClaim, ...] = thing  # type: ignore[assignment]
-    if any(all(truth(claim, world) is False for world in belief.worlds.values()) for claim in claims):
+    if any(all(truth(claim, world) is False for world in belief.worlds) for claim in claims):
         return True
     return all(belief.will_know(claim[0], False) for claim in claims)

@@ -102,14 +102,16 @@ class World:
         self.known.pop(symbol, None)
         self.excluded[symbol] = without
 
-    def kept(self, keeps: Callable[[Symbol], bool], symbols: frozenset[Symbol] | None) -> "World":
+    def kept(
+        self, keeps: Callable[[Symbol], bool], symbols: frozenset[Symbol] | None, groups: frozenset[int]
+    ) -> "World":
         """The world without what nobody asks for any more; `symbols`: all that is kept, if that is known."""
         if symbols is not None and len(symbols) < len(self.known):
             known = {symbol: self.known[symbol] for symbol in symbols if symbol in self.known}
         else:
             known = {symbol: value for symbol, value in self.known.items() if keeps(symbol)}
         excluded = {symbol: values for symbol, values in self.excluded.items() if keeps(symbol)}
-        return replace(self, known=known, excluded=excluded)
+        return replace(self, known=known, excluded=excluded, groups=self.groups & groups)
 
 
 @dataclass
