@@ -1,8 +1,8 @@
 """A slow and obvious judge of plans: sets of whole worlds, one history after the other, without any code of kabo's.
 
 A world is a dictionary: atom or term (name, argument, …) to its value. Every combination of values is written down; the
-plan is walked as a tree; K of a claim is looked up in every world that agrees with what was observed. It knows the language's
-formulas and the plan's nodes, nothing else, and judges finite problems without update rules and procedures.
+plan is walked as a tree; K of a claim is looked up in every world that agrees with what was observed. It knows the
+language's formulas and the plan's nodes, nothing else, and judges finite problems without update rules and procedures.
 """
 
 from itertools import product
@@ -26,13 +26,13 @@ def everything(problem: Problem) -> dict:
     result = {}
     for name, kinds in problem.domain.predicates.items():
         for arguments in product(*map(problem.of_type, kinds)):
-            result[name, *arguments] = (False, True)
+            result[(name, *arguments)] = (False, True)
     for name, function in problem.domain.functions.items():
         for arguments in product(*map(problem.of_type, function.arguments)):
             values = problem.values_of(name)
             if values is None:
                 raise Unjudged
-            result[name, *arguments] = values
+            result[(name, *arguments)] = values
     return result
 
 
@@ -269,10 +269,10 @@ def acted(problem: Problem, belief: Belief, node) -> tuple[Belief, set]:
                     ones.setdefault(symbol, set()).add(new)
         changed |= set(ones)
         worlds += 1
-        for symbol in ones:
+        for symbol, values in ones.items():
             given = {written(c, now, b)[1] for c, b in adds if target(c, b) == symbol and positive(c)}
             denied = {written(c, now, b)[1] for c, b in adds if target(c, b) == symbol and not positive(c)}
-            if len(ones[symbol] | given) > 1 or ones[symbol] & denied:
+            if len(values | given) > 1 or values & denied:
                 disputed[symbol] = disputed.get(symbol, 0) + 1
         options = {symbol: {old} for symbol, old in now.items()}
         for claim, bound in deletions:

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.verify.knowledge.replay import run as replays
 from kabo.verify import verify_plan
+from kabo.verify.knowledge.replay import run as replays
 from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.merging import meet, more_never_hurts

@@ -37,6 +37,7 @@ class Act:
     """An action with its arguments."""
 
     schema: Action
+    binding: Binding
     values: tuple[tuple[str, Symbol | None], ...]  # run-time variables: the text and symbol of their terms
     preconditions: tuple[Query, ...]
     effects: tuple[Rule, ...]
@@ -52,7 +53,7 @@ def act_of(
     """
     preconditions = tuple(query(part, problem, binding) for part in schema.preconditions)
     effects = rules_of(schema.effects, problem, binding, _condition)
-    return Act(schema, values, preconditions, (*effects, *sensing(schema.sense, problem, binding)))
+    return Act(schema, binding, values, preconditions, (*effects, *sensing(schema.sense, problem, binding)))
 
 
 def _condition(formula, problem: Problem, binding: Binding):  # type: ignore[no-untyped-def]
@@ -227,8 +228,7 @@ class _Performance:
     # --------------------------------------------------------------------------------- what is said of the worlds
     def _as_said(self, worlds: list[World]) -> tuple[list[World], int]:
         """The worlds in which the entries hold that the action adds; and how many are ruled out by them."""
-        entries = self.updates.entries
-        result, ruled_out = self._where(worlds, [entry for entry in entries])
+        result, ruled_out = self._where(worlds, self.updates.entries)
         for claims in self.updates.complete:
             known = all(truth(claim, world) for claim in claims for world in result)
             if known and all(truth(claim, Told(self.belief.told)) for claim in claims):
@@ -365,15 +365,19 @@ def observed(belief: Belief, thing: Thing) -> dict[Value, Belief]:
     while waiting:
         world = waiting.pop()
         try:
-            if is_symbol(thing):
-                value = world.value(thing)  # type: ignore[arg-type]
-            else:
-                value = all([holds(claim, world) for claim in thing])  # type: ignore[arg-type]  # noqa: C419
+            value = _observed_in(world, thing)
         except OpenError as error:
             waiting.extend(list(belief.unknowns.split(world, error.symbol))[::-1])
             continue
         parts.setdefault(value, []).append(world)
     return {value: _learned(belief, thing, value, worlds) for value, worlds in parts.items()}
+
+
+def _observed_in(world: World, thing: Thing) -> Value:
+    if is_symbol(thing):
+        return world.value(thing)  # type: ignore[arg-type]
+    claims: tuple[GroundClaim, ...] = thing  # type: ignore[assignment]
+    return False not in [holds(claim, world) for claim in claims]
 
 
 def _learned(belief: Belief, thing: Thing, value: Value, worlds: list[World]) -> Belief:

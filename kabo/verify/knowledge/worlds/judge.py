@@ -1,11 +1,11 @@
 """Judges a plan in all possible worlds: every action can be done, every outcome has its branch, every leaf is the goal.
 
 A node is looked at once for each *belief* that can arrive at it: the worlds that agree with what was observed on the way.
-Somebody who reasons perfectly knows what is so in all of them. Nothing here infers anything, and nothing is drawn at random:
-what holds is looked up in every world. Worlds stay few because a world leaves open what nobody has looked at.
+Somebody who reasons perfectly knows what is so in all of them. Nothing here infers anything, and nothing is drawn at
+random: what holds is looked up in every world. Worlds stay few because a world leaves open what nobody has looked at.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -38,9 +38,8 @@ from kabo.verify.knowledge.worlds.queries import Query, asks_procedures, query, 
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, Key, World, every, in_words
 from kabo.verify.report import Finding, WorldReport
 
-MOST_VALUES = (
-    2_000_000  # values of atoms and terms in all worlds that arrive at nodes; a matter of memory and time
-)
+MOST_VALUES = 2_000_000  # of atoms and terms in all worlds that arrive at nodes: a matter of memory
+MOST_SHOWN = 6  # unknowns of a finding that are told
 
 NO_WORLD = "the initial knowledge: no world agrees with all of it, it contradicts itself"
 
@@ -251,7 +250,7 @@ class _Run:
         for successor in node.successors:
             later = self.plan.nodes.get(successor)
             if later is not None and later.overlap > 0.0 and later.action is not None:
-                for message, _ in self._unmet(self._act(later), belief):
+                for message, _ in self._unmet(successor, self._act(later), belief):
                     self._wrong(successor, f"begins early, but then {message}", "")
         if node.action is not None:
             after = self._acted(name, node, belief)
@@ -268,7 +267,8 @@ class _Run:
         for number, goal in enumerate(self.goals):
             if not belief.settled >> number & 1 and not required(goal.asked, belief, belief.teller):
                 text = "the goal does not hold at this leaf" + because(goal.formula)
-                self._wrong(name, text, self._shown(goal.asked, belief))
+                if (name, text) not in self.findings:
+                    self._wrong(name, text, self._shown(goal.asked, belief, goal.mentioned))
 
     def _act(self, node: Node) -> Act:
         key = node.action, tuple(sorted(node.arguments.items(), key=lambda pair: pair[0]))
@@ -279,7 +279,7 @@ class _Run:
             self._acts[key] = act_of(schema, dict(node.arguments), values, self.problem)
         return self._acts[key]
 
-    def _unmet(self, act: Act, belief: Belief) -> Iterator[tuple[str, str]]:
+    def _unmet(self, name: str, act: Act, belief: Belief) -> Iterator[tuple[str, str]]:
         """What an action asks for and does not find, each with a world that shows it."""
         for text, symbol in act.values:
             if symbol is None or not belief.will_know(symbol, False):
@@ -287,11 +287,15 @@ class _Run:
         for number, asked in enumerate(act.preconditions, 1):
             if not required(asked, belief, belief.teller):
                 text = f'precondition {number} of "{act.schema.name}" does not hold'
-                yield text + because(act.schema.preconditions[number - 1]), self._shown(asked, belief)
+                formula = act.schema.preconditions[number - 1]
+                text += because(formula)
+                known = (name, text) in self.findings
+                mentioned = mentions(formula, self.problem, act.binding)
+                yield text, "" if known else self._shown(asked, belief, mentioned)
 
     def _acted(self, name: str, node: Node, belief: Belief) -> Belief | None:
         act = self._act(node)
-        for message, shown in self._unmet(act, belief):
+        for message, shown in self._unmet(name, act, belief):
             self._wrong(name, message, shown)
         try:
             after = perform(act, belief)
@@ -341,12 +345,12 @@ class _Run:
     def _wrong(self, name: str, message: str, shown: str) -> None:
         self.findings.setdefault((name, message), Finding(name, message + shown))
 
-    def _shown(self, asked: Query, belief: Belief) -> str:
+    def _shown(self, asked: Query, belief: Belief, mentioned: Iterable[Symbol | str]) -> str:
         """A world in which even somebody who knew all of it would not find what is asked for; "" if there is none."""
+        symbols = frozenset(thing for thing in mentioned if not isinstance(thing, str))
         for world in belief.worlds:
-            symbols = frozenset(symbol for group in self.start.unknowns.groups for symbol in group.symbols)
-            open_ = symbols.union(world.excluded)
-            for one in every(self.start.unknowns, world, open_) if len(open_) <= 6 else [world]:
+            many = len(symbols - world.known.keys()) > MOST_SHOWN
+            for one in [world] if many else every(self.start.unknowns, world, symbols):
                 alone = Belief(belief.unknowns, [one], belief.whether, broken=belief.broken)
                 if not asked((alone, alone)):
                     return in_words(one)
