@@ -11,9 +11,11 @@ from kabo.language import formulas as f
 from kabo.language.problem import Problem
 from kabo.plan import Plan, ValueOf
 
+MOST = 600  # worlds; brute force is slow
+
 
 class Unjudged(Exception):
-    """The problem has what this oracle does not know."""
+    """The problem has what this oracle does not know, or too many worlds for it."""
 
 
 class Refused(Exception):
@@ -291,6 +293,8 @@ def acted(problem: Problem, belief: Belief, node) -> tuple[Belief, set]:
             world = dict(zip(options, values, strict=True))
             if fits(entries, world):
                 pairs.append((world, first))
+        if len(pairs) > MOST:
+            raise Unjudged
     if worlds in disputed.values() or not pairs:
         raise Refused("not applicable")
     changed |= {target(c, b) for c, b in adds} | {target(c, b) for c, b in deletions}

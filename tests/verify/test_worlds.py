@@ -161,6 +161,16 @@ def test_worlds_give_up_at_their_limit_and_the_replay_takes_over(lamps):
     assert report.ok and "combinations of linked unknowns" in str(report.why_replay)
 
 
+def test_what_must_not_be_known_is_not_known_at_the_end_either(lamps):
+    """It is not known before one looks at the other lamp, and no later action mentions it: still it counts."""
+    problem = lamps("not K(on(a)) or K(on(b))", "add(Kx, on(a), on(b))")
+    tree = look("look", "on(b)", {"true": GOAL, "false": GOAL}, l="b")
+    assert "the goal does not hold" in str(verify_plan(problem, plan_of(problem, tree)))
+    free = lamps("not K(on(a)) or K(on(b))")
+    report = verify_plan(free, plan_of(free, tree))
+    assert report.ok and report.judge == "worlds"
+
+
 def run_plan(problem, plan, **options):
     return validate_worlds(problem, plan, **options)
 
