@@ -11,13 +11,12 @@ from itertools import product
 
 from kabo.language.problem import Problem
 from kabo.plan import Node, Plan, PlanBuilder, ValueOf
-from kabo.verify.draft import ContradictionError
-from kabo.verify.ground import NotVerifiableError, range_of, text_of
-from kabo.verify.interpreter import GroundAction, Interpreter, Thing, outcome_text, thing_text
-from kabo.verify.knowledge import Knowledge
-from kabo.verify.linked import linked_groups
-from kabo.verify.possible_worlds import all_worlds
-from kabo.verify.questions import symbol_of
+from kabo.verify.knowledge.ground import NotVerifiableError, Thing, outcome_text, range_of, text_of, thing_text
+from kabo.verify.knowledge.replay.draft import ContradictionError
+from kabo.verify.knowledge.replay.interpreter import GroundAction, Interpreter
+from kabo.verify.knowledge.replay.states import Knowledge
+from kabo.verify.knowledge.terms import symbol_of
+from tests.linked_worlds import all_worlds, linked_groups
 
 Grounded = tuple[GroundAction, dict[str, "str | ValueOf"]]
 

@@ -1,4 +1,4 @@
-"""The verifier: replays what a plan claims to know, runs it in possible worlds, and re-proves every motion.
+"""The verifier: leads a plan through all possible worlds, and re-proves every motion and its certificate.
 
 It shares no code with the planner: it knows the problem's language, the plan, the scene, pinocchio and coal, and
 judges with dictionaries and sets, and with the original triangle meshes. What is wrong is a finding with its node.
@@ -9,13 +9,13 @@ from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from kabo.verify.report import Finding, Least, Report
+from kabo.verify.report import Finding, Least, Report, WorldReport
 
 if TYPE_CHECKING:
     from kabo.language import Problem
     from kabo.plan import Plan
+    from kabo.verify.knowledge import validate_worlds
     from kabo.verify.verification import verify_plan
-    from kabo.verify.worlds import WorldReport, validate_worlds
 
 __all__ = ["Finding", "Least", "Report", "WorldReport", "validate_worlds", "verify_plan"]
 
@@ -25,10 +25,10 @@ def __getattr__(name: str) -> Any:
         from kabo.verify.verification import verify_plan
 
         return verify_plan
-    if name in ("validate_worlds", "WorldReport"):
-        from kabo.verify import worlds
+    if name == "validate_worlds":
+        from kabo.verify.knowledge import validate_worlds
 
-        return getattr(worlds, name)
+        return validate_worlds
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

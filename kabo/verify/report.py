@@ -74,8 +74,9 @@ class WorldReport:
 
     def __str__(self) -> str:
         """`16 worlds, all of them: every one reaches the goal in 3 to 5 actions (mean 4.25)`."""
-        worlds = f"{self.worlds} world{'' if self.worlds == 1 else 's'}"
-        which = "all of them" if self.exhaustive else "sampled"
+        number = f"{self.worlds}" if self.worlds < 10**6 else f"about {float(self.worlds):.1e}"
+        worlds = f"{number} world{'' if self.worlds == 1 else 's'}"
+        which = "all of them" if self.exhaustive else "not all of them"
         if self.findings:
             return f"{worlds}, {which}: not every one reaches the goal"
         if self.shortest == self.longest:
@@ -102,7 +103,8 @@ class Report:
     """The outcome of verification.
 
     `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`:
-    knowledge states replayed; `worlds`: what running the plan in possible worlds came to; `motions`: nodes with
+    states of knowledge looked at; `worlds`: what all possible worlds say of the plan, None if they could not judge it;
+    `why_replay`: why not, so that the replay judged; `motions`: nodes with
     motion that were proven; `pairs`: pairs of bodies that were proven apart along a motion; `distances`: how many
     of these needed distances between meshes; `certificate`: what the plan's own certificate proves. `notes` say what was
     *not* verified.
@@ -115,6 +117,7 @@ class Report:
     leaves: int = 0
     states: int = 0
     worlds: WorldReport | None = None
+    why_replay: str | None = None
     motions: int = 0
     pairs: int = 0
     distances: int = 0
@@ -126,12 +129,25 @@ class Report:
         """Whether nothing was found."""
         return not self.findings
 
+    @property
+    def judge(self) -> str | None:
+        """Who judged what is known: `worlds` or `replay`; None if the plan is not even well formed."""
+        if self.worlds is not None:
+            return "worlds"
+        return None if self.why_replay is None else "replay"
+
     def to_dict(self) -> dict[str, Any]:
         """The report as JSON values."""
         return {
             "ok": self.ok,
             "knowledge_only": self.knowledge_only,
-            "knowledge": {"branches": self.branches, "leaves": self.leaves, "states": self.states},
+            "knowledge": {
+                "judge": self.judge,
+                "why_replay": self.why_replay,
+                "branches": self.branches,
+                "leaves": self.leaves,
+                "states": self.states,
+            },
             "worlds": None if self.worlds is None else self.worlds.to_dict(),
             "motions": self.motions,
             "pairs": self.pairs,
@@ -151,7 +167,9 @@ class Report:
             f"knowledge: {self.leaves} leaves, {self.branches} branching nodes, {self.states} states",
         ]
         if self.worlds is not None:
-            lines.append(f"worlds: {self.worlds}")
+            lines.append(f"judged by worlds: {self.worlds}")
+        elif self.why_replay is not None:
+            lines.append(f"judged by replay of what kabo infers, because {self.why_replay}")
         if not self.knowledge_only:
             lines.append(f"geometry: {self.motions} motions, {self.pairs} pairs of bodies along them")
         if self.least is not None:

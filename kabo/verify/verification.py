@@ -5,12 +5,11 @@ from typing import Any
 
 from kabo.language import Problem
 from kabo.plan import Plan, plan_statistics
-from kabo.verify.asking import answering
 from kabo.verify.files import check_files
-from kabo.verify.replay import replay
+from kabo.verify.knowledge import check_knowledge
+from kabo.verify.knowledge.asking import answering
 from kabo.verify.report import Finding, Report
 from kabo.verify.structure import check_structure
-from kabo.verify.worlds import WorldReport, validate_worlds
 
 WITHOUT_GEOMETRY = "the plan was made with --geometry none: its motions do not exist and were not verified"
 
@@ -43,12 +42,8 @@ def verify_plan(
         return Report(tuple(findings), knowledge_only=knowledge_only)
     branches = sum(1 for name in order if plan.nodes[name].branches)
     leaves = plan_statistics(plan).plan_leaves
-    played = replay(plan, problem, order)
-    findings += played.findings
-    worlds: WorldReport | None = None
-    if played.states:  # else the plan or the problem is not even well formed, which was said
-        worlds = validate_worlds(problem, plan)
-        findings += [finding for finding in worlds.findings if finding not in findings]
+    known = check_knowledge(problem, plan, order)
+    findings += known.findings
     geometry = problem.scene is not None and not knowledge_only
     notes = [] if problem.scene is None or geometry else [_left_out(plan)]
     figures: dict[str, Any] = {}
@@ -62,7 +57,15 @@ def verify_plan(
         findings.append(Finding(None, "the plan has motions, but the problem has no scene"))
     findings = [*check_files(plan, problem.name, problem.path.parent, files), *findings]
     return Report(
-        tuple(findings), tuple(notes), knowledge_only, branches, leaves, played.states, worlds, **figures
+        tuple(findings),
+        tuple(notes),
+        knowledge_only,
+        branches,
+        leaves,
+        known.states,
+        known.worlds,
+        known.why_replay,
+        **figures,
     )
 
 

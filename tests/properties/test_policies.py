@@ -8,13 +8,13 @@ from kabo.language import load_problem
 from kabo.plan import Observation, policy, topological_order, unfold
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
-from kabo.verify.interpreter import Interpreter, outcome_text
-from kabo.verify.knowledge import truth
-from kabo.verify.linked import linked_groups
-from kabo.verify.possible_worlds import all_worlds
-from kabo.verify.relevance import Relevance
+from kabo.verify.knowledge.facts import truth
+from kabo.verify.knowledge.ground import outcome_text
+from kabo.verify.knowledge.replay.interpreter import Interpreter
+from kabo.verify.knowledge.replay.relevance import Relevance
 from tests.conftest import PROPERTY_SCALE
 from tests.domains.families import generated
+from tests.linked_worlds import all_worlds, linked_groups
 from tests.properties.test_plan import branches, built, trees, unfolded
 from tests.random_knowledge import random_problem
 

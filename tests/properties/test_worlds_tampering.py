@@ -19,8 +19,8 @@ from kabo.language import load_problem
 from kabo.language.problem import Problem
 from kabo.plan import Plan
 from kabo.verify import verify_plan
-from kabo.verify.draft import ContradictionError
-from kabo.verify.interpreter import Interpreter
+from kabo.verify.knowledge.replay.draft import ContradictionError
+from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.structure import check_structure
 from tests.oracles_worlds import find_plan, ground_actions, has_world
 from tests.random_knowledge import random_problem
@@ -259,7 +259,7 @@ def test_what_execution_finds_wrong_is_found(data, seed):
     fault = first_fault(problem, other)
     event(f"execution: {fault}, verifier: {'right' if report.ok else 'wrong'}")
     assert fault is None or not report.ok, f"{fault} is not found\n{other}"
-    if fault == "branch":
+    if fault == "branch" and report.worlds is not None:
         assert any("no branch" in finding.message for finding in report.worlds.findings)
 
 
@@ -271,5 +271,5 @@ def test_plans_that_the_oracle_finds_are_right_in_every_world(seed):
     if found is None:
         return
     report = verify_plan(*found)
-    event(f"worlds: {min(report.worlds.worlds, 9)}")
+    event(f"judged by {report.judge}")
     assert report.ok, str(report)

@@ -3,9 +3,9 @@
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.verify.draft import ContradictionError, Draft
-from kabo.verify.firing import Firing
-from kabo.verify.knowledge import Knowledge
+from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.firing import Firing
+from kabo.verify.knowledge.replay.states import Knowledge
 from tests.small_problems import COLOUR, problem
 
 OBJECTS = dict.fromkeys("abcdefgh", "thing")

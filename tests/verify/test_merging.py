@@ -4,12 +4,12 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.verify import replay as replays
 from kabo.verify import verify_plan
-from kabo.verify.draft import ContradictionError, Draft
-from kabo.verify.interpreter import Interpreter
-from kabo.verify.knowledge import Knowledge
-from kabo.verify.merging import meet, more_never_hurts
+from kabo.verify.knowledge.replay import run as replays
+from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.interpreter import Interpreter
+from kabo.verify.knowledge.replay.merging import meet, more_never_hurts
+from kabo.verify.knowledge.replay.states import Knowledge
 from kabo.verify.structure import check_structure
 from tests.small_problems import COLOUR, problem
 from tests.verify.hand_made import GOAL, do, look, plan_of, problem_of

@@ -7,10 +7,8 @@ import pytest
 
 from kabo.plan import Node, PlanBuilder
 from kabo.verify import validate_worlds, verify_plan
-from kabo.verify.interpreter import Interpreter
-from kabo.verify.linked import linked_groups
-from kabo.verify.possible_worlds import all_worlds, possible_worlds
-from kabo.verify.streams import Stream
+from kabo.verify.knowledge.worlds.initial import start_of
+from kabo.verify.knowledge.worlds.world import every
 from tests.verify.hand_made import GOAL, do, look, plan_of, problem_of
 
 LAMPS = """types: [lamp]
@@ -83,7 +81,7 @@ def test_the_world_that_shows_a_fault_is_named(lamps):
     assert "[world: not on(a)]" in report.findings[0].message
     missing = look("look", "on(a)", {"true": GOAL}, l="a")
     text = str(run(lamps("K(on(a))"), missing).findings[0])
-    assert text == "n0: no branch for on(a) = false, which is the case [world: not on(a)]"
+    assert text == "n0: no branch for on(a) = false, which is possible [world: not on(a)]"
     assert str(run(lamps("K(on(a))"), missing)) == "2 worlds, all of them: not every one reaches the goal"
 
 
@@ -93,7 +91,7 @@ def test_what_an_action_may_change_either_way_is_tried_either_way(lamps):
     report = run(problem, do("shake", looked, l="a"))
     assert (report.worlds, report.findings, report.shortest, report.longest) == (1, (), 2, 3)
     text = str(run(problem, do("shake", GOAL, l="a")).findings[0])
-    assert "the goal claims to know what is not so" in text
+    assert "the goal does not hold at this leaf" in text and "[left open by actions: not on(a)]" in text
     forgot = run(problem, do("shake", look("look", "on(a)", {"true": GOAL}, l="a"), l="a"))
     assert "[left open by actions: not on(a)]" in forgot.findings[0].message
 
@@ -110,39 +108,77 @@ def test_world_effects_act_on_what_is_true(lamps):
     problem = lamps("K(on(a))", "add(Kf, not on(a))")
     assert run(problem, do("exchange", do("switch_on", GOAL, l="a"), l="a")).findings == ()
     text = str(run(problem, do("switch_on", GOAL, l="a")).findings[0])
-    assert "n1: the goal claims to know what is not so" in text and "[world: broken(a)]" in text
+    assert "n1: the goal does not hold at this leaf" in text and "[world: broken(a)]" in text
 
 
-def test_update_rules_rule_worlds_out(lamps):
+def test_what_worlds_cannot_judge_is_replayed_and_the_report_says_why(lamps):
     rule = "forall(lamp l) (K(broken(l)) => add(Kf, not on(l)))"
-    problem = lamps("K(not broken(a)) or K(not on(a))", rules=rule)
-    report = run(problem, look("look", "on(a)", {"true": GOAL, "false": GOAL}, l="a"))
-    assert (report.worlds, report.findings) == (3, ()), "a lamp that is broken and on is impossible"
+    problem = lamps("Kw(on(a))", rules=rule)
+    tree = look("look", "on(a)", {"true": GOAL, "false": GOAL}, l="a")
+    report = verify_plan(problem, plan_of(problem, tree), knowledge_only=True)
+    assert report.ok and report.worlds is None and report.judge == "replay"
+    assert "judged by replay of what kabo infers, because the domain has update rules" in str(report)
+    said = json.loads(json.dumps(report.to_dict()))["knowledge"]
+    assert said["judge"] == "replay" and said["why_replay"].startswith("the domain has update rules")
+    alone = run(problem, tree)
+    assert not alone.exhaustive and "worlds cannot judge this plan: the domain has" in str(alone.findings[0])
 
 
-def test_more_worlds_than_the_limit_are_sampled_and_the_same_ones_with_the_same_seed(lamps):
-    names = ", ".join(f"l{i}" for i in range(14))
-    problem = lamps("forall(lamp l) K(on(l))", objects=names)
+def lamps_one_after_the_other(problem, names):
     builder = PlanBuilder()
     last = builder.goal()
-    for i in range(14):
-        lamp = {"l": f"l{i}"}
-        press = builder.add(Node("action", "press", lamp, next=last))
-        last = builder.add(Node("sense", "look", lamp, on=f"on(l{i})", branches={"true": last, "false": press}))
+    for name in names:
+        press = builder.add(Node("action", "press", {"l": name}, next=last))
+        branches = {"true": last, "false": press}
+        last = builder.add(Node("sense", "look", {"l": name}, on=f"on({name})", branches=branches))
     options = {"search": "by hand", "seed": 0, "epsilon": None, "geometry": "none"}
-    plan = builder.build(last, problem="one", files=problem.files, options=options)
-    first, again = validate_worlds(problem, plan, samples=40), validate_worlds(problem, plan, samples=40)
-    assert first == again and (first.worlds, first.exhaustive, first.findings) == (40, False, ())
-    assert 14 < first.shortest < first.mean < first.longest < 28
-    assert validate_worlds(problem, plan, samples=40, seed=1) != first
-    everything = validate_worlds(problem, plan, limit=2**14)
-    assert (everything.worlds, everything.exhaustive, everything.mean) == (2**14, True, 21.0)
+    return builder.build(last, problem="one", files=problem.files, options=options)
+
+
+def test_what_branches_share_costs_its_nodes_however_many_worlds_there_are(lamps):
+    names = [f"l{i}" for i in range(40)]
+    problem = lamps("forall(lamp l) K(on(l))", objects=", ".join(names))
+    plan = lamps_one_after_the_other(problem, names)
+    report = verify_plan(problem, plan)
+    assert report.ok and report.states == 81, (
+        "a node is looked at once, for what its rest does not ask for is forgotten"
+    )
+    assert (report.worlds.worlds, report.worlds.exhaustive, report.worlds.mean) == (2**40, True, 60.0)
+    assert (report.worlds.shortest, report.worlds.longest) == (40, 80)
+    assert "about 1.1e+12 worlds, all of them" in str(report)
+
+
+def test_worlds_give_up_at_their_limit_and_the_replay_takes_over(lamps):
+    names = [f"l{i}" for i in range(14)]
+    problem = lamps("forall(lamp l) K(on(l))", objects=", ".join(names))
+    plan = lamps_one_after_the_other(problem, names)
+    assert run_plan(problem, plan).worlds == 2**14
+    assert "have more than 20 values" in str(run_plan(problem, plan, limit=20).findings[0])
+    linked = lamps(
+        "K(on(l0)) or not K(on(l0))", f"add(Kor, {', '.join(f'on({n})' for n in names)})", objects=", ".join(names)
+    )
+    report = verify_plan(linked, plan_of(linked, GOAL))
+    assert report.ok and "combinations of linked unknowns" in str(report.why_replay)
+
+
+def test_what_must_not_be_known_is_not_known_at_the_end_either(lamps):
+    """It is not known before one looks at the other lamp, and no later action mentions it: still it counts."""
+    problem = lamps("not K(on(a)) or K(on(b))", "add(Kx, on(a), on(b))")
+    tree = look("look", "on(b)", {"true": GOAL, "false": GOAL}, l="b")
+    assert "the goal does not hold" in str(verify_plan(problem, plan_of(problem, tree)))
+    free = lamps("not K(on(a)) or K(on(b))")
+    report = verify_plan(free, plan_of(free, tree))
+    assert report.ok and report.judge == "worlds"
+
+
+def run_plan(problem, plan, **options):
+    return validate_worlds(problem, plan, **options)
 
 
 def test_the_report_of_verification_tells_of_worlds(lamps):
     problem = lamps("K(on(a))")
     report = verify_plan(problem, plan_of(problem, pressed()), knowledge_only=True)
-    assert "worlds: 2 worlds, all of them: every one reaches the goal in 1 to 2 actions" in str(report)
+    assert "judged by worlds: 2 worlds, all of them: every one reaches the goal in 1 to 2 actions" in str(report)
     assert json.loads(json.dumps(report.to_dict()))["worlds"] == {
         "worlds": 2, "exhaustive": True, "shortest": 1, "mean": 1.5, "longest": 2, "ruled_out": 0,
     }  # fmt: skip
@@ -159,19 +195,17 @@ def test_a_plan_in_a_circle_or_with_wrong_calls_is_not_run(lamps):
 
 
 # ----------------------------------------------------------------------------------------------- initial worlds
-def groups_of(problem):
-    interpreter = Interpreter(problem)
-    symbols = [("on", (lamp,)) for lamp in problem.objects] + [("colour", (lamp,)) for lamp in problem.objects]
-    return linked_groups(problem, interpreter.initial(), interpreter.rules, symbols)
-
-
 def test_all_worlds_are_those_that_brute_force_finds(lamps):
     initial = (
         "add(Kx, on(a), on(b), colour(a) = red)",
         "add(Kor, not on(b), colour(b) = green)",
         "add(Kf, colour(b) != red)",
     )
-    found = all_worlds(groups_of(lamps("true", *initial)), 1000)
+    problem = lamps("true", *initial)
+    start = start_of(problem)
+    symbols = [("on", ("a",)), ("on", ("b",)), ("colour", ("a",)), ("colour", ("b",))]
+    worlds = list(every(start.unknowns, start.world, frozenset(symbols)))
+    found = [tuple(world.known[symbol] for symbol in symbols) for world in worlds]
     values = (False, True)
     colours = ("red", "green", "blue")
     expected = {
@@ -179,26 +213,21 @@ def test_all_worlds_are_those_that_brute_force_finds(lamps):
         for a, b, first, second in product(values, values, colours, colours[1:])
         if [a, b, first == "red"].count(True) == 1 and (not b or second == "green")
     }
-    names = [("on", ("a",)), ("on", ("b",)), ("colour", ("a",)), ("colour", ("b",))]
-    assert {tuple(world[name] for name in names) for world in found} == expected
+    assert set(found) == expected
     assert len(found) == len(expected), "none stands there twice"
+    assert start.unknowns.count == len(expected)
+    assert sum(world.share for world in worlds) == pytest.approx(1.0)
 
 
-def test_samples_agree_with_the_entries_and_are_all_different(lamps):
-    names = [f"l{i}" for i in range(30)]
-    exclusive = [f"add(Kx, {', '.join(f'on({n})' for n in names[i : i + 5])})" for i in range(0, 30, 5)]
-    problem = lamps("true", *exclusive, objects=", ".join(names))
-    possible = possible_worlds(groups_of(problem), 3000, 200, 7)
-    assert not possible.exhaustive and len(possible.worlds) == 200
-    assert len({tuple(world.values()) for world in possible.worlds}) == 200
-    for world in possible.worlds:
-        assert all(sum(world["on", (n,)] for n in names[i : i + 5]) == 1 for i in range(0, 30, 5))
+def test_what_is_so_in_every_choice_is_known_at_once(lamps):
+    start = start_of(lamps("true", "add(Kx, on(a), on(b))", "add(Kor, on(a), broken(a))", "add(Kf, not on(a))"))
+    assert start.world.known["on", ("b",)] is True and start.world.known["broken", ("a",)] is True
+    assert not start.unknowns.groups
 
 
-def test_one_long_exclusive_set_is_sampled_evenly_enough(lamps):
-    names = [f"l{i}" for i in range(12)]
-    problem = lamps("true", f"add(Kx, {', '.join(f'on({n})' for n in names)})", objects=", ".join(names))
-    group = next(group for group in groups_of(problem) if len(group.symbols) == 12)
-    drawn = [group.sample(Stream(0, index)) for index in range(600)]
-    counts = [sum(world["on", (name,)] for world in drawn) for name in names]
-    assert sum(counts) == 600 and min(counts) > 25 and max(counts) < 85
+def test_initial_knowledge_that_contradicts_itself_has_no_world(lamps):
+    """Each pair of three is exclusive and exhaustive: inference alone does not see that this cannot be."""
+    pairs = ("on(a), on(b)", "on(b), broken(a)", "broken(a), on(a)")
+    problem = lamps("true", *(f"add(Kx, {pair})" for pair in pairs))
+    report = verify_plan(problem, plan_of(problem, GOAL))
+    assert "no world agrees with all of it" in str(report)

@@ -10,31 +10,31 @@ from itertools import product
 from kabo.language.formulas import And, Forall, Formula, Temporal
 from kabo.language.problem import Action, Problem
 from kabo.plan import ValueOf
-from kabo.verify.asking import external_of, succeeds
-from kabo.verify.draft import ContradictionError, Draft
-from kabo.verify.ground import (
+from kabo.verify.knowledge.asking import external_of, succeeds
+from kabo.verify.knowledge.facts import Facts, truth, will_be_known
+from kabo.verify.knowledge.ground import (
     Binding,
     Entry,
     GroundClaim,
     Symbol,
+    Thing,
     Value,
-    conjunction_text,
     instances,
+    is_symbol,
     range_of,
-    read_conjunction,
     read_symbol,
-    text_of,
-    value_text,
+    read_thing,
 )
-from kabo.verify.knowledge import Facts, Knowledge, symbols_of, truth, will_be_known
-from kabo.verify.mentions import mentions
-from kabo.verify.questions import Question, question
-from kabo.verify.transition import change_world, look_back, note, settle
-from kabo.verify.update_rules import UpdateRules
-from kabo.verify.updates import Rule, Updates, fired, rules_of, sensing
+from kabo.verify.knowledge.mentions import mentions
+from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.questions import question
+from kabo.verify.knowledge.replay.states import Knowledge, symbols_of
+from kabo.verify.knowledge.replay.transition import change_world, look_back, note, settle
+from kabo.verify.knowledge.replay.update_rules import UpdateRules
+from kabo.verify.knowledge.terms import Question
+from kabo.verify.knowledge.updates import Rule, Updates, fired, rules_of, sensing
 
 Arguments = Mapping[str, "str | float | ValueOf"]
-Thing = Symbol | tuple[GroundClaim, ...]  # what a plan branches on: an atom, a term, or a conjunction
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Interpreter:
         """
         draft = Draft(self.problem, Knowledge({}))
         rest = Updates()
-        for rule in rules_of(self.problem.initial, self.problem, {}):
+        for rule in rules_of(self.problem.initial, self.problem, {}, question):
             updates = fired([rule], draft)
             rest.entries += updates.entries
             rest.no_entries += updates.no_entries
@@ -189,7 +189,10 @@ class Interpreter:
                     if isinstance(value, ValueOf)
                 ),
                 tuple(question(part, self.problem, binding) for part in schema.preconditions),
-                (*rules_of(schema.effects, self.problem, binding), *sensing(schema.sense, self.problem, binding)),
+                (
+                    *rules_of(schema.effects, self.problem, binding, question),
+                    *sensing(schema.sense, self.problem, binding),
+                ),
                 call is not None and not succeeds(call, self.problem, binding),
             )
         return self._actions[key]
@@ -211,7 +214,7 @@ class Interpreter:
     # ----------------------------------------------------------------------------------------------- branching
     def read(self, text: str) -> Thing | None:
         """What `on` or `delivers` names; None if it is nothing of the domain."""
-        return read_symbol(text, self.problem) or read_conjunction(text, self.problem)
+        return read_thing(text, self.problem)
 
     def can_branch(self, state: Facts, thing: Thing) -> bool:
         """Whether the truth or value will be known at run time."""
@@ -254,18 +257,3 @@ class Interpreter:
         except ContradictionError:
             return None
         return self._watched(draft.finished())
-
-
-def is_symbol(thing: Thing) -> bool:
-    """Whether a thing to branch on is an atom or term, not a conjunction."""
-    return isinstance(thing[0], str)
-
-
-def thing_text(thing: Thing) -> str:
-    """How plans spell it."""
-    return text_of(thing) if is_symbol(thing) else conjunction_text(thing)  # type: ignore[arg-type]
-
-
-def outcome_text(value: Value) -> str:
-    """How plans name the outcome of a branch."""
-    return value_text(value)

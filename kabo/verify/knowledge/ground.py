@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
-from kabo.language.formulas import Variable
+from kabo.language.formulas import Formula, Variable
 from kabo.language.problem import Problem
 from kabo.plan import ValueOf
 
@@ -17,6 +17,7 @@ Symbol = tuple[str, tuple[Value, ...]]  # a ground atom or function term
 GroundClaim = tuple[Symbol, Value, bool]  # the symbol has the value (True), or has not (False; functions only)
 Binding = Mapping[str, "Value | ValueOf"]  # parameters and quantified variables
 Entry = frozenset[GroundClaim]  # the members of an entry of Kx or Kor
+Thing = Symbol | tuple[GroundClaim, ...]  # what a plan branches on: an atom, a term, or a conjunction
 
 _GROUND = re.compile(r"([a-z][a-z0-9_]*)(?:\(([^()]*)\))?")
 
@@ -104,6 +105,32 @@ def read_conjunction(text: str, problem: Problem) -> tuple[GroundClaim, ...] | N
             return None
         claims.append((symbol, not negative, True))
     return tuple(claims) if len(claims) > 1 or not claims[0][1] else None
+
+
+def read_thing(text: str, problem: Problem) -> Thing | None:
+    """What `on` or `delivers` names; None if it is nothing of the domain."""
+    return read_symbol(text, problem) or read_conjunction(text, problem)
+
+
+def is_symbol(thing: Thing) -> bool:
+    """Whether a thing to branch on is an atom or term, not a conjunction."""
+    return isinstance(thing[0], str)
+
+
+def thing_text(thing: Thing) -> str:
+    """How plans spell it."""
+    return text_of(thing) if is_symbol(thing) else conjunction_text(thing)  # type: ignore[arg-type]
+
+
+def outcome_text(value: Value) -> str:
+    """How plans name the outcome of a branch."""
+    return value_text(value)
+
+
+def because(formula: Formula) -> str:
+    """Where a formula stands, for the end of a message."""
+    place = getattr(formula, "place", None)
+    return "" if place is None else f" ({place.file}:{place.line}:{place.column})"
 
 
 def _read_value(text: str) -> Value:

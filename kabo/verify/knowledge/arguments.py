@@ -6,8 +6,8 @@ from kabo.errors import did_you_mean
 from kabo.language.formulas import Application
 from kabo.language.problem import Action, Problem
 from kabo.plan import Node, Plan, ValueOf
-from kabo.verify.ground import read_conjunction, read_symbol, text_of
-from kabo.verify.questions import symbol_of
+from kabo.verify.knowledge.ground import read_conjunction, read_symbol, text_of
+from kabo.verify.knowledge.terms import symbol_of
 from kabo.verify.report import Finding
 
 

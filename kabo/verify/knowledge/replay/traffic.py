@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 from kabo.language.formulas import Change, Comparison, Literal
 from kabo.plan import Node, ValueOf
-from kabo.verify.ground import Symbol, read_symbol
-from kabo.verify.interpreter import Interpreter, Thing, is_symbol
-from kabo.verify.mentions import mentions, reads
-from kabo.verify.questions import symbol_of
-from kabo.verify.update_rules import ground
-from kabo.verify.updates import unrolled
+from kabo.verify.knowledge.ground import Symbol, Thing, is_symbol, read_symbol
+from kabo.verify.knowledge.mentions import mentions, reads
+from kabo.verify.knowledge.replay.interpreter import Interpreter
+from kabo.verify.knowledge.replay.update_rules import ground
+from kabo.verify.knowledge.terms import symbol_of
+from kabo.verify.knowledge.updates import unrolled
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,13 @@ are dropped. Update rules and outcomes of sensing only add to what is known abou
 
 from collections.abc import Iterable
 
-from kabo.verify.draft import ContradictionError, Draft
-from kabo.verify.ground import NotVerifiableError, Symbol
-from kabo.verify.knowledge import Facts, Knowledge, Remembered, exclude, truth
-from kabo.verify.postdiction import WorldEffects, forget_what_may_change, postdict, world_effects
-from kabo.verify.update_rules import UpdateRules
-from kabo.verify.updates import Assignment, Updates, denies_each, fired
+from kabo.verify.knowledge.facts import Facts, truth
+from kabo.verify.knowledge.ground import NotVerifiableError, Symbol
+from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.postdiction import WorldEffects, forget_what_may_change, postdict, world_effects
+from kabo.verify.knowledge.replay.states import Knowledge, Remembered, exclude
+from kabo.verify.knowledge.replay.update_rules import UpdateRules
+from kabo.verify.knowledge.updates import Assignment, Updates, denies_each, fired
 
 ROUNDS = 1000  # of update rules; rules that still change something after so many do not settle
 

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from kabo.verify.ground import Entry, GroundClaim, Symbol
+from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol
 
 Asked = Callable[[Symbol], bool]
 Entries = tuple[frozenset[Entry], frozenset[Entry]]  # of Kx and of Kor

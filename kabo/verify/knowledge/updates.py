@@ -1,7 +1,7 @@
 """What effects say: the updates that fire in a knowledge state, ground [DESIGN section 3].
 
 All conditions, values and arguments are read in the state before. What the updates then do to knowledge is said in
-`transition.py`, what they do to the world in `worlds.py`.
+`replay/transition.py`, what they do to the world in `worlds/acts.py`.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -20,12 +20,14 @@ from kabo.language.formulas import (
     FactAll,
     FactForall,
     ForEach,
+    Formula,
     Literal,
     TermFact,
     WorldEffect,
 )
 from kabo.language.problem import Problem
-from kabo.verify.ground import (
+from kabo.verify.knowledge.facts import Facts, will_be_known
+from kabo.verify.knowledge.ground import (
     Binding,
     Entry,
     GroundClaim,
@@ -35,8 +37,7 @@ from kabo.verify.ground import (
     instances,
     is_predicate,
 )
-from kabo.verify.knowledge import Facts, will_be_known
-from kabo.verify.questions import Namer, Reader, named, question, symbol_of, value_of
+from kabo.verify.knowledge.terms import Namer, Reader, named, symbol_of, value_of
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,7 @@ class Updates:
 
 
 Rule = Callable[[Facts, Updates], None]  # adds what fires in a state
+Asker = Callable[[Formula, Problem, Binding], Callable[[Facts], bool]]  # what a condition asks of what is known
 
 
 def fired(rules: Iterable[Rule], state: Facts) -> Updates:
@@ -102,9 +104,9 @@ def fired(rules: Iterable[Rule], state: Facts) -> Updates:
     return result
 
 
-def rules_of(effects: Iterable[Effect], problem: Problem, binding: Binding) -> list[Rule]:
-    """Every effect as a function of the state, quantifiers unrolled."""
-    return [rule for effect in effects for rule in _rules(effect, problem, binding)]
+def rules_of(effects: Iterable[Effect], problem: Problem, binding: Binding, ask: Asker) -> list[Rule]:
+    """Every effect as a function of the state, quantifiers unrolled; `ask` reads conditions on knowledge."""
+    return [rule for effect in effects for rule in _rules(effect, problem, binding, ask)]
 
 
 def sensing(things: Iterable[Atom | Application], problem: Problem, binding: Binding) -> list[Rule]:
@@ -112,12 +114,12 @@ def sensing(things: Iterable[Atom | Application], problem: Problem, binding: Bin
     return [_on_symbol(symbol_of(thing, problem, binding), "run_time") for thing in things]
 
 
-def _rules(effect: Effect, problem: Problem, binding: Binding) -> Iterator[Rule]:
+def _rules(effect: Effect, problem: Problem, binding: Binding, ask: Asker) -> Iterator[Rule]:
     match effect:
         case Change():
             yield from _change(effect, problem, binding)
         case Conditional(condition, updates):
-            holds, inner = question(condition, problem, binding), rules_of(updates, problem, binding)
+            holds, inner = ask(condition, problem, binding), rules_of(updates, problem, binding, ask)
 
             def conditional(state: Facts, out: Updates) -> None:
                 if holds(state.mind):
@@ -127,7 +129,7 @@ def _rules(effect: Effect, problem: Problem, binding: Binding) -> Iterator[Rule]
             yield conditional
         case ForEach(variables, effects):
             for more in instances(problem, variables, binding):
-                yield from rules_of(effects, problem, more)
+                yield from rules_of(effects, problem, more, ask)
         case WorldEffect():
             yield _when(effect, problem, binding)
 

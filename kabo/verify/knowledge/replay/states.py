@@ -7,36 +7,15 @@ from collections.abc import Mapping, MutableMapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Protocol
 
-from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
+from kabo.verify.knowledge.facts import Excluded
+from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol, Value
 
 FEW = 24  # of so few entries all are looked at
 MANY = 1 << 16  # entries that are remembered
 
-Excluded = Mapping[Symbol, frozenset[Value]]
 Frozen = tuple[object, ...]
 Remembered = AbstractSet["Symbol | str"]  # atoms and terms, or the names of all of them
-
-
-class Facts(Protocol):
-    """What queries read: a state, or one that is being changed."""
-
-    @property
-    def known(self) -> Mapping[Symbol, Value]:
-        """Values of atoms and terms (Kf)."""
-
-    @property
-    def excluded(self) -> Excluded:
-        """Values that terms do not have."""
-
-    @property
-    def whether(self) -> AbstractSet[Symbol]:
-        """Atoms and terms that will be known at run time (Kw, Kv)."""
-
-    @property
-    def mind(self) -> "Facts":
-        """What conditions on knowledge (`query => …`) are asked of: a world is not what the agent knows of it."""
 
 
 @dataclass(frozen=True)
@@ -91,22 +70,6 @@ class Knowledge:
         """What is now known of the initial state; what was to be known of it at run time still is if untouched."""
         past = self.past or Knowledge({})
         return replace(past, whether=past.whether | (self.whether - self.touched))
-
-
-def truth(claim: GroundClaim, state: Facts) -> bool | None:
-    """Whether a claim is known to hold (True), known not to hold (False), or neither (None)."""
-    symbol, value, positive = claim
-    known = state.known.get(symbol)
-    if known is not None:
-        return (known == value) is positive
-    if value in state.excluded.get(symbol, ()):
-        return not positive
-    return None
-
-
-def will_be_known(symbol: Symbol, state: Facts) -> bool:
-    """Kw of an atom, Kv of a term: known, or known at run time."""
-    return symbol in state.known or symbol in state.whether
 
 
 @lru_cache(maxsize=1 << 16)

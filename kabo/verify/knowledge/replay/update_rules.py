@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 
 from kabo.language.formulas import Effect, ForEach
 from kabo.language.problem import Problem
-from kabo.verify.ground import Binding, Symbol, instances
-from kabo.verify.mentions import mentions
-from kabo.verify.updates import Rule, rules_of
+from kabo.verify.knowledge.ground import Binding, Symbol, instances
+from kabo.verify.knowledge.mentions import mentions
+from kabo.verify.knowledge.replay.questions import question
+from kabo.verify.knowledge.updates import Rule, rules_of
 
 
 @dataclass
@@ -23,7 +24,7 @@ class UpdateRules:
         """The rules of a problem."""
         result = cls()
         for effect, binding in ground(problem.domain.update_rules, problem, {}):
-            for rule in rules_of([effect], problem, binding):
+            for rule in rules_of([effect], problem, binding, question):
                 result._add(rule, frozenset(mentions(effect, problem, binding)))
         return result
 

@@ -1,25 +1,23 @@
-"""Unknown atoms and terms that entries and update rules link: the values that they can have together.
+"""The worlds that the initial knowledge allows, found with the inference of the replay: beside `worlds/initial.py`.
 
 Groups that nothing links are independent: a world is one choice for each, so each is searched on its own.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 
 from kabo.language.problem import Problem
-from kabo.verify.draft import ContradictionError, Draft
-from kabo.verify.ground import Entry, GroundClaim, NotVerifiableError, Symbol, Value, range_of
-from kabo.verify.knowledge import Knowledge, truth
-from kabo.verify.streams import Stream
-from kabo.verify.transition import settle
-from kabo.verify.true_world import World
-from kabo.verify.update_rules import UpdateRules
-from kabo.verify.updates import Rule, fired
+from kabo.verify.knowledge.facts import truth
+from kabo.verify.knowledge.ground import Entry, GroundClaim, NotVerifiableError, Symbol, Value, range_of
+from kabo.verify.knowledge.replay.draft import ContradictionError, Draft
+from kabo.verify.knowledge.replay.states import Knowledge
+from kabo.verify.knowledge.replay.transition import settle
+from kabo.verify.knowledge.replay.update_rules import UpdateRules
+from kabo.verify.knowledge.updates import Rule, fired
 
-ATTEMPTS = 20  # draws that are given up before values are searched for step by step
 STEPS = 20_000  # decisions of one search
-LISTED = 512  # most combinations that are listed to draw from
 
 Values = dict[Symbol, Value]
 
@@ -72,45 +70,6 @@ class Linked:
                 return None
         return None
 
-    def sample(self, stream: Stream) -> Values | None:
-        """Random values; None if none were found."""
-        listed = self.all(LISTED)
-        if listed is not None:
-            return listed[stream.below(len(listed))] if listed else None
-        for _ in range(ATTEMPTS):
-            draft = Draft(self.problem, self.state)
-            try:
-                for symbol in stream.shuffled(self.symbols):
-                    if symbol not in draft.known:
-                        without = draft.excluded.get(symbol, ())
-                        values = [value for value in self.values_of(symbol) if value not in without]
-                        draft.learn((symbol, values[stream.below(len(values))], True))
-                        settle(draft, self.rules)
-            except ContradictionError:
-                continue
-            chosen = {symbol: draft.known[symbol] for symbol in self.symbols}
-            if self.agree(chosen):
-                return chosen
-        return self._search(stream)
-
-    def _search(self, stream: Stream) -> Values | None:
-        """Backtracking, with a copy of the state at every decision."""
-        stack = [self.state]
-        order = stream.shuffled(self.symbols)
-        for _ in range(STEPS // 10):
-            if not stack:
-                return None
-            state = stack.pop()
-            symbol = next((symbol for symbol in order if symbol not in state.known), None)
-            if symbol is not None:
-                children = list(self._decisions(state, symbol))
-                stack.extend(children[::-1] if stream.below(2) else children)
-                continue
-            values = {symbol: state.known[symbol] for symbol in self.symbols}
-            if self.agree(values):
-                return values
-        return None
-
     def _decisions(self, state: Knowledge, symbol: Symbol) -> Iterator[Knowledge]:
         """The state with each value that the symbol can have, and what follows."""
         for value in self.values_of(symbol):
@@ -124,14 +83,14 @@ class Linked:
 
     def agree(self, values: Mapping[Symbol, Value]) -> bool:
         """Whether these values can be together: entries hold, and rules conclude nothing else."""
-        world = World({**self.state.known, **values})
-        holding = {claim for claim in self._claims if world.holds(claim)}
+        world = Knowledge({**self.state.known, **values})
+        holding = {claim for claim in self._claims if truth(claim, world)}
         if any(len(entry & holding) != 1 for entry in self.state.exclusive):
             return False
         if any(entry.isdisjoint(holding) for entry in self.state.some):
             return False
         try:
-            updates = fired(self.own_rules, world.as_known())
+            updates = fired(self.own_rules, world)
         except NotVerifiableError:
             return True
         if any(not _may_hold(entry, database, world) for database, entry in updates.entries):
@@ -142,7 +101,7 @@ class Linked:
         )
 
 
-def _may_hold(entry: Entry, database: str, world: World) -> bool:
+def _may_hold(entry: Entry, database: str, world: Knowledge) -> bool:
     truths = [truth(claim, world) for claim in entry]
     at_most_one = database == "Kor" or truths.count(True) <= 1
     return at_most_one and len(truths) > truths.count(False)
@@ -209,3 +168,15 @@ def _built(
         chosen = tuple(rules.rules[rule] for rule in own[index])
         result.append(Linked(problem, rules, tuple(group), inner, chosen))
     return result
+
+
+def all_worlds(groups: Sequence[Linked], limit: int) -> list[Values] | None:
+    """Every world; None if there are more than `limit`, or they are not found in time."""
+    choices: list[list[Values]] = []
+    count = 1
+    for group in groups:
+        choice = group.all(limit)
+        if choice is None or (count := count * len(choice)) > limit:
+            return None
+        choices.append(choice)
+    return [{symbol: value for part in parts for symbol, value in part.items()} for parts in product(*choices)]

@@ -8,7 +8,7 @@ from typing import Any
 from kabo.language.answers import checked_answer
 from kabo.language.formulas import Argument, Constant, External, GroundCall, Number, ProcedureCall, Variable
 from kabo.language.problem import Answer, Answers, Problem
-from kabo.verify.ground import Binding, NotVerifiableError
+from kabo.verify.knowledge.ground import Binding, NotVerifiableError
 
 SEEDS = 16  # of a procedure that takes a seed: one of the first answers counts, as when planning
 

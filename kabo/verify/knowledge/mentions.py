@@ -21,7 +21,7 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 from kabo.plan import ValueOf
-from kabo.verify.ground import Binding, Symbol, instances, read_symbol
+from kabo.verify.knowledge.ground import Binding, Symbol, instances, read_symbol
 
 
 def mentions(tree: Any, problem: Problem, binding: Binding) -> Iterator[Symbol | str]:

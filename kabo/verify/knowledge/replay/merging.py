@@ -32,8 +32,9 @@ from kabo.language.formulas import (
     Xor,
 )
 from kabo.language.problem import Problem
-from kabo.verify.ground import Entry, Symbol, Value, range_of
-from kabo.verify.knowledge import Knowledge, mentioning, truth
+from kabo.verify.knowledge.facts import truth
+from kabo.verify.knowledge.ground import Entry, Symbol, Value, range_of
+from kabo.verify.knowledge.replay.states import Knowledge, mentioning
 
 
 # -------------------------------------------------------------------------------------------- more never hurts

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from itertools import compress
 
 from kabo.plan import Plan
-from kabo.verify.firing import Firing
-from kabo.verify.ground import Entry, GroundClaim, Symbol, Value
-from kabo.verify.interpreter import Interpreter
-from kabo.verify.knowledge import Knowledge, symbols_of
-from kabo.verify.traffic import Traffic, traffic_of
+from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol, Value
+from kabo.verify.knowledge.replay.firing import Firing
+from kabo.verify.knowledge.replay.interpreter import Interpreter
+from kabo.verify.knowledge.replay.states import Knowledge, symbols_of
+from kabo.verify.knowledge.replay.traffic import Traffic, traffic_of
 
 
 class Relevance:

@@ -14,15 +14,15 @@ from functools import cached_property
 
 from kabo.language.problem import Problem
 from kabo.plan import Plan
-from kabo.verify.arguments import check_calls
-from kabo.verify.draft import ContradictionError
-from kabo.verify.ground import NotVerifiableError
-from kabo.verify.interpreter import Interpreter
-from kabo.verify.knowledge import Frozen, Knowledge
-from kabo.verify.merging import meet, more_never_hurts
-from kabo.verify.relevance import Relevance
+from kabo.verify.knowledge.arguments import check_calls
+from kabo.verify.knowledge.ground import NotVerifiableError
+from kabo.verify.knowledge.replay.draft import ContradictionError
+from kabo.verify.knowledge.replay.interpreter import Interpreter
+from kabo.verify.knowledge.replay.merging import meet, more_never_hurts
+from kabo.verify.knowledge.replay.relevance import Relevance
+from kabo.verify.knowledge.replay.states import Frozen, Knowledge
+from kabo.verify.knowledge.replay.steps import Way, step, unmet_early
 from kabo.verify.report import Finding
-from kabo.verify.steps import Way, step, unmet_early
 
 MOST_STATES = 200_000  # different ones; a plan of 25,000 nodes has about as many
 KEPT = 2000  # nodes whose states are remembered for that

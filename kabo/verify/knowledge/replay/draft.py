@@ -11,8 +11,9 @@ from dataclasses import replace
 from functools import lru_cache
 
 from kabo.language.problem import Problem
-from kabo.verify.ground import Entry, GroundClaim, Symbol, Value, claim_text, denied, range_of, text_of
-from kabo.verify.knowledge import Knowledge, Remembered, exclude, in_order, mentioning, mentions_any, truth
+from kabo.verify.knowledge.facts import truth
+from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol, Value, claim_text, denied, range_of, text_of
+from kabo.verify.knowledge.replay.states import Knowledge, Remembered, exclude, in_order, mentioning, mentions_any
 
 
 class ContradictionError(Exception):

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from kabo.language.formulas import Formula
 from kabo.plan import Node
-from kabo.verify.draft import ContradictionError
-from kabo.verify.ground import NotVerifiableError, Value
-from kabo.verify.interpreter import GroundAction, Interpreter, Thing, outcome_text
-from kabo.verify.knowledge import Knowledge, will_be_known
+from kabo.verify.knowledge.facts import will_be_known
+from kabo.verify.knowledge.ground import NotVerifiableError, Thing, Value, because, outcome_text
+from kabo.verify.knowledge.replay.draft import ContradictionError
+from kabo.verify.knowledge.replay.interpreter import GroundAction, Interpreter
+from kabo.verify.knowledge.replay.states import Knowledge
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,6 @@ def unmet_early(interpreter: Interpreter, node: Node, state: Knowledge) -> list[
         return [f"begins early, but then {message}" for message in _unmet(action, state)]
     except NotVerifiableError as error:
         return [str(error)]
-
-
-def because(formula: Formula) -> str:
-    """Where a formula stands, for the end of a message."""
-    place = getattr(formula, "place", None)
-    return "" if place is None else f" ({place.file}:{place.line}:{place.column})"
 
 
 def _act(interpreter: Interpreter, node: Node, state: Knowledge, result: Step) -> Knowledge | None:

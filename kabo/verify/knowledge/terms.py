@@ -1,48 +1,49 @@
-"""What formulas ask of knowledge: each becomes a function of a state, its quantifiers unrolled once [K 3.3.1].
-
-Conjunctions and disjunctions short-circuit in their order.
-"""
+"""What terms and claims are in a state: each becomes a function of the state, its arguments read once."""
 
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from kabo.language.formulas import (
-    And,
     Application,
     Arithmetic,
     Atom,
     Claim,
     Comparison,
     Constant,
-    Exists,
     External,
-    Forall,
-    Formula,
     GroundCall,
-    Know,
-    KnowValue,
-    KnowWhether,
     Literal,
-    Not,
     Number,
-    Or,
-    Temporal,
     Term,
-    Test,
-    Truth,
     Variable,
-    Xor,
 )
 from kabo.language.problem import Problem
 from kabo.plan import ValueOf
-from kabo.verify.asking import asker
-from kabo.verify.ground import Binding, NotVerifiableError, Symbol, Value, instances, read_symbol
-from kabo.verify.knowledge import Facts, Knowledge, will_be_known
+from kabo.verify.knowledge.asking import asker
+from kabo.verify.knowledge.facts import Facts
+from kabo.verify.knowledge.ground import Binding, Symbol, Value, read_symbol
 
 Question = Callable[[Facts], bool]
 Reader = Callable[[Facts], "Value | None"]
 Namer = Callable[[Facts], "Symbol | None"]
 
+
+@dataclass(frozen=True)
+class _Nothing:
+    """A state in which nothing is known: constants are read in it."""
+
+    known: Mapping[Symbol, Value] = field(default_factory=dict)
+    excluded: Mapping[Symbol, frozenset[Value]] = field(default_factory=dict)
+    whether: frozenset[Symbol] = frozenset()
+
+    @property
+    def mind(self) -> "Facts":
+        """Itself."""
+        return self
+
+
+_NOTHING = _Nothing()
 _COMPARE = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 _COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
@@ -53,7 +54,7 @@ def value_of(term: Term, problem: Problem, binding: Binding) -> Reader:
     if isinstance(term, Arithmetic):
         return _computed(term, problem, binding)
     if isinstance(term, External):
-        return _answered(term, problem, binding)
+        return answered(term, problem, binding)
     namer = symbol_of(term, problem, binding)
     if namer is None:
         value = _fixed(term, binding)
@@ -92,7 +93,7 @@ def _computed(term: Arithmetic, problem: Problem, binding: Binding) -> Reader:
     return compute
 
 
-def _answered(term: External, problem: Problem, binding: Binding) -> Reader:
+def answered(term: External, problem: Problem, binding: Binding) -> Reader:
     """What an external procedure answers; None where an argument is not known."""
     ask, readers = asker(term, problem), [value_of(argument, problem, binding) for argument in term.arguments]
 
@@ -116,8 +117,7 @@ def symbol_of(term: Term | Atom, problem: Problem, binding: Binding) -> Symbol |
     name = term.function if isinstance(term, Application) else term.predicate
     readers = [value_of(argument, problem, binding) for argument in term.arguments]
     if all(_is_fixed(argument, binding) for argument in term.arguments):
-        nothing = Knowledge({})
-        return name, tuple(read(nothing) for read in readers)  # type: ignore[misc]
+        return name, tuple(read(_NOTHING) for read in readers)  # type: ignore[misc]
 
     def find(state: Facts) -> Symbol | None:
         values = tuple(read(state) for read in readers)
@@ -187,77 +187,3 @@ def _knows_equality(
 
 def _excludes(symbol: Symbol | None, value: Value | None, state: Facts) -> bool:
     return symbol is not None and value is not None and value in state.excluded.get(symbol, ())
-
-
-# ------------------------------------------------------------------------------------------------------ formulas
-def question(
-    formula: Formula, problem: Problem, binding: Binding, temporal: Callable[..., Question] | None = None
-) -> Question:
-    """Whether a query holds, as a function of the knowledge.
-
-    Args:
-        formula: the query.
-        problem: its problem.
-        binding: what parameters and variables stand for.
-        temporal: answers `initially(…)` and `always(…)` under a binding; they stand in goals only.
-
-    Raises:
-        NotVerifiableError: the formula calls a geometric test, or speaks of other states where it may not.
-    """
-
-    def inside(part: Formula, more: Binding = binding) -> Question:
-        return question(part, problem, more, temporal)
-
-    match formula:
-        case Know(claim):
-            return knows(claim, problem, binding)
-        case KnowWhether(thing) | KnowValue(thing):
-            return _will_be_known(symbol_of(thing, problem, binding))
-        case Truth(value):
-            return lambda state: value
-        case Not(body):
-            inner = inside(body)
-            return lambda state: not inner(state)
-        case And(parts):
-            return _all(map(inside, parts))
-        case Or(parts):
-            return _any(map(inside, parts))
-        case Xor(first, second):
-            one, two = inside(first), inside(second)
-            return lambda state: one(state) != two(state)
-        case Forall(variables, body):
-            return _all(inside(body, more) for more in instances(problem, variables, binding))
-        case Exists(variables, body):
-            return _any(inside(body, more) for more in instances(problem, variables, binding))
-        case Test(External() as external):
-            answer = _answered(external, problem, binding)
-            return lambda state: answer(state) is True
-        case Test() if problem.scene is None:
-            return lambda state: True  # without a scene every geometric test succeeds
-        case Temporal() if temporal is not None:
-            return temporal(formula, binding)
-    raise NotVerifiableError(f"{_NAMES.get(type(formula), 'this formula')} is not judged by this verifier")
-
-
-_NAMES: dict[type, str] = {Test: "a geometric test inside a formula", Temporal: "initially(…) or always(…)"}
-
-
-def _all(parts: Iterable[Question]) -> Question:
-    whole = tuple(parts)
-    return whole[0] if len(whole) == 1 else lambda state: all(part(state) for part in whole)
-
-
-def _any(parts: Iterable[Question]) -> Question:
-    whole = tuple(parts)
-    return whole[0] if len(whole) == 1 else lambda state: any(part(state) for part in whole)
-
-
-def _will_be_known(namer: Symbol | Namer | None) -> Question:
-    if isinstance(namer, tuple):
-        return lambda state: will_be_known(namer, state)
-
-    def ask(state: Facts) -> bool:
-        symbol = named(namer, state)
-        return symbol is not None and will_be_known(symbol, state)
-
-    return ask

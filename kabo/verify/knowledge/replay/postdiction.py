@@ -7,10 +7,11 @@ complement is forgotten, and entries remember what finding E true, or false, wil
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from kabo.verify.draft import Draft
-from kabo.verify.ground import GroundClaim, Symbol, denied
-from kabo.verify.knowledge import Knowledge, truth
-from kabo.verify.updates import Assignment, Condition, Pair, When
+from kabo.verify.knowledge.facts import truth
+from kabo.verify.knowledge.ground import GroundClaim, Symbol, denied
+from kabo.verify.knowledge.replay.draft import Draft
+from kabo.verify.knowledge.replay.states import Knowledge
+from kabo.verify.knowledge.updates import Assignment, Condition, Pair, When
 
 Open = tuple[GroundClaim, ...]  # the conditions that are not known; empty: not even a claim can be made of them
 

@@ -1,0 +1,190 @@
+"""What somebody knows who reasons perfectly: the worlds that agree with all that was observed on the way to a node."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from kabo.verify.knowledge.facts import Facts
+from kabo.verify.knowledge.ground import GroundClaim, Symbol, Value, range_of
+from kabo.verify.knowledge.terms import Namer, Question, named
+from kabo.verify.knowledge.worlds.world import Key, Unknowns, World
+
+
+class _Agreed(dict[Symbol, Value]):
+    """The values on which all worlds agree, each looked for when it is asked for."""
+
+    def __init__(self, worlds: Iterable[World]) -> None:
+        super().__init__()
+        self._worlds = [world.known for world in worlds]
+        self._differ: set[Symbol] = set()
+
+    def get(self, symbol: Symbol, default: Value | None = None) -> Value | None:  # type: ignore[override]
+        """The value, or the default."""
+        if not super().__contains__(symbol):
+            if symbol in self._differ:
+                return default
+            first = self._worlds[0].get(symbol)
+            if first is None or any(known.get(symbol) != first for known in self._worlds):
+                self._differ.add(symbol)
+                return default
+            self[symbol] = first
+        return self[symbol]
+
+    def __contains__(self, symbol: object) -> bool:
+        return self.get(symbol) is not None  # type: ignore[arg-type]
+
+
+class _Excluded(dict[Symbol, frozenset[Value]]):
+    """The values that a symbol has in no world."""
+
+    def __init__(self, belief: "Belief") -> None:
+        super().__init__()
+        self._belief = belief
+
+    def get(self, symbol: Symbol, default: object = None) -> frozenset[Value]:  # type: ignore[override]
+        """The values; none for numbers."""
+        if symbol not in self:
+            unknowns, every = (
+                self._belief.unknowns,
+                frozenset(range_of(self._belief.unknowns.problem, symbol) or ()),
+            )
+            for world in self._belief.worlds:
+                every -= frozenset(unknowns.values(symbol, world) or ())
+            self[symbol] = every
+        return self[symbol]
+
+
+@dataclass
+class Told:
+    """What was told or observed, literally: no more than kabo's own inference knows at least."""
+
+    known: Mapping[Symbol, Value]
+    excluded: Mapping[Symbol, frozenset[Value]] = field(default_factory=dict)
+    whether: frozenset[Symbol] = frozenset()
+    about: "Belief | None" = None
+
+    @property
+    def mind(self) -> Facts:
+        """Who is asked for conditions on knowledge."""
+        return self.about or self
+
+    def knows(self, claim: Question, at_start: bool) -> bool:
+        """As `Knower`."""
+        return not at_start and claim(self)
+
+    def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
+        """As `Knower`."""
+        symbol = named(name, self)
+        return not at_start and symbol is not None and symbol in self.known
+
+    def kept_always(self, number: int) -> bool:
+        """As `Knower`."""
+        return False
+
+
+@dataclass
+class Belief:
+    """The worlds, and what else somebody knows.
+
+    Attributes:
+        unknowns: what is unknown at the start.
+        worlds: the worlds; at least one.
+        whether: what was sensed and not branched on yet.
+        whole: conjunctions of which the same is so.
+        told: what was told or observed, literally.
+        broken: the `always` goals, by number, that have not held somewhere on the way.
+        settled: a bit for each part of the goal that holds and that the rest of the plan cannot touch.
+    """
+
+    unknowns: Unknowns
+    worlds: list[World]
+    whether: frozenset[Symbol] = frozenset()
+    whole: frozenset[tuple[GroundClaim, ...]] = frozenset()
+    told: Mapping[Symbol, Value] = field(default_factory=dict)
+    broken: frozenset[int] = frozenset()
+    settled: int = 0
+
+    def __post_init__(self) -> None:
+        self.known = _Agreed(self.worlds)
+        self.excluded = _Excluded(self)
+
+    @property
+    def mind(self) -> "Belief":
+        """Itself."""
+        return self
+
+    @property
+    def teller(self) -> Told:
+        """Who knows only what was told."""
+        return Told(self.told)
+
+    @property
+    def share(self) -> float:
+        """Of all worlds, how many these are."""
+        return sum(world.share for world in self.worlds)
+
+    def knows(self, claim: Question, at_start: bool) -> bool:
+        """As `Knower`: whether it is so in every world."""
+        return all(claim(world.first if at_start else world) for world in self.worlds)
+
+    def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
+        """As `Knower`."""
+        worlds = self.worlds
+        symbol = named(name, worlds[0])
+        if symbol is None or (callable(name) and any(name(world) != symbol for world in worlds)):
+            return False
+        if not at_start:
+            return symbol in self.whether or symbol in self.known
+        values = {world.first.known.get(symbol) for world in worlds}
+        unchanged = all(world.known.get(symbol) == world.first.known.get(symbol) for world in worlds)
+        return (len(values) == 1 and None not in values) or (
+            symbol in self.whether and unchanged and None not in values
+        )
+
+    def kept_always(self, number: int) -> bool:
+        """As `Knower`."""
+        return number not in self.broken
+
+    def is_free(self, thing: Symbol | str) -> bool:
+        """Whether an atom or term is open in every world in the same way, and linked to nothing."""
+        if isinstance(thing, str):
+            return False
+        worlds = self.worlds
+        free = all(thing not in w.known and self.unknowns.group_of(thing, w) is None for w in worlds)
+        return free and len({w.excluded.get(thing) for w in worlds}) == 1
+
+
+def collected(worlds: Iterable[World]) -> dict[Key, World]:
+    """The worlds by their keys; of those that behave alike one stands for all."""
+    result: dict[Key, World] = {}
+    for world in worlds:
+        key = world.key()
+        if key in result:
+            result[key].share += world.share
+        else:
+            result[key] = world
+    return result
+
+
+def without(
+    belief: Belief, keeps: Callable[[Symbol], bool], groups: frozenset[int], symbols: frozenset[Symbol] | None
+) -> tuple[Belief, dict[Key, World], Key]:
+    """The belief without what nobody asks for any more; its worlds by their keys, and a key of its own.
+
+    Two beliefs with the same key behave alike from here on.
+
+    Args:
+        belief: the belief.
+        keeps: whether somebody asks for an atom or term.
+        groups: the groups that have a member for which somebody asks.
+        symbols: all that is asked for, if that can be listed.
+    """
+    worlds = collected(world.kept(keeps, symbols, groups) for world in belief.worlds)
+    whether = frozenset(filter(keeps, belief.whether))
+    whole = frozenset(whole for whole in belief.whole if any(keeps(claim[0]) for claim in whole))
+    told = {symbol: value for symbol, value in belief.told.items() if keeps(symbol)}
+    less = Belief(belief.unknowns, list(worlds.values()), whether, whole, told, belief.broken, belief.settled)
+    return (
+        less,
+        worlds,
+        (frozenset(worlds), whether, whole, frozenset(told.items()), belief.broken, belief.settled),
+    )

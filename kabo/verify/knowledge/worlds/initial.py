@@ -1,0 +1,218 @@
+"""The worlds that the initial knowledge allows: values that are known, and groups of unknowns that entries link."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from kabo.language.formulas import Change, ForEach, Formula
+from kabo.language.problem import Problem
+from kabo.verify.knowledge.facts import Facts, truth
+from kabo.verify.knowledge.ground import Binding, Entry, GroundClaim, NotVerifiableError, Symbol, Value, range_of
+from kabo.verify.knowledge.updates import Updates, denies_each, fired, rules_of
+from kabo.verify.knowledge.worlds.world import CannotJudgeError, Group, Unknowns, World
+
+MOST_CHOICES = 3000  # combinations of values of one group that are listed
+MOST_DECISIONS = 50_000  # of the search for them
+
+Constraint = tuple[str, Entry]  # Kx or Kor, and its members
+
+
+class NoWorldError(Exception):
+    """The initial knowledge contradicts itself."""
+
+
+@dataclass
+class Start:
+    """The start of every run: its one world with all unknowns open, what is told, and what will be known."""
+
+    unknowns: Unknowns
+    world: World
+    told: dict[Symbol, Value]
+    whether: frozenset[Symbol]
+    whole: frozenset[tuple[GroundClaim, ...]]
+
+
+@dataclass
+class _Reading:
+    """The initial effects while they are read: values, values excluded, what is linked."""
+
+    problem: Problem
+    known: dict[Symbol, Value] = field(default_factory=dict)
+    excluded: dict[Symbol, frozenset[Value]] = field(default_factory=dict)
+    whether: frozenset[Symbol] = frozenset()
+    constraints: list[Constraint] = field(default_factory=list)
+
+    @property
+    def mind(self) -> "_Reading":
+        """Itself."""
+        return self
+
+    def add(self, updates: Updates) -> None:
+        """Literals, values and numbers in the order of the file."""
+        for each in updates.adds:
+            if each.value is None:
+                raise CannotJudgeError("the initial knowledge gives a term the value of one that is not known")
+            if each.positive:
+                self.known[each.symbol] = each.value
+                self.excluded.pop(each.symbol, None)
+            elif self.known.get(each.symbol) == each.value or each.symbol not in self.known:
+                self.known.pop(each.symbol, None)
+                self.excluded[each.symbol] = self.excluded.get(each.symbol, frozenset()) | {each.value}
+        self.constraints.extend(updates.entries)
+
+
+def start_of(problem: Problem) -> Start:
+    """What the problem file says of the start.
+
+    Raises:
+        CannotJudgeError: it says something that worlds do not have, or there are too many of them.
+        NoWorldError: no world is as it says.
+        NotVerifiableError: a part of it is not judged at all.
+    """
+    reading, later = _Reading(problem), Updates()
+    if not all(map(_is_plain, problem.initial)):
+        raise CannotJudgeError("the initial knowledge has conditions, or deletes")
+    for rule in rules_of(problem.initial, problem, {}, _no_conditions):
+        updates = fired([rule], reading)
+        reading.add(updates)
+        later.run_time += updates.run_time
+        later.whole += updates.whole
+        later.complete += updates.complete
+    unknowns, world = _unknowns(problem, reading)
+    denials = [("Kor", denies_each(problem, claims)) for claims in later.complete if _is_open(claims, world)]
+    if denials:  # what is not known to be true by now is not all true
+        reading.constraints.extend(denials)
+        unknowns, world = _unknowns(problem, reading)
+    whether = frozenset(symbol for symbol in later.run_time if symbol not in world.known)
+    return Start(unknowns, world, reading.known, whether, frozenset(later.whole))
+
+
+def _is_open(claims: Iterable[GroundClaim], world: World) -> bool:
+    """Whether it is not known of several claims that all of them hold, nor that one does not."""
+    truths = [truth(claim, world) for claim in claims]
+    return None in truths and False not in truths
+
+
+def _is_plain(effect: object) -> bool:
+    if isinstance(effect, ForEach):
+        return all(map(_is_plain, effect.effects))
+    return isinstance(effect, Change) and effect.operation == "add"
+
+
+def _no_conditions(formula: Formula, problem: Problem, binding: Binding) -> Callable[[Facts], bool]:
+    raise CannotJudgeError("the initial knowledge has conditions")
+
+
+def _unknowns(problem: Problem, reading: _Reading) -> tuple[Unknowns, World]:
+    """The groups of linked unknowns, and the world with all of them open; what is so in all of their choices is known."""
+    linked = [frozenset(claim[0] for claim in entry) for _, entry in reading.constraints]
+    symbols = frozenset(reading.excluded).union(*linked) - reading.known.keys()
+    groups: list[Group] = []
+    known = dict(reading.known)
+    excluded: dict[Symbol, frozenset[Value]] = {}
+    for members, own in _apart(symbols, reading.constraints):
+        choices = tuple(_choices(problem, reading, members, own))
+        if not choices:
+            raise NoWorldError
+        open_ = []
+        for position, symbol in enumerate(members):
+            values = {choice[position] for choice in choices}
+            if len(values) == 1:
+                known[symbol] = values.pop()
+            else:
+                open_.append(position)
+                excluded[symbol] = frozenset(range_of(problem, symbol) or ()) - values
+        if open_:
+            rest = tuple(tuple(choice[position] for position in open_) for choice in choices)
+            groups.append(Group(tuple(members[position] for position in open_), rest))
+    return Unknowns(problem, tuple(groups)), World(known, excluded, frozenset(range(len(groups))))
+
+
+def _apart(
+    symbols: Iterable[Symbol], constraints: list[Constraint]
+) -> Iterator[tuple[list[Symbol], list[Constraint]]]:
+    """The symbols in groups that no constraint links, each with its constraints, neighbours near each other."""
+    of: dict[Symbol, list[Constraint]] = {symbol: [] for symbol in sorted(symbols, key=repr)}
+    without: list[Constraint] = []
+    for constraint in constraints:
+        about = dict.fromkeys(claim[0] for claim in sorted(constraint[1], key=repr))
+        for symbol in about:
+            if symbol in of:
+                of[symbol].append(constraint)
+        if not any(symbol in of for symbol in about):
+            without.append(constraint)
+    if without:
+        yield [], without
+    left = dict.fromkeys(of)
+    while left:
+        members = [next(iter(left))]
+        own: dict[Constraint, None] = {}
+        for symbol in members:  # grows while it is walked
+            left.pop(symbol, None)
+            for constraint in of[symbol]:
+                if constraint not in own:
+                    own[constraint] = None
+                    near = sorted((claim[0] for claim in constraint[1]), key=repr)
+                    members.extend(other for other in dict.fromkeys(near) if other in of and other not in members)
+        yield members, list(own)
+
+
+def _choices(
+    problem: Problem, reading: _Reading, members: list[Symbol], constraints: list[Constraint]
+) -> Iterator[tuple[Value, ...]]:
+    """Every combination of values of the members that the constraints allow, by trying one value after the other."""
+    ranges = []
+    for symbol in members:
+        values = range_of(problem, symbol)
+        if values is None:
+            raise CannotJudgeError("the initial knowledge links numbers that are not known")
+        without = reading.excluded.get(symbol, ())
+        ranges.append([value for value in values if value not in without])
+    number = {symbol: position for position, symbol in enumerate(members)}
+    due: list[list[Constraint]] = [[] for _ in members]
+    for constraint in constraints:
+        own = [number[claim[0]] for claim in constraint[1] if claim[0] in number]
+        if not own and not _may_hold(constraint, reading.known):
+            return
+        for position in dict.fromkeys(own):
+            due[position].append(constraint)
+    values_now = dict(reading.known)
+    waiting: list[Iterator[Value]] = [iter(ranges[0])] if members else []
+    if not members:
+        yield ()
+    found = decisions = 0
+    while waiting:
+        position = len(waiting) - 1
+        symbol = members[position]
+        values_now.pop(symbol, None)
+        value = next(waiting[-1], None)
+        if value is None:
+            waiting.pop()
+            continue
+        decisions += 1
+        values_now[symbol] = value
+        if found > MOST_CHOICES or decisions > MOST_DECISIONS:
+            raise CannotJudgeError(
+                f"more than {MOST_CHOICES:,} combinations of linked unknowns are possible at the start"
+            )
+        if not all(_may_hold(constraint, values_now) for constraint in due[position]):
+            continue
+        if position + 1 < len(members):
+            waiting.append(iter(ranges[position + 1]))
+            continue
+        found += 1
+        yield tuple(values_now[each] for each in members)
+
+
+def _may_hold(constraint: Constraint, values: Mapping[Symbol, Value]) -> bool:
+    """Whether an entry can still hold, given some of the values."""
+    database, entry = constraint
+    holding = open_ = 0
+    for symbol, value, positive in entry:
+        if symbol not in values:
+            open_ += 1
+        elif (values[symbol] == value) is positive:
+            holding += 1
+    return holding + open_ > 0 and (database == "Kor" or holding <= 1)
+
+
+__all__ = ["NoWorldError", "NotVerifiableError", "Start", "start_of"]

@@ -1,0 +1,251 @@
+"""A world: the true values of atoms and terms. What nobody has looked at yet is open, and stands for all its values."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from kabo.language.problem import Problem
+from kabo.verify.knowledge.facts import Excluded, Facts
+from kabo.verify.knowledge.ground import NotVerifiableError, Symbol, Value, claim_text, range_of, text_of
+
+Key = tuple[object, ...]
+
+
+class CannotJudgeError(Exception):
+    """Worlds cannot judge this plan; the text says why."""
+
+
+class OpenError(Exception):
+    """Somebody looks at a value that the world leaves open: each value that it may have must be looked at."""
+
+    def __init__(self, symbol: Symbol) -> None:
+        super().__init__(symbol)
+        self.symbol = symbol
+
+
+@dataclass(frozen=True)
+class Group:
+    """Unknown atoms and terms that entries of Kx and Kor link, and every combination of values that they allow."""
+
+    symbols: tuple[Symbol, ...]
+    choices: tuple[tuple[Value, ...], ...]
+
+
+@dataclass(frozen=True)
+class _Told:
+    """Values as the state in which queries about the start are asked."""
+
+    known: Mapping[Symbol, Value]
+    excluded: Excluded = field(default_factory=dict)
+    whether: frozenset[Symbol] = frozenset()
+
+    @property
+    def mind(self) -> Facts:
+        """Itself."""
+        return self
+
+
+@dataclass
+class World:
+    """True values, as a state that somebody would have who knew them.
+
+    Attributes:
+        known: the values.
+        excluded: values that an open atom or term cannot have.
+        groups: numbers of the groups of linked unknowns of which no combination is chosen yet.
+        first: what `initially` asks for, as it was at the start.
+        share: of all worlds, how many this one stands for.
+        origin: the unknowns of the start that were looked at, with their values: what to tell people.
+        chosen: what actions left open, with the values that it took.
+        mind: what the agent knows here, of which conditions on knowledge are asked.
+    """
+
+    known: dict[Symbol, Value]
+    excluded: dict[Symbol, frozenset[Value]] = field(default_factory=dict)
+    groups: frozenset[int] = frozenset()
+    first: Facts = field(default_factory=lambda: _Told({}))
+    share: float = 1.0
+    origin: tuple[tuple[Symbol, Value], ...] = ()
+    chosen: tuple[tuple[Symbol, Value], ...] = ()
+    mind: Facts = field(default_factory=lambda: _Told({}))
+    whether: frozenset[Symbol] = frozenset()
+
+    def key(self) -> Key:
+        """What two worlds share that behave alike from here on."""
+        known = frozenset(self.known.items())
+        return known, frozenset(self.excluded.items()), self.groups, frozenset(self.first.known.items())
+
+    def copy(self) -> "World":
+        """Another world with the same values."""
+        return replace(self, known=dict(self.known), excluded=dict(self.excluded))
+
+    def remember(self, symbols: frozenset[Symbol]) -> None:
+        """Keeps the values that these have now as those of the start."""
+        self.first = _Told({symbol: self.known[symbol] for symbol in symbols if symbol in self.known})
+
+    def value(self, symbol: Symbol) -> Value:
+        """The value.
+
+        Raises:
+            OpenError: it is open.
+        """
+        if symbol not in self.known:
+            raise OpenError(symbol)
+        return self.known[symbol]
+
+    def put(self, symbol: Symbol, value: Value) -> None:
+        """The value is this now."""
+        self.known[symbol] = value
+        self.excluded.pop(symbol, None)
+
+    def leave_open(self, symbol: Symbol, without: frozenset[Value] = frozenset()) -> None:
+        """The value may be any but these now."""
+        self.known.pop(symbol, None)
+        self.excluded[symbol] = without
+
+    def kept(
+        self, keeps: Callable[[Symbol], bool], symbols: frozenset[Symbol] | None, groups: frozenset[int]
+    ) -> "World":
+        """The world without what nobody asks for any more; `symbols`: all that is kept, if that is known."""
+        if symbols is not None and len(symbols) < len(self.known):
+            known = {symbol: self.known[symbol] for symbol in symbols if symbol in self.known}
+        else:
+            known = {symbol: value for symbol, value in self.known.items() if keeps(symbol)}
+        excluded = {symbol: values for symbol, values in self.excluded.items() if keeps(symbol)}
+        return replace(self, known=known, excluded=excluded, groups=self.groups & groups)
+
+
+@dataclass
+class Unknowns:
+    """What is unknown at the start, and how often a world was split for it."""
+
+    problem: Problem
+    groups: tuple[Group, ...] = ()
+    looked_at: dict[object, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._group_of = {symbol: number for number, group in enumerate(self.groups) for symbol in group.symbols}
+
+    @property
+    def count(self) -> int:
+        """How many worlds there are, told apart by what anybody looked at."""
+        result = 1
+        for number in self.looked_at.values():
+            result *= number
+        return result
+
+    def group_of(self, symbol: Symbol, world: World) -> int | None:
+        """The number of the group of which the symbol's value is still to be chosen."""
+        number = self._group_of.get(symbol)
+        return number if number in world.groups else None
+
+    def values(self, symbol: Symbol, world: World) -> tuple[Value, ...] | None:
+        """The values that a symbol can have in a world; None for a number that is not known."""
+        if symbol in world.known:
+            return (world.known[symbol],)
+        values = range_of(self.problem, symbol)
+        without = world.excluded.get(symbol, frozenset())
+        return None if values is None else tuple(value for value in values if value not in without)
+
+    def split(self, world: World, symbol: Symbol) -> Iterator[World]:
+        """One world for each value that the open symbol can have.
+
+        Raises:
+            CannotJudgeError: it can have any number.
+        """
+        number = self.group_of(symbol, world)
+        if number is not None:
+            group = self.groups[number]
+            self.looked_at[number] = len(group.choices)
+            for choice in group.choices:
+                yield self._with(world, dict(zip(group.symbols, choice, strict=True)), len(group.choices), number)
+            return
+        values = self.values(symbol, world)
+        if values is None:
+            raise CannotJudgeError(f"{text_of(symbol)} is a number that is not known, and an effect depends on it")
+        if symbol not in world.excluded:
+            self.looked_at[symbol] = len(values)
+            for value in values:
+                yield self._with(world, {symbol: value}, len(values), None)
+            return
+        for value in values:
+            other = world.copy()
+            other.put(symbol, value)
+            other.share /= len(values)
+            other.chosen = (*world.chosen, (symbol, value))
+            yield other
+
+    def _with(self, world: World, values: Mapping[Symbol, Value], ways: int, number: int | None) -> World:
+        other = world.copy()
+        for symbol, value in values.items():
+            other.put(symbol, value)
+        other.groups = world.groups - {number}
+        other.share /= ways
+        other.origin = (*world.origin, *values.items())
+        return other
+
+    def detach(self, world: World, symbol: Symbol) -> None:
+        """Takes a symbol that is about to change out of its group.
+
+        Raises:
+            OpenError: the group has others, whose values depend on its value now.
+        """
+        number = self.group_of(symbol, world)
+        if number is None:
+            return
+        if len(self.groups[number].symbols) > 1:
+            raise OpenError(symbol)
+        world.groups -= {number}
+
+
+def every(unknowns: Unknowns, world: World, symbols: frozenset[Symbol]) -> Iterator[World]:
+    """The world once for each combination of values of some symbols."""
+    waiting = [world]
+    while waiting:
+        one = waiting.pop()
+        symbol = next(
+            (s for s in sorted(symbols, key=repr) if unknowns.values(s, one) is not None and s not in one.known),
+            None,
+        )
+        if symbol is None:
+            yield one
+        else:
+            waiting.extend(reversed(list(unknowns.split(one, symbol))))
+
+
+def holds(claim: tuple[Symbol, Value, bool], world: World) -> bool:
+    """Whether a claim is true.
+
+    Raises:
+        OpenError: its value is open.
+    """
+    symbol, value, positive = claim
+    if symbol not in world.known and value in world.excluded.get(symbol, ()):
+        return not positive
+    return (world.value(symbol) == value) is positive
+
+
+def in_words(world: World, most: int = 12) -> str:
+    """A world as literals, what is true first: `q, f = v, not p(a)`; of many only the first."""
+    parts = []
+    for title, pairs in (("world", world.origin), ("left open by actions", world.chosen)):
+        texts = [
+            claim_text((symbol, value, True)) for symbol, value in sorted(pairs, key=lambda pair: pair[1] is False)
+        ]
+        shown = ", ".join(texts[:most]) + (f", and {len(texts) - most} more" if len(texts) > most else "")
+        if texts or title == "world":
+            parts.append(f" [{title}: {shown or 'the only one'}]")
+    return "".join(parts)
+
+
+__all__ = [
+    "CannotJudgeError",
+    "Group",
+    "Key",
+    "NotVerifiableError",
+    "OpenError",
+    "Unknowns",
+    "World",
+    "every",
+    "holds",
+    "in_words",
+]
