@@ -79,11 +79,12 @@ class _Granting:
         """What is held: object -> robot and family."""
         found: dict[str, tuple[str, str | None]] = {}
         for name in situation.hung:
-            robot, dot, _ = situation.hung[name][0].partition(".")
+            root = situation.root(name)
+            robot, dot, _ = situation.hung[root][0].partition(".")
             if dot and robot in {segment.robot for segment in self.node.motion}:
-                if (robot, name) not in self.families:
-                    self.families[robot, name] = self._family(situation, robot, name)
-                found[name] = robot, self.families[robot, name]
+                if (robot, root) not in self.families:
+                    self.families[robot, root] = self._family(situation, robot, root)
+                found[name] = robot, self.families[robot, root]
         return found
 
     def _family(self, situation: MotionSituation, robot: str, name: str) -> str | None:
