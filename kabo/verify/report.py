@@ -104,8 +104,8 @@ class Report:
     `branches`: nodes that branch; `leaves`: ways from the root to the goal, counted without unfolding; `states`:
     knowledge states replayed; `worlds`: what running the plan in possible worlds came to; `motions`: nodes with
     motion that were proven; `pairs`: pairs of bodies that were proven apart along a motion; `distances`: how many
-    of these needed distances between meshes; `certificate`: what the plan's own certificate proves. `notes` say what was
-    *not* verified.
+    of these needed distances between meshes; `certificate`: what the plan's own certificate proves;
+    `certificate_gaps`: why it has none, though one was to be made. `notes` say what was *not* verified.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -120,6 +120,7 @@ class Report:
     distances: int = 0
     least: Least | None = None
     certificate: CertificateReport | None = None
+    certificate_gaps: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -138,6 +139,7 @@ class Report:
             "distances": self.distances,
             "least_distance": None if self.least is None else self.least.to_dict(),
             "certificate": None if self.certificate is None else self.certificate.to_dict(),
+            "certificate_gaps": list(self.certificate_gaps),
             "findings": [finding.to_dict() for finding in self.findings],
             "notes": list(self.notes),
         }
@@ -160,6 +162,10 @@ class Report:
             lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm ({where})")
         if self.certificate is not None:
             lines.extend(self.certificate.lines())
+        elif self.certificate_gaps:
+            more = f" (and {len(self.certificate_gaps) - 1} more)" if len(self.certificate_gaps) > 1 else ""
+            why = f"none could be made: {self.certificate_gaps[0]}{more}"
+            lines.append(f"certificate: {why}; the motions were checked against the meshes alone")
         elif self.motions:
             lines.append("certificate: none; the motions were checked against the meshes alone")
         lines.extend(f"note: {note}" for note in self.notes)
