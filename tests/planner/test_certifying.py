@@ -9,7 +9,7 @@ import pytest
 from kabo import load_problem, solve
 from kabo.geometry.certificate import Course
 from kabo.geometry_server import GeometryServer
-from kabo.plan import Certificate, Plan
+from kabo.plan import Certificate, Plan, plan_from_json, plan_to_json
 from kabo.planner.certifying import certified, certify
 from kabo.planner.couples import every_couple
 from kabo.planner.motion_stretches import at_time, stretches
