@@ -29,8 +29,8 @@ def nothing_taken(case, rng):
 
 @mutation
 def nothing_let_go(case, rng):
-    """The hand opens, but lets nothing go."""
-    return with_attaching(case, rng, lambda s: replace(s, detach=()), "detach")
+    """The hand opens, but lets nothing go. (What is put together with another part hangs on that.)"""
+    return None if case.scene.mates else with_attaching(case, rng, lambda s: replace(s, detach=()), "detach")
 
 
 @mutation
