@@ -109,6 +109,10 @@ def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namesp
 
         print(describe(plan_from_json(plan)).rstrip("\n"))
         tell(f"{options.output}: {_size(body['statistics'])}")
+        gaps = body["statistics"].get("certificate_gaps", ())
+        if gaps:
+            more = f" (and {len(gaps) - 1} more)" if len(gaps) > 1 else ""
+            tell(f"the plan has no certificate: {gaps[0]}{more}; `kabo verify` measures distances instead")
     if not options.json and body["reason"] is not None:
         tell(_no_plan(body))
     return exit_codes.BY_STATUS[body["status"]]

@@ -21,7 +21,7 @@ from kabo.scene import Robot
 
 Array = npt.NDArray[np.float64]
 
-LINE = 1e-3  # m: how far a straight stretch may leave its line
+LINE, LINE_TILT = 1e-3, 5e-3  # m, rad: how far a straight stretch may leave its line, and how far it may turn
 SHORTCUTS, PATIENCE = 40, 8  # attempts to shorten a path, and in vain in a row: a plan's motion is refined later
 KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
 
@@ -92,12 +92,29 @@ def rounded(q: Array) -> Array:
     return np.round(q, 9) + 0.0
 
 
-def line(workspace: Workspace, q: Array, tool: Frame, translation: Array) -> list[Array] | Refused:
-    """The way points of a straight, proven motion of the tool by `translation` (3,) [m] from q, without a turn."""
+def line(
+    workspace: Workspace,
+    q: Array,
+    tool: Frame,
+    translation: Array,
+    deviation: float = LINE,
+    tilt: float = LINE_TILT,
+) -> list[Array] | Refused:
+    """The way points of a straight, proven motion of the tool by `translation` (3,) [m] from q, without a turn.
+
+    It leaves the line by no more than `deviation` [m], and turns by no more than `tilt` [rad].
+    """
     robot = workspace.robot
     active = np.arange(robot.tree.size) < robot.planned
     found = straight_line(
-        robot.tree, q, tool.joint, tool.joint_T_frame, translation, active=active, deviation=LINE
+        robot.tree,
+        q,
+        tool.joint,
+        tool.joint_T_frame,
+        translation,
+        active=active,
+        deviation=deviation,
+        tilt=tilt,
     )
     if isinstance(found, OffLine):
         return Refused()

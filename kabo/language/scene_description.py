@@ -14,6 +14,8 @@ from kabo.language.formulas import Place
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+MATE_TOLERANCE = 1e-4  # m: how far a part may leave the way of its insertion, where its mate does not say
+
 
 @dataclass(frozen=True)
 class PoseDescription:
@@ -166,13 +168,17 @@ class RobotDescription:
 
 @dataclass(frozen=True)
 class Mate:
-    """How one part goes onto another; roles `moving`, `fixed`."""
+    """How one part goes onto another; roles `moving`, `fixed`.
+
+    `tolerance`: how far any point of the moving part may leave the straight way of its insertion [m].
+    """
 
     name: str
     moving: str
     fixed: str
     constraints: tuple[Constraint, ...]
     insertion: Stroke | None = None
+    tolerance: float = MATE_TOLERANCE
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from kabo.language.paths import read_packages
 from kabo.language.poses import Framed, check_frames
 from kabo.language.robots import ROBOT_KEYS, ROBOT_MODEL_KEYS, RobotReader
 from kabo.language.scene_description import (
+    MATE_TOLERANCE,
     BodyDescription,
     Constraint,
     Mate,
@@ -32,7 +33,7 @@ SCENE_KEYS = (
     "scene", "epsilon", "packages", "robots", "robot_models", "models", "objects", "regions", "mates",
     "motion_constraints", "allowed_contacts",
 )  # fmt: skip
-MATE_KEYS = ("moving", "fixed", "constraints", "insertion")
+MATE_KEYS = ("moving", "fixed", "constraints", "insertion", "tolerance")
 _CONTACT = re.compile(r"[a-z][a-z0-9_]*(\.\S+)?")
 
 
@@ -265,7 +266,10 @@ def _read_mates(bodies: BodyReader, node: Node | None, models: MappingType[str, 
                 hint = reader.findings.near(scalar.text, models.keys())
                 reader.findings.add(scalar.place, f'unknown model "{scalar.text}" in a mate', hint)
         constraints = bodies.conjunction(mapping, roles, "a mate")
-        mates[name] = Mate(name, names[0], names[1], constraints, bodies.stroke(mapping, "insertion", roles))
+        given = mapping.get("tolerance")
+        tolerance = MATE_TOLERANCE if given is None else reader.positive(given, "the tolerance of a mate")
+        insertion = bodies.stroke(mapping, "insertion", roles)
+        mates[name] = Mate(name, names[0], names[1], constraints, insertion, tolerance or MATE_TOLERANCE)
     return mates
 
 

@@ -8,6 +8,7 @@ from kabo.plan.builder import PlanBuilder
 from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
 from kabo.plan.description import describe
 from kabo.plan.plan import (
+    Grant,
     Node,
     ObjectPose,
     Plan,
@@ -27,6 +28,7 @@ __all__ = [
     "Certificate",
     "Clearance",
     "Decision",
+    "Grant",
     "Node",
     "ObjectPose",
     "Observation",

@@ -37,11 +37,26 @@ class StateChange:
 
 
 @dataclass(frozen=True)
+class Grant:
+    """What grants a contact: a claim, which the verifier checks against the scene.
+
+    `grasp`: `bodies` are a gripper's link and the object, `by` the grasp family. `support`: the object that is lifted
+    or lowered and what it stands on, `by` the grasp family whose `lift` that stroke is. `mate`: the moving and the fixed
+    body, `by` the mate. `by` is None where no family declares how the object is held.
+    """
+
+    kind: Literal["grasp", "support", "mate"]
+    bodies: tuple[str, str]
+    by: str | None = None
+
+
+@dataclass(frozen=True)
 class Segment:
     """One stretch of motion: straight between way points and proportional to time between them.
 
     `waypoints` [m x n] follow `joints` (names in the robot's URDF), `times` [m] s from the start of the node's
-    motion; `attach` (object, link to attach to) and `detach` happen at its end.
+    motion; `attach` (object, link to attach to) and `detach` happen at its end. `grants` say what grants the
+    `allowed_contacts`.
     """
 
     robot: str
@@ -54,6 +69,7 @@ class Segment:
     detach: tuple[str, ...] = ()
     allowed_contacts: tuple[tuple[str, str], ...] = ()
     constraint: str | None = None
+    grants: tuple[Grant, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,7 +99,10 @@ class Node:
 
 @dataclass(frozen=True)
 class Plan:
-    """A plan; `files` are all files read with their hashes, `options` the resolved values that made it."""
+    """A plan; `files` are all files read with their hashes, `options` the resolved values that made it.
+
+    `certificate_gaps`: where a certificate was to be made and could not, what of the motion it cannot prove.
+    """
 
     problem: str
     files: Mapping[str, str]
@@ -92,3 +111,4 @@ class Plan:
     nodes: Mapping[str, Node]
     start: StateChange | None = None
     certificate: Certificate | None = None
+    certificate_gaps: tuple[str, ...] = ()

@@ -10,6 +10,7 @@ from pathlib import Path
 from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import Place, read_checked
 from kabo.plan.plan import (
+    Grant,
     Node,
     ObjectPose,
     Plan,
@@ -50,7 +51,9 @@ def plan_from_json(content: bytes, *, file: str = "plan.json") -> Plan:
 
 
 def _plan(place: Place) -> Plan:
-    fields = place.fields(("format", "problem", "options", "root", "nodes"), ("start", "certificate"))
+    fields = place.fields(
+        ("format", "problem", "options", "root", "nodes"), ("start", "certificate", "certificate_gaps")
+    )
     if "format" in fields and fields["format"].value != FORMAT:
         fields["format"].wrong(f'expected "{FORMAT}"', "this file is of another version, or no plan")
     problem = fields["problem"].fields(("name", "files"))
@@ -68,7 +71,14 @@ def _plan(place: Place) -> Plan:
         nodes={name: _node(node) for name, node in nodes.items()},
         start=_state(fields["start"], ("robots", "objects")) if "start" in fields else None,
         certificate=certificate_from_json(fields["certificate"]) if "certificate" in fields else None,
+        certificate_gaps=_gaps(fields) if "certificate_gaps" in fields else (),
     )
+
+
+def _gaps(fields) -> tuple[str, ...]:  # type: ignore[no-untyped-def]
+    if "certificate" in fields:
+        fields["certificate_gaps"].wrong("a plan with gaps has no certificate")
+    return tuple(entry.text() for entry in fields["certificate_gaps"].items(1))
 
 
 def _id(place: Place) -> str:
@@ -163,7 +173,7 @@ def _argument(place: Place) -> str | float | ValueOf:
 
 
 def _segment(place: Place) -> Segment:
-    fields = place.fields((*_SEGMENT, "constraint"))
+    fields = place.fields((*_SEGMENT, "constraint"), ("grants",))
     joints = tuple(entry.text() for entry in fields["joints"].items(1))
     rows = fields["waypoints"].items(2)
     times = fields["times"].items(2)
@@ -184,7 +194,14 @@ def _segment(place: Place) -> Segment:
         detach=tuple(entry.text() for entry in fields["detach"].items()),
         allowed_contacts=tuple(_pair(entry) for entry in fields["allowed_contacts"].items()),
         constraint=fields["constraint"].text_or_null(),
+        grants=tuple(_grant(entry) for entry in fields["grants"].items(1)) if "grants" in fields else (),
     )
+
+
+def _grant(place: Place) -> Grant:
+    fields = place.fields(("kind", "bodies", "by"))
+    kind = fields["kind"].one_of("grasp", "support", "mate")
+    return Grant(kind, _pair(fields["bodies"]), fields["by"].text_or_null())  # type: ignore[arg-type]
 
 
 def _pair(place: Place) -> tuple[str, str]:

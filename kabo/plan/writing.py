@@ -126,7 +126,8 @@ def _argument_json(value: str | float | ValueOf) -> Any:
 
 
 def _segment_json(segment: Segment) -> dict[str, Any]:
-    return {
+    grants = [{"kind": each.kind, "bodies": list(each.bodies), "by": each.by} for each in segment.grants]
+    return ({"grants": grants} if grants else {}) | {
         "robot": segment.robot,
         "joints": list(segment.joints),
         "waypoints": [list(row) for row in segment.waypoints],
@@ -169,6 +170,8 @@ def _plan(plan: Plan) -> dict[str, Any]:
         result["start"] = {"robots": _robots_json(start.robots), "objects": _objects_json(start.objects)}
     if plan.certificate is not None:
         result["certificate"] = certificate_to_json(plan.certificate)
+    if plan.certificate_gaps:
+        result["certificate_gaps"] = list(plan.certificate_gaps)
     return result
 
 

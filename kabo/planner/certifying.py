@@ -66,7 +66,7 @@ class Gap:
 def certified(plan: Plan, surroundings: Surroundings) -> tuple[Plan, dict[str, Any]]:
     """The plan with its certificate, and figures for the statistics: how long it took, and what it cannot prove.
 
-    A plan that it cannot prove whole is given back as it was: it is then checked without a certificate.
+    A plan that it cannot prove whole comes back with the gaps instead: it is then checked without a certificate.
     """
     began = perf_counter()
     try:
@@ -75,7 +75,9 @@ def certified(plan: Plan, surroundings: Surroundings) -> tuple[Plan, dict[str, A
         made = [str(error)]
     gaps = [str(gap) for gap in made] if isinstance(made, list) else []
     figures = {"certificate_s": perf_counter() - began, "certificate_gaps": gaps}
-    return (plan if isinstance(made, list) else replace(plan, certificate=made)), figures
+    if isinstance(made, list):
+        return replace(plan, certificate_gaps=tuple(gaps) or ("no proofs were found",)), figures
+    return replace(plan, certificate=made), figures
 
 
 def certify(plan: Plan, surroundings: Surroundings, near: float | None = None) -> Certificate | list[Gap]:

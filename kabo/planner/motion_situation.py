@@ -95,10 +95,14 @@ class MotionSituation:
         on = self.scene.robots[robot].links[link]
         return np.asarray(joint_pose(self.scene.robots[robot], self.q[robot], on.joint) @ on.joint_T_link)
 
-    def _root_parent(self, name: str) -> str:
+    def root(self, name: str) -> str:
+        """The object at the root of an object's group."""
         while self.hung[name][0] in self.hung:
             name = self.hung[name][0]
-        return self.hung[name][0]
+        return name
+
+    def _root_parent(self, name: str) -> str:
+        return self.hung[self.root(name)][0]
 
     def _hang(self, name: str, parent: str) -> None:
         """Hangs an object, and with it all of its group, on something else, where it is."""

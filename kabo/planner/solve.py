@@ -170,9 +170,11 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
 
 def _integrated(run: Run, task: Task) -> Result:
     from kabo.planner.assembly import assemble, files_read
+    from kabo.planner.granting import granted
     from kabo.planner.rounds import Rounds
     from kabo.planner.workers import Workers
 
+    assert run.problem.scene is not None
     run.tell("loading the scene")
     server = _server(run)
     if run.witness is not None:
@@ -186,6 +188,7 @@ def _integrated(run: Run, task: Task) -> Result:
             run.tell("refining", sum(server.statistics.calls.values()))
             run.refined = _refined(found, server)
         plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
+        plan = granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
         return Result("solved", _certified(run, plan, server), statistics_of(run, server))
 
 

@@ -56,6 +56,7 @@ def check_certificate(
     checker = _Checker(plan, world, certificate, certificate.near, paranoid)
     failed: list[tuple[str | None, str]] = []
     try:
+        checker.check_epsilon()
         checker.take_parts(courses)
         courses = [*courses, *checker.take_proofs(courses, meetings)]
     except Refuted as error:
@@ -103,6 +104,19 @@ class _Checker:
         self._standing: dict[tuple[str, bytes], tuple[Any, Any, Any]] = {}
 
     # ---------------------------------------------------------------------------------------------- what it brings
+    def check_epsilon(self) -> None:
+        """It was made with the epsilon that the plan was made with; else with the scene's.
+
+        Raises:
+            Refuted: it tells another one.
+        """
+        made = self.plan.options.get("epsilon")
+        wanted = self.world.scene.epsilon if made is None else made
+        if self.certificate.epsilon != wanted:
+            raise Refuted(
+                f"it tells an epsilon of {self.certificate.epsilon:g} m, the plan was made with {wanted:g} m"
+            )
+
     def take_parts(self, courses: Sequence[Course]) -> None:
         """Proves that the parts of every body that takes part enclose it.
 
@@ -262,6 +276,9 @@ class _Checker:
                     (None, f"it speaks of {_which(entry.node, (entry.segment,))}, which is not in the plan")
                 )
                 continue
+            if set(entry.permitted) != set(node.motion[entry.segment].allowed_contacts):
+                text = f"it tells other contacts of {_which(entry.node, (entry.segment,))} than that permits"
+                wrong.append((entry.node, text))
             found = self.margins.segments.get((entry.node, entry.segment))
             told = self.near if entry.clearance is None else entry.clearance
             if told > (self.near if found is None else found[0]) + SAME * (1.0 + self.near):

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kabo.verify.contacts import RAISED, Permits
+from kabo.verify.contacts import Permits
 from kabo.verify.courses import Course
+from kabo.verify.motion_bounds import closer
 from kabo.verify.report import Finding, Least
 from kabo.verify.surfaces import hull_depth
 from kabo.verify.sweep import Contact, Pair, Path, Proof, Stretches, Thing, open_stretches
@@ -49,7 +50,9 @@ def check_collision(
     tally.pairs += count
     for pair, stretches in open_:
         names = pair.first.name, pair.second.name
-        shift = _raise(names, permits)
+        shift = permits.shift(*names)
+        if shift is not None:  # bodies that nearly touch all along
+            pair, stretches = closer(pair, stretches)
         key = _key(pair, shift)
         if key not in tally.known:
             tally.known[key] = _prove(pair, stretches, shift)
@@ -75,13 +78,8 @@ def _couples(
                 yield first, second
 
 
-def _raise(names: tuple[str, str], permits: Permits) -> np.ndarray | None:
-    """By what the first body, the one that moves, is raised before distances are taken."""
-    return np.array([0.0, 0.0, RAISED]) if frozenset(names) in permits.raised else None
-
-
 def _prove(pair: Pair, stretches: Stretches, shift: np.ndarray | None) -> Proof:
-    if stretches[0][0] == 0.0 and shift is None and pair.contained():
+    if stretches[0][0] == 0.0 and pair.contained(shift):
         a, b = pair.poses(0.0)
         depth = hull_depth(pair.first.surface, a, pair.second.surface, b)
         return Proof(Contact(float(pair.path.times[0]), None, depth, True), 0.0, float(pair.path.times[0]))
@@ -99,7 +97,7 @@ def _key(pair: Pair, shift: np.ndarray | None) -> bytes:
             )
         elif thing.world_T is not None:
             digest.update(b"at" + thing.world_T.tobytes())
-    digest.update(b"raised" if shift is not None else b"")
+    digest.update(b"" if shift is None else shift.tobytes())
     return digest.digest()
 
 

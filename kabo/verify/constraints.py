@@ -67,17 +67,20 @@ class UnknownFeatureError(Exception):
     """A constraint names a role or feature that nobody has."""
 
 
-def missed(constraints: Sequence[Constraint], roles: Mapping[str, Role]) -> tuple[Constraint, Measure] | None:
-    """The constraint that is missed by more than its tolerance, the worst of all; None if all hold.
+def missed(
+    constraints: Sequence[Constraint], roles: Mapping[str, Role], length: float = LENGTH
+) -> tuple[Constraint, Measure] | None:
+    """The constraint that is missed by more than its tolerance (lengths: `length` [m]), the worst; None if all hold.
 
     `inside` is not among them: it is a predicate on whole bodies.
     """
     worst: tuple[Constraint, Measure] | None = None
+    most = 1.0
     for constraint in constraints:
         for measure in measures(constraint, roles):
-            over = measure.excess / measure.tolerance
-            if over > 1.0 and (worst is None or over > worst[1].excess / worst[1].tolerance):
-                worst = constraint, measure
+            over = measure.excess / (length if measure.kind == "length" else measure.tolerance)
+            if over > most:
+                most, worst = over, (constraint, measure)
     return worst
 
 

@@ -1,64 +1,72 @@
-"""Which contacts a segment may permit: fingers and what they hold; what is held and what it stands on."""
+"""Which contacts of a segment are granted: what the plan states of each is checked, one rule for each kind.
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+grasp: a finger and what its hand takes, holds or lets go, while only the hand moves, between open and the family's grip.
+support: what is lifted or lowered and what it stands on, along the stroke of the grasp family; at the end that stands they
+touch, and from there on every point of the object gets away. mate: two parts, along the insertion of their mate, likewise.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
 
 from kabo.plan import Segment
 from kabo.scene import Scene
+from kabo.verify.surfaces import mesh_distance
+from kabo.verify.sweep import LEAST, Thing
 
-RAISED = 2e-3  # [m] held up by this much, an object must be clear of what it is lifted from or lowered to
+Array = npt.NDArray[np.float64]
+Pair = frozenset[str]
+
+TOUCHING = (1e-5, 1e-4)  # m: how deep what stands may be in what it stands on; the first that suffices is granted
+GIVEN = (1e-5, 1e-4, 1e-3)  # m: where it stood so before the plan's motion moved it
+HOVERING = 1e-3  # m: what stands is as near as this, as placements may be missed by
 
 
 @dataclass(frozen=True)
 class Permits:
-    """What a segment permits: `loose` pairs need no check, `raised` ones only that the object stays above."""
+    """What a segment permits: `loose` pairs need no check, `shifted` ones are measured a little apart.
 
-    loose: frozenset[frozenset[str]] = frozenset()
-    raised: frozenset[frozenset[str]] = frozenset()
-    refused: tuple[tuple[str, str], ...] = ()
+    `shifted`: the body that gets away, and by which vector it is moved before distances are taken. `refused`: what the
+    plan claims without right, and the two bodies.
+    """
+
+    loose: frozenset[Pair] = frozenset()
+    shifted: Mapping[Pair, tuple[str, Array]] = field(default_factory=dict)
+    refused: tuple[tuple[str, tuple[str, str]], ...] = ()
 
     def joined(self, other: "Permits") -> "Permits":
         """What either permits."""
-        return Permits(self.loose | other.loose, self.raised | other.raised, self.refused + other.refused)
+        return Permits(self.loose | other.loose, {**self.shifted, **other.shifted}, self.refused + other.refused)
+
+    @property
+    def pairs(self) -> frozenset[Pair]:
+        """All pairs whose contact is granted."""
+        return self.loose | frozenset(self.shifted)
+
+    def shift(self, first: str, second: str) -> Array | None:
+        """By what the first of two bodies is moved before distances are taken."""
+        found = self.shifted.get(frozenset((first, second))) if self.shifted else None
+        return None if found is None else found[1] if found[0] == first else -found[1]
 
 
-def permits(
-    segment: Segment,
-    scene: Scene,
-    *,
-    touched: Iterable[str],
-    loose: Iterable[str] = (),
-    supports: Iterable[tuple[str, str]] = (),
-    mating: Iterable[frozenset[str]] = (),
-) -> Permits:
-    """What of a segment's allowed contacts is granted.
+def unstated(segment: Segment, scene: Scene, together: frozenset[Pair]) -> list[tuple[str, str]]:
+    """The permitted contacts of a segment of which it does not say what grants them, though something must.
 
     Args:
         segment: the segment.
         scene: with the contacts that are always permitted.
-        touched: what the robot holds, takes or lets go in this node: its fingers may touch it.
-        loose: of these, what moves against the fingers by the gripper's joints only. When an arm moves, fingers do
-            not move against what they hold, and must not touch anything else.
-        supports: (object, body) that the object stands on at the beginning or end of this segment.
-        mating: pairs of bodies that are put together, or hang together already.
+        together: pairs of bodies that hang together: they do not move against each other.
     """
-    gripper = scene.robots[segment.robot].gripper
-    fingers = () if gripper is None else gripper.touch_links
-    held = {frozenset((finger, name)) for finger in fingers for name in touched}
-    opening = {frozenset((finger, name)) for finger in fingers for name in loose}
-    standing, joined = {frozenset(pair) for pair in supports}, set(mating)
-    free, raised, refused = set(), set(), []
+    stated = {frozenset(grant.bodies) for grant in segment.grants}
+    missing = []
     for first, second in segment.allowed_contacts:
         pair = frozenset((first, second))
-        if pair in held:
-            free |= {pair} & opening
-        elif pair in joined:
-            free.add(pair)
-        elif pair in standing:
-            raised.add(pair)
-        elif not (_exists(scene, first) and _exists(scene, second) and scene.never_collide(first, second)):
-            refused.append((first, second))
-    return Permits(frozenset(free), frozenset(raised), tuple(refused))
+        known = _exists(scene, first) and _exists(scene, second)
+        if pair not in stated and pair not in together and not (known and scene.never_collide(first, second)):
+            missing.append((first, second))
+    return missing
 
 
 def _exists(scene: Scene, name: str) -> bool:
@@ -66,25 +74,26 @@ def _exists(scene: Scene, name: str) -> bool:
     return link in scene.robots[robot].links if dot and robot in scene.robots else name in scene.bodies
 
 
-def is_first(segments: Sequence[Segment], i: int) -> bool:
-    """Whether no arm segment came between the beginning, or what was taken, and this segment."""
-    planned = segments[i].joints
-    for segment in reversed(segments[:i]):
-        if segment.attach:
-            return True
-        if segment.joints == planned:
-            return False
-    return True
+def touching(
+    moved: Thing, pose: Array, others: Sequence[Thing], away: Array, depths: Sequence[float]
+) -> float | None:
+    """By how little a body that stands must be moved away to be clear of all that it stands on; None: it is deeper in.
+
+    Args:
+        moved: the body.
+        pose: where it stands (4, 4).
+        others: what it stands on, each at its place.
+        away: the direction (3,) in which it is moved.
+        depths: what may be tried [m].
+    """
+    for depth in depths:
+        apart = pose.copy()
+        apart[:3, 3] += depth * away
+        if all(mesh_distance(moved.surface, apart, o.surface, o.pose({})) > LEAST for o in others):
+            return depth
+    return None
 
 
-def is_last(segments: Sequence[Segment], i: int) -> bool:
-    """Whether no arm segment comes between this segment and what is let go, or the end."""
-    planned = segments[i].joints
-    if segments[i].detach:
-        return True
-    for segment in segments[i + 1 :]:
-        if segment.joints == planned:
-            return False
-        if segment.detach:
-            return True
-    return True
+def stands_at(moved: Thing, pose: Array, others: Sequence[Thing]) -> bool:
+    """Whether a body is at one of others."""
+    return any(mesh_distance(moved.surface, pose, o.surface, o.pose({})) <= HOVERING for o in others)

@@ -1,17 +1,18 @@
 """Every motion of a plan in its scene."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from kabo.language import Problem
 from kabo.plan import Plan
-from kabo.scene import load_scene
+from kabo.scene import Scene, load_scene
 from kabo.verify.calls import Calls
 from kabo.verify.certificate import check_certificate
 from kabo.verify.collision import Tally
 from kabo.verify.components import Components
+from kabo.verify.contacts import unstated
 from kabo.verify.motions import check_motion
 from kabo.verify.overlaps import Motion, all_meetings, check_overlaps, sharing_time
 from kabo.verify.report import Finding
@@ -37,7 +38,7 @@ def check_geometry(
     files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
     world = World(scene, {name: body.model for name, body in problem.scene.bodies.items()})
     calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
-    findings = list(check_start(components))
+    findings = [*check_start(components), *_check_statements(plan, scene)]
     if findings:
         return files, findings, {}, []
     motions, together = 0, sharing_time(plan)
@@ -53,7 +54,25 @@ def check_geometry(
     meetings = [] if early else all_meetings(plan, order, walked)
     wrong, certificate = check_certificate(plan, world, order, tally.courses, meetings, paranoid=paranoid)
     figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
-    return files, [*findings, *wrong], {**figures, "certificate": certificate}, calls.notes()
+    proven = {"certificate": certificate, "certificate_gaps": plan.certificate_gaps}
+    return files, [*findings, *wrong], {**figures, **proven}, [*_epsilon(problem, plan), *calls.notes()]
+
+
+def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:
+    """A plan that says nothing of what grants its contacts was made before plans did."""
+    segments = [segment for node in plan.nodes.values() for segment in node.motion]
+    if not any(s.grants for s in segments) and any(unstated(s, scene, frozenset()) for s in segments):
+        text = "the plan does not say what grants its contacts (`grants`): it is of an older kabo; make it anew"
+        yield Finding(None, text)
+
+
+def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:
+    """A note where the plan was made with another epsilon than its files say."""
+    assert problem.scene is not None
+    given = problem.options.epsilon
+    made, told = plan.options.get("epsilon"), problem.scene.epsilon if given is None else given
+    if isinstance(made, float | int) and made != told:
+        yield f"the plan was made with an epsilon of {made:g} m, the files say {told:g} m"
 
 
 def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:

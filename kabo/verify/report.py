@@ -106,8 +106,8 @@ class Report:
     states of knowledge looked at; `worlds`: what all possible worlds say of the plan, None if they could not judge it;
     `why_replay`: why not, so that the replay judged; `motions`: nodes with
     motion that were proven; `pairs`: pairs of bodies that were proven apart along a motion; `distances`: how many
-    of these needed distances between meshes; `certificate`: what the plan's own certificate proves. `notes` say what was
-    *not* verified.
+    of these needed distances between meshes; `certificate`: what the plan's own certificate proves;
+    `certificate_gaps`: why it has none, though one was to be made. `notes` say what was *not* verified.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -123,6 +123,7 @@ class Report:
     distances: int = 0
     least: Least | None = None
     certificate: CertificateReport | None = None
+    certificate_gaps: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -154,6 +155,7 @@ class Report:
             "distances": self.distances,
             "least_distance": None if self.least is None else self.least.to_dict(),
             "certificate": None if self.certificate is None else self.certificate.to_dict(),
+            "certificate_gaps": list(self.certificate_gaps),
             "findings": [finding.to_dict() for finding in self.findings],
             "notes": list(self.notes),
         }
@@ -178,6 +180,10 @@ class Report:
             lines.append(f"least distance measured: {1000 * self.least.distance:.2f} mm ({where})")
         if self.certificate is not None:
             lines.extend(self.certificate.lines())
+        elif self.certificate_gaps:
+            more = f" (and {len(self.certificate_gaps) - 1} more)" if len(self.certificate_gaps) > 1 else ""
+            why = f"none could be made: {self.certificate_gaps[0]}{more}"
+            lines.append(f"certificate: {why}; the motions were checked against the meshes alone")
         elif self.motions:
             lines.append("certificate: none; the motions were checked against the meshes alone")
         lines.extend(f"note: {note}" for note in self.notes)

@@ -122,9 +122,12 @@ class Pair:
         joints = self.path.poses(*self.place(s))
         return self.first.pose(joints), self.second.pose(joints)
 
-    def contained(self) -> bool:
-        """Whether one body begins inside the other."""
+    def contained(self, shift: Array | None = None) -> bool:
+        """Whether one body begins inside the other, the first moved by `shift` (3,) in the world."""
         a, b = self.poses(0.0)
+        if shift is not None:
+            a = a.copy()
+            a[:3, 3] += shift
         return encloses(self.first.surface, a, self.second.surface, b) or encloses(
             self.second.surface, b, self.first.surface, a
         )

@@ -13,21 +13,20 @@ from kabo.plan import Node, Segment
 from kabo.verify.calls import Call
 from kabo.verify.collision import Tally, check_collision
 from kabo.verify.constraints import UnknownFeatureError
-from kabo.verify.contacts import RAISED, Permits, is_first, is_last, permits
+from kabo.verify.contacts import Permits
 from kabo.verify.courses import Course
 from kabo.verify.families import check_placement
-from kabo.verify.holding import Holding
+from kabo.verify.grants import Grants
 from kabo.verify.keeping import Lapse, Owners, check_kept
 from kabo.verify.limits import JOINED, check_joints, check_numbers, check_times
-from kabo.verify.mating import inserting
 from kabo.verify.overlaps import Motion, Sweep
+from kabo.verify.reaching import Reaching
 from kabo.verify.recorded import Recorded
 from kabo.verify.report import Finding
 from kabo.verify.situation import Situation
-from kabo.verify.surfaces import mesh_distance
 from kabo.verify.sweep import Path, Thing
 from kabo.verify.taking import Taking, not_open
-from kabo.verify.windows import Window, at_time, columns, one_by_one, whole_path, window_path, windows
+from kabo.verify.windows import Window, columns, one_by_one, whole_path, window_path, windows
 from kabo.verify.world import World
 
 Array = npt.NDArray[np.float64]
@@ -43,7 +42,7 @@ class Walk:
     start: Situation
     segments: Sequence[Segment]
     tally: Tally
-    refused: set[tuple[int, tuple[str, str]]] = field(default_factory=set)  # said of a segment already
+    permitted: dict[int, Permits] = field(default_factory=dict)  # of the segments that have begun
     sweeps: list[Sweep] = field(default_factory=list)  # what moved, window by window
     now: float = 0.0  # [s]
 
@@ -52,10 +51,7 @@ class Walk:
         self.holding = self.before.copy()
         self.taking = Taking(self.node, self.call, self.world, self.holding)
         self.moved = tuple(dict.fromkeys(segment.robot for segment in self.segments))
-        self.touched = {robot: set(self.taking.had.get(robot, ())) for robot in self.moved}
-        for segment in self.segments:
-            for name, link in segment.attach:
-                self.touched.setdefault(link.partition(".")[0], set()).add(name)
+        self.reaching = Reaching(self.node, self.call, self.world, self.holding)
 
     @property
     def q(self) -> dict[str, Array]:
@@ -69,22 +65,46 @@ class Walk:
             return
         self.segments = one_by_one(self.segments)
         yield from self._check_numbers()
+        self.grants = Grants(self.call, self.world, self.holding, self.start.standing, self.segments)
         for window in windows(self.segments):
             path = window_path(window, self.segments, self.world.arms, self.q)
-            yield from self._check_collision(window, path)
             for i in window.starting:
-                segment = self.segments[i]
-                yield from self.taking.begin(segment)
-                yield from self._check_kept(
-                    segment, whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot])
-                )
+                yield from self._begin(i)
+            yield from self._check_collision(window, path)
             for robot in path.arms:
                 self.q[robot] = path.configurations[-1][path.columns[robot]].copy()
             for i in window.ending:
-                yield from self.taking.end(self.segments[i])
+                yield from self._end(i)
         ended = max(segment.times[-1] for segment in self.segments)
+        yield from self.reaching.ended(ended)
         yield from check_end(self.node, self.call, self.world, self.taking, ended)
         yield from Recorded(self.node, self.world, self.moved, self.before, self.taking, ended).check(content)
+
+    def _begin(self, i: int) -> Iterator[Finding]:
+        """A segment begins: the hand, the strokes, the constraint, and which contacts are granted."""
+        segment, time = self.segments[i], self.segments[i].times[0]
+        path = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot])
+        self.permitted[i] = self.grants.permits(i, path)
+        for text, pair in self.permitted[i].refused:
+            yield Finding(self.node, text, time, pair)
+        if self._moves_arm(segment) and path.steps.any():
+            yield from self.reaching.arm(segment.robot, path)
+        yield from self.taking.begin(segment)
+        yield from self._check_kept(segment, path)
+
+    def _end(self, i: int) -> Iterator[Finding]:
+        """A segment has ended: what it lets go, takes and puts together."""
+        segment, time = self.segments[i], self.segments[i].times[-1]
+        for name in segment.detach:
+            if name in self.holding.hung and self.holding.holder(name) == segment.robot:
+                self.reaching.letting_go(segment.robot, name)
+        before = dict(self.taking.taken)
+        yield from self.taking.end(segment)
+        for name, robot in self.taking.taken.items():
+            if name not in before:
+                yield from self.reaching.taken(robot, name, time)
+        for text, pair in self.grants.ended(i):
+            yield Finding(self.node, text, time, pair)
 
     def motion(self) -> Motion:
         """What was walked."""
@@ -118,15 +138,6 @@ class Walk:
             yield from check_numbers(self.node, segment, arm.robot, q[segment.robot])
             q[segment.robot][columns(segment, arm)] = segment.waypoints[-1]
 
-    def _later(self, time: float) -> Holding:
-        """The holding as it is now, with the robots where they are at a later time [s]."""
-        result = self.holding.copy()
-        for segment in self._in_time():
-            if segment.times[-1] > self.now and segment.times[0] <= time:
-                arm = self.world.arms[segment.robot]
-                result.q[segment.robot] = at_time(segment, arm, result.q[segment.robot], time)
-        return result
-
     # ------------------------------------------------------------------------------------------------ contacts
     def _check_collision(self, window: Window, path: Path) -> Iterator[Finding]:
         self.now = window.start
@@ -134,16 +145,16 @@ class Walk:
         self.sweeps.append(Sweep(path, moving, window.running))
         granted = Permits()
         for i in window.running:
-            own = self._permits(i, window, path, standing)
-            for pair in own.refused:
-                if (i, pair) not in self.refused:
-                    self.refused.add((i, pair))
-                    text = f"permits contact of {pair[0]} and {pair[1]}, which this motion may not"
-                    yield Finding(self.node, text, window.start, pair)
-            granted = granted.joined(own)
-        permitted = granted.loose | granted.raised
-        self.tally.courses.append(Course(self.node, window.running, path, moving, standing, permitted))
+            granted = granted.joined(self._granted(i, window))
+        self.tally.courses.append(Course(self.node, window.running, path, moving, standing, granted.pairs))
         yield from check_collision(self.node, path, moving, standing, granted, self.world, self.tally)
+
+    def _granted(self, i: int, window: Window) -> Permits:
+        """What a segment permits in a window: fingers touch nothing that an arm carries along meanwhile."""
+        found = self.permitted[i]
+        arms = {s.robot for s in map(self.segments.__getitem__, window.running) if self._moves_arm(s)}
+        carried = {name for robot in arms for name in self.holding.carried(robot)}
+        return Permits(frozenset(pair for pair in found.loose if not pair & carried), found.shifted)
 
     def _things(self, path: Path) -> tuple[list[Thing], list[Thing]]:
         """What moves along a path, and everything else."""
@@ -161,76 +172,8 @@ class Walk:
                 standing.append(Thing(name, own, self.holding.pose(name)))
         return moving, standing
 
-    def _permits(self, i: int, window: Window, path: Path, standing: Sequence[Thing]) -> Permits:
-        segment, robots = self.segments[i], self.world.scene.robots
-        touched = sorted(self.touched[segment.robot])
-        by_arm = {s.robot for s in map(self.segments.__getitem__, window.running) if self._moves_arm(s)}
-        still = [name for name in touched if name in self.holding.hung and self.holding.holder(name) not in by_arm]
-        gripper_moves = segment.joints == robots[segment.robot].gripper_joints
-        return permits(
-            segment,
-            self.world.scene,
-            touched=touched,
-            loose=still if gripper_moves else (),
-            supports=list(self._supports(i, path, standing)),
-            mating=list(self._mating(segment, window, path)),
-        )
-
     def _moves_arm(self, segment: Segment) -> bool:
         return segment.joints == self.world.scene.robots[segment.robot].planned_joints
-
-    def _supports(self, i: int, path: Path, standing: Sequence[Thing]) -> Iterator[tuple[str, str]]:
-        """Which of the permitted pairs are an object and what it stands on, where this segment begins or ends."""
-        segment = self.segments[i]
-        own = [s for s in self._in_time() if s.robot == segment.robot]
-        index = next(k for k, s in enumerate(own) if s is segment)
-        whole = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot]).configurations
-        ends = [whole[0]] * is_first(own, index) + [whole[-1]] * is_last(own, index)
-        places = {thing.name: thing for thing in standing if "." not in thing.name}
-        for pair in segment.allowed_contacts:
-            for name, support in (pair, pair[::-1]):
-                if support not in places or name not in self.holding.hung:
-                    continue
-                holder = self.holding.holder(name)
-                if holder not in path.arms:
-                    yield name, support  # it does not move against what it stands on
-                elif holder == segment.robot and self._stands(name, places[support], ends):
-                    yield name, support
-
-    def _stands(self, name: str, support: Thing, ends: Sequence[Array]) -> bool:
-        """Whether what the robot carries is at its support in one of these configurations."""
-        mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name].mesh)
-        assert mount is not None
-        arm, place = self.world.arms[mount.robot], support.pose({})
-        return any(mesh_distance(own, arm.pose(q.tolist(), mount), support.surface, place) <= RAISED for q in ends)
-
-    def _mating(self, segment: Segment, window: Window, path: Path) -> Iterator[frozenset[str]]:
-        """Which of the permitted pairs hang together, or are being put together."""
-        law, hung = self.call.law, self.holding.hung
-        for first, second in segment.allowed_contacts:
-            if first not in hung or second not in hung or first == second:
-                continue
-            if self.holding.root(first) == self.holding.root(second):
-                yield frozenset((first, second))
-            elif law is None or (
-                law.mates and {first, second} == {self.call.role("object"), self.call.role("other")}
-            ):
-                time = self._joined_at({first, second}, window.end)
-                if time is not None:
-                    places = [self._along(path, k).pose for k in range(len(path.times))]
-                    if inserting(self.call, self.world, (first, second), places, self._later(time).pose):
-                        yield frozenset((first, second))
-
-    def _joined_at(self, pair: set[str], earliest: float) -> float | None:
-        """When two bodies are put together."""
-        times = [s.times[-1] for s in self.segments for name, to in s.attach if {name, to} == pair]
-        return min((time for time in times if time >= earliest - JOINED), default=None)
-
-    def _along(self, path: Path, way_point: int) -> Holding:
-        result = self.holding.copy()
-        for robot in path.arms:
-            result.q[robot] = path.configurations[way_point][path.columns[robot]]
-        return result
 
     # ------------------------------------------------------------------------------------------------- keeping
     def _check_kept(self, segment: Segment, path: Path) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ import pytest
 from kabo import load_problem, solve
 from kabo.geometry.certificate import Course
 from kabo.geometry_server import GeometryServer
-from kabo.plan import Certificate, Plan
+from kabo.plan import Certificate, Plan, plan_from_json, plan_to_json
 from kabo.planner.certifying import certified, certify
 from kabo.planner.couples import every_couple
 from kabo.planner.motion_stretches import at_time, stretches
@@ -74,8 +74,11 @@ def test_arms_that_move_at_once_are_proven_or_said_to_meet(bench, delay):
 def test_a_plan_that_collides_keeps_no_certificate_and_says_why(bench):
     scene = load_scene(bench.problem.scene)
     plan = bench.plan(by_hand.take_peg(), by_hand.insert(allowed_contacts=by_hand.fingers("left", "peg")))
-    same, figures = certified(plan, GeometryServer(scene, scene.epsilon, 0).surroundings)
-    assert same == plan and any("peg and socket" in gap for gap in figures["certificate_gaps"])
+    told, figures = certified(plan, GeometryServer(scene, scene.epsilon, 0).surroundings)
+    gaps = figures["certificate_gaps"]
+    assert told == replace(plan, certificate_gaps=tuple(gaps)) and any("peg and socket" in gap for gap in gaps)
+    assert plan_from_json(plan_to_json(told)) == told
+    assert f"certificate: none could be made: {gaps[0]}" in str(verify_plan(bench.problem, told))
 
 
 @pytest.mark.slow
@@ -93,7 +96,8 @@ def test_fingers_round_what_they_let_go_of_are_proven_apart_though_a_plan_permit
     made = certify(plan, GeometryServer(scene, scene.epsilon, 0).surroundings)
     assert isinstance(made, Certificate), [str(gap) for gap in made]
     report = verify_plan(problem, replace(plan, certificate=made))
-    assert report.ok, str(report)
+    assert report.certificate is not None and report.certificate.proven
+    assert all("does not say what grants it" in each.message for each in report.findings), str(report)
 
 
 def test_stretches_end_wherever_a_segment_begins_or_ends(bench):

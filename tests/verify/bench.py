@@ -1,7 +1,7 @@
 """Two gantries over a bench, a peg, and a socket on a pedestal: motions of two hands, written by hand.
 
-The left hand comes from above, the right one from the side. The peg's mate sits 10 mm deep in the socket, a full
-block: without a permit that is a collision.
+The left hand comes from above, the right one from the side. The peg's mate stands on the socket, a full block: without
+a grant that is a collision.
 """
 
 import math
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.language import Problem, load_problem
-from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
+from kabo.plan import Grant, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
 from kabo.scene import load_scene
 from kabo.verify.geometry import relative
 from tests.verify.counter import GANTRY
@@ -103,6 +103,7 @@ models:
           - opposed(tool.approach, this.up)
           - parallel(tool.closing, this.y_axis)
         robots: [left]
+        lift: {along: world.up, distance: [0.05, 0.2]}
         fingers: {finger: 0.02}
       side:
         constraints:
@@ -112,7 +113,7 @@ models:
         fingers: {finger: 0.03}
   socket:
     box: [0.08, 0.08, 0.04]
-    features: {edge: {point: [0.04, 0, 0]}, seat: {point: [-0.02, 0, 0.01]}}
+    features: {edge: {point: [0.04, 0, 0]}, seat: {point: [-0.02, 0, 0.02]}}
     grasps:
       side:
         constraints:
@@ -131,7 +132,7 @@ mates:
     constraints:
       - distance(moving.center, fixed.seat) in [0.0299, 0.0301]
       - aligned(moving.up, fixed.up)
-      - height(moving.center, fixed.top) in [0.0199, 0.0201]
+      - height(moving.center, fixed.top) in [0.0299, 0.0301]
       - parallel(moving.y_axis, fixed.y_axis)
     insertion: {against: fixed.up, distance: [0.02, 0.05]}
 allowed_contacts:
@@ -161,6 +162,16 @@ def fingers(robot: str, part: str) -> tuple[tuple[str, str], ...]:
     return ((f"{robot}.left", part), (f"{robot}.right", part))
 
 
+def granting(contacts: tuple[tuple[str, str], ...]) -> tuple[Grant, ...]:
+    """What grants contacts here: the grasp, its lift, or the mate."""
+    made = []
+    for first, second in contacts:
+        by = "top" if first.startswith("left.") or (first, second) == ("peg", "table") else "side"
+        kind = "grasp" if "." in first else "mate" if (first, second) == MATED else "support"
+        made.append(Grant(kind, (first, second), "seated" if kind == "mate" else by))
+    return tuple(made)
+
+
 def stretch(robot: str, start: float, points: list[tuple[float, ...]], **more: Any) -> Segment:
     """A segment of an arm (4 numbers) or a hand (1), at half of its speed."""
     joints, speed = (ARM, 0.5) if len(points[0]) == 4 else (HAND, 0.05)
@@ -168,6 +179,7 @@ def stretch(robot: str, start: float, points: list[tuple[float, ...]], **more: A
     for a, b in zip(points, points[1:], strict=False):
         times.append(round(times[-1] + max(0.01, max(abs(p - q) for p, q in zip(a, b, strict=True)) / speed), 6))
     rounded = tuple(tuple(round(float(v), 9) for v in p) for p in points)
+    more = {"grants": granting(more.get("allowed_contacts", ()))} | more
     return Segment(robot, joints, rounded, tuple(times), "by hand", None, **more)
 
 
@@ -235,10 +247,10 @@ def hand_over() -> Node:
 
 def seat(socket: tuple[float, float, float], height: float = 0.0) -> tuple[float, ...]:
     """The left arm when the peg that it holds sits in the socket, or so high above."""
-    return above(socket[0] - 0.02, socket[1], socket[2] + 0.04 + 0.015 + height)
+    return above(socket[0] - 0.02, socket[1], socket[2] + 0.05 + 0.015 + height)
 
 
-SEATED = ObjectPose("socket", (-0.02, 0.0, 0.04), STRAIGHT)
+SEATED = ObjectPose("socket", (-0.02, 0.0, 0.05), STRAIGHT)
 
 
 def insert(**changes: Any) -> Node:
@@ -286,7 +298,8 @@ def insert_bimanual(*, together: bool = True, delay: float = 0.0) -> Node:
     first = stretch("left", 0.0, [UP, (*UP[:2], high[2], 0.0), high, over], allowed_contacts=held)
     start = first.times[-1]
     ends = (start, start + 0.5)
-    down = replace(stretch("left", start, [over, low], allowed_contacts=(*held, MATED)), times=ends)
+    meeting = (*held, MATED) if together else held
+    down = replace(stretch("left", start, [over, low], allowed_contacts=meeting), times=ends)
     begins = ends if together else (ends[1], ends[1] + 0.5)
     rise = replace(
         stretch("right", start, [right_from, right_to], allowed_contacts=(*both, MATED)),

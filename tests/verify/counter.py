@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from kabo.language import Problem, load_problem
-from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
+from kabo.plan import Grant, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
 from kabo.scene import load_scene
 from kabo.verify.geometry import relative
 
@@ -165,6 +165,7 @@ objects:
           - coincident(this.bottom, support.top)
           - aligned(this.up, world.up)
           - inside(this, region)
+        retreat: {against: tool.approach, distance: [0.05, 0.5]}
 regions:
   tray: {box: [0.12, 0.12, 0.3], pose: {position: [0.3, 0, 0.13]}, support: table}
 motion_constraints:
@@ -180,6 +181,11 @@ LOW, HIGH, OVER = -0.79, -0.7, -0.3  # z: the tool at the cup on the table, just
 FINGERS = (("arm.left", "mug"), ("arm.right", "mug"))
 
 
+def granting(contacts: tuple[tuple[str, str], ...]) -> tuple[Grant, ...]:
+    """What grants contacts here: a finger's the grasp, the mug's with what it stands on the grasp's lift."""
+    return tuple(Grant("grasp" if "." in pair[0] else "support", pair, "top") for pair in contacts)
+
+
 def stretch(start: float, points: list[tuple[float, ...]], stage: str, procedure: str, **more: Any) -> Segment:
     """A segment through points of the arm (4 numbers) or the hand (1), at half of its speed."""
     joints, speed = (ARM, 0.5) if len(points[0]) == 4 else (HAND, 0.05)
@@ -187,6 +193,7 @@ def stretch(start: float, points: list[tuple[float, ...]], stage: str, procedure
     for a, b in zip(points, points[1:], strict=False):
         times.append(round(times[-1] + max(0.01, max(abs(p - q) for p, q in zip(a, b, strict=True)) / speed), 6))
     points = [tuple(map(float, p)) for p in points]
+    more = {"grants": granting(more.get("allowed_contacts", ()))} | more
     return Segment("arm", joints, tuple(points), tuple(times), procedure, stage, **more)
 
 
@@ -246,7 +253,7 @@ def carry(procedure: str, constraint: str | None) -> tuple[Segment, ...]:
 def let_go(procedure: str, begin: tuple[Segment, ...] = ()) -> tuple[Segment, ...]:
     """Opens and retreats, after other segments."""
     start = begin[-1].times[-1] if begin else 0.0
-    opening = {"detach": ("mug",), "allowed_contacts": FINGERS + MUG_TABLE}
+    opening = {"detach": ("mug",), "allowed_contacts": FINGERS}
     first = stretch(start, [(0.02,), (0.045,)], "open", procedure, **opening)
     last = stretch(first.times[-1], [at(0.3, LOW), at(0.3, OVER)], "retreat", procedure)
     return (*begin, first, last)

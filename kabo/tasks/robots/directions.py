@@ -18,12 +18,15 @@ Array = npt.NDArray[np.float64]
 class Direction:
     """A stroke along (`sign` 1) or against (-1) a line, by a length [m] within bounds.
 
-    Roles of the line: `tool`, `world`, and `this`: the object.
+    Roles of the line: `tool`, `world`, and `this`: the object. `part` and `tolerance` [m] are those of a mate: no point
+    of that body may leave its straight way by more.
     """
 
     stroke: Stroke
     this: str | None = None
     sign: int = 1
+    part: str | None = None
+    tolerance: float | None = None
 
     def reversed(self) -> "Direction":
         """The stroke in the other direction."""

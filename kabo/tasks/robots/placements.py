@@ -147,7 +147,7 @@ class SampleMate(RobotStage, Monitor):
             owner = {"moving": "this", "fixed": "this"}.get(mate.insertion.along.owner, mate.insertion.along.owner)
             stroke = replace(mate.insertion, along=replace(mate.insertion.along, owner=owner))
             whose = onto if mate.insertion.along.owner == "fixed" else name
-            insertion = Direction(stroke, whose)
+            insertion = Direction(stroke, whose, part=name, tolerance=mate.tolerance)
         made = {"target": target, "mate": mate.name, "insertion": insertion}
         return [
             Result(scene.permitting([(name, onto)]), properties={**held_properties(scene, robot, name), **made})

@@ -1,12 +1,13 @@
 """Relative motions: the tool along a straight line, by a twist, or joints by offsets [T 3.2]."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import Keep, Refused, candidate, line, tool_frame
+from kabo.geometry_server import LINE, LINE_TILT, Keep, Refused, candidate, carried_frame, line, tool_frame
 from kabo.kinematics import project
 from kabo.scene import world_T
 from kabo.scene.transforms import transform
@@ -88,7 +89,7 @@ class MoveRelative(RobotStage, Propagator):
         if isinstance(given, Mapping) and "twist" in given:
             yield from _twisted(scene, name, given, bounds, sense)
             return
-        at = candidate(scene.robot(name), scene.configuration(name))
+        at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
         if isinstance(given, Mapping) and "vector" in given:
             unit, lengths = _vector(scene, given, bounds)
         else:
@@ -97,12 +98,26 @@ class MoveRelative(RobotStage, Propagator):
                 return
             direction = direction.bounded(*bounds)
             unit, lengths = direction.vector(scene, name, at), direction.lengths
+            if direction.part is not None and scene.holder(direction.part) == name:
+                exactly = _exactly(scene, name, direction.part, direction.tolerance or 0.0)
         for distance in lengths:
-            yield _line(scene, name, at.q, sense * distance * unit)
+            yield _line(scene, name, at.q, sense * distance * unit, exactly)
 
 
-def _line(scene: TaskScene, name: str, q: Array, shift: Array) -> list[Array] | Failure:
-    found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift)
+def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple[float, float]:
+    """How far the tool may leave its line [m] and turn [rad], so that no point of a part in the hand leaves its way."""
+    held = carried_frame(scene.robot(robot), scene.context.scene.bodies[part], scene.situation.held(part))
+    vertices = scene.context.scene.bodies[part].mesh.vertices
+    corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))))
+    points = corners @ held.joint_T_frame[:3, :3].T
+    away = points + held.joint_T_frame[:3, 3] - tool_frame(scene.robot(robot)).joint_T_frame[:3, 3]
+    return 0.4 * tolerance, 0.4 * tolerance / max(float(np.linalg.norm(away, axis=1).max()), 1e-3)
+
+
+def _line(
+    scene: TaskScene, name: str, q: Array, shift: Array, exactly: tuple[float, float] = (LINE, LINE_TILT)
+) -> list[Array] | Failure:
+    found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift, *exactly)
     if not isinstance(found, Refused):
         return found
     if not found.pairs:
