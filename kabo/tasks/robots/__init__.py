@@ -19,6 +19,7 @@ _STAGES = {
     "ForbidContact": "changes",
     "GraspPoses": "symmetries",
     "Join": "changes",
+    "Merger": "merging",
     "MonitoredPoses": "poses",
     "MoveRelative": "strokes",
     "MoveTo": "moves",

@@ -3,7 +3,7 @@
 A procedure's moves and reads follow from those of its stages, and so does what can be refuted without sampling.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -87,6 +87,10 @@ class RobotStage(Stage):
         flat = ((kind, v.get("constraint") if isinstance(v, Mapping) else v) for kind, v in values)
         return tuple((kind, v.partition(".")[0]) for kind, v in flat if isinstance(v, str) and v)
 
+    def faults(self, scene: Scene) -> Iterable[str]:
+        """What it is asked for and cannot mean in a scene, as far as that is known before planning."""
+        return ()
+
     def refute(self, context: Context, situation: Situation) -> Failure | None:
         """A proof, without sampling, that the stage fails wherever what the proof reads is as in the situation."""
         return None
@@ -116,20 +120,21 @@ class RobotStage(Stage):
 
 
 def check_names(task: Container, scene: Scene) -> None:
-    """Refuses a task whose stages name what the scene does not have.
+    """Refuses a task whose stages name what the scene does not have, or ask for what means nothing there.
 
     Raises:
         InitialisationError: with all of them.
     """
     things = scene.robots, scene.bodies, scene.regions, scene.motion_constraints, scene.mates
     known = dict(zip(_THINGS, things, strict=True))
+    stages = [stage for stage in task.walk() if isinstance(stage, RobotStage)]
     errors = [
         f"{stage.path!r}: the scene has no {kind} {name!r}{_hint(name, known[kind])}"
-        for stage in task.walk()
-        if isinstance(stage, RobotStage)
+        for stage in stages
         for kind, name in stage.names()
         if name not in known[kind]
     ]
+    errors = errors or [f"{stage.path!r}: {fault}" for stage in stages for fault in stage.faults(scene)]
     if errors:
         raise InitialisationError(errors, tree(task))
 
