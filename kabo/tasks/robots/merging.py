@@ -77,7 +77,9 @@ def _conflict(tracks: Sequence[Track], scene: Scene) -> Failure | None:
     owners: dict[str, Track] = {}
     for track in tracks:
         if track.before.extras != track.after.extras:
-            return refusal("constraint", f"{track.name!r} changes what geometry there is, which nothing in a merger may")
+            return refusal(
+                "constraint", f"{track.name!r} changes what geometry there is, which nothing in a merger may"
+            )
         for name in track.moves:
             if owners.setdefault(name, track) is not track:
                 return refusal("constraint", _shared(name, owners[name].name, track.name, scene))
@@ -103,19 +105,26 @@ def _written(solution: Solution, forward: bool) -> Mapping[str, Any]:
     """The interface properties that a child has written; of several children the last one's count."""
     near, far = (solution.start, solution.end) if forward else (solution.end, solution.start)
     assert near is not None and far is not None
-    return {name: v for name, v in far.properties.items() if name not in near.properties or near.properties[name] is not v}
+    return {
+        name: v
+        for name, v in far.properties.items()
+        if name not in near.properties or near.properties[name] is not v
+    }
 
 
 def _motion(tracks: Sequence[Track]) -> Iterator[Stretch]:
     """The stretches of all tracks in the order in which they begin, each timed, and by how much it begins later."""
-    every = [(segment.times[0], k, n) for k, track in enumerate(tracks) for n, (_, segment) in enumerate(track.line)]
+    every = [
+        (segment.times[0], k, n) for k, track in enumerate(tracks) for n, (_, segment) in enumerate(track.line)
+    ]
     last: float | None = None
     for begin, k, n in sorted(every):
         stretch, segment = tracks[k].line[n]
         times = tuple(round(t - begin, DECIMALS) for t in segment.times)
         since = None if last is None else round(begin - last, DECIMALS)
-        rows = (stretch.waypoints[0], *(b for a, b in zip(stretch.waypoints, stretch.waypoints[1:], strict=False) if a != b))
+        rows = (
+            stretch.waypoints[0],
+            *(b for a, b in zip(stretch.waypoints, stretch.waypoints[1:], strict=False) if a != b),
+        )
         yield replace(stretch, waypoints=rows, times=times, stage=segment.stage, since=since, exact=True)
         last = begin
-
-

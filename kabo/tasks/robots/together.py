@@ -98,7 +98,9 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure
     robots = tuple(name for track in tracks for name in track.robots)
     if not robots:
         return None
-    permitted = before.permitted.intersection(*(scene.permitted for track in tracks for scene in (track.before, track.after)))
+    permitted = before.permitted.intersection(
+        *(scene.permitted for track in tracks for scene in (track.before, track.after))
+    )
     owners = {name: k for k, track in enumerate(tracks) for name in track.moves}
     team = Team.of(before.context.scene, robots)
     now, reads = before, frozenset(owners)
@@ -186,7 +188,9 @@ class _Bodies:
         for name, mount in self._mounts():
             (standing if isinstance(mount, FixedGroup) else moving).append((name, mount))
         every = [name for name, _ in (*moving, *standing)]
-        pairs = [(i, k) for i in range(len(moving)) for k in range(i + 1, len(every)) if self._asked(every[i], every[k])]
+        pairs = [
+            (i, k) for i in range(len(moving)) for k in range(i + 1, len(every)) if self._asked(every[i], every[k])
+        ]
         if not pairs or len(path) < 2:
             return None
         surroundings = self.scene.context.surroundings
@@ -229,7 +233,10 @@ class _Bodies:
         for extra in self.scene.extras:
             if extra.parent.partition(".")[0] in self.owners:
                 arrays = extra.mesh.vertices, extra.mesh.faces
-                yield extra.name, self._placed(extra.parent, extra.parent_T, surroundings.enclosed(extra.mesh), arrays)
+                yield (
+                    extra.name,
+                    self._placed(extra.parent, extra.parent_T, surroundings.enclosed(extra.mesh), arrays),
+                )
 
     def _placed(self, name: str, own: Array, enclosure, arrays) -> MovingGroup | FixedGroup:  # type: ignore[no-untyped-def]
         """A body at a pose (4, 4) in the frame of an object, or of a link of the team."""

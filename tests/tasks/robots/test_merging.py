@@ -39,8 +39,12 @@ def scene() -> Scene:
     """Three arms around a table; a bottle each."""
     text = (ROOT / "examples" / "two_arms" / "scene.yaml").read_text()
     text = text.replace("\nrobot_models:", f"{THIRD}\nrobot_models:")
-    text = text.replace("regions:", "  green: {model: bottle, movable: true, pose: {position: [0.45, 0.3, 0]}}\n\nregions:")
-    text = text.replace("allowed_contacts:", "allowed_contacts:\n  - [far.base_link, table]").replace("0.95, 2.00", "2.2, 2.0")
+    text = text.replace(
+        "regions:", "  green: {model: bottle, movable: true, pose: {position: [0.45, 0.3, 0]}}\n\nregions:"
+    )
+    text = text.replace("allowed_contacts:", "allowed_contacts:\n  - [far.base_link, table]").replace(
+        "0.95, 2.00", "2.2, 2.0"
+    )
     folder = ROOT / "examples" / "two_arms"
     path = folder / ".three_arms.yaml"
     path.write_text(text)
@@ -74,7 +78,9 @@ def solved(stage: Any, before: TaskScene) -> Solution:
     """The first solution of a propagator from a scene, as the planning core would make it."""
     found = list(stage.forward(before, Resolver(stage.properties).values(), 0))[-1]
     assert isinstance(found, Result), found
-    return Solution(stage, State(before, {}, 0), State(found.scene, found.properties, 1), found.cost, "", found.motion)
+    return Solution(
+        stage, State(before, {}, 0), State(found.scene, found.properties, 1), found.cost, "", found.motion
+    )
 
 
 def then(*solutions: Solution) -> Solution:
@@ -198,7 +204,9 @@ def test_what_is_merged_is_apart_and_what_is_refused_comes_near(team: Any, ways:
     made = segments(whole(found, before), scene(), "")
     for robot, child in zip(team, children, strict=False):
         alone = segments(child, scene(), "")
-        assert [(s.times, s.waypoints) for s in made if s.robot == robot] == [(s.times, s.waypoints) for s in alone]
+        assert [(s.times, s.waypoints) for s in made if s.robot == robot] == [
+            (s.times, s.waypoints) for s in alone
+        ]
         assert found.scene.situation.robots[robot] == child.end.scene.situation.robots[robot]
 
 
@@ -295,7 +303,10 @@ def taking(name: str, robot: str, thing: str) -> Any:
         ([moving("a", "left"), moving("b", "left", goal="open", group="gripper")], "arm and gripper"),
         ([taking("a", "left", "red"), taking("b", "right", "red")], "'a' and 'b' both move red"),
         ([moving("a", "left")], "at least two children"),
-        ([moving("a", "left"), make("Pad", "b", things=["red"], distance=0.1)], "'together/b' changes what geometry"),
+        (
+            [moving("a", "left"), make("Pad", "b", things=["red"], distance=0.1)],
+            "'together/b' changes what geometry",
+        ),
     ],
 )
 def test_what_can_never_be_merged_is_told_before_planning(children: Any, told: str) -> None:
