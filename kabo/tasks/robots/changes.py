@@ -9,6 +9,7 @@ import numpy as np
 from kabo.geometry_server import Pair, candidate, supports, tool_frame
 from kabo.tasks.core import PARENT, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
 from kabo.tasks.robots.groups import hung
 from kabo.tasks.robots.questions import along
@@ -23,8 +24,13 @@ class Attach(RobotStage, Propagator):
     MOVES = ("object",)
     PROPERTIES = {
         "object": OBJECT,
-        "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`"),
-        "of": Property((str, type(None)), None, "the robot that may hold it now, and hands it over"),
+        "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`", meanings.name),
+        "of": Property(
+            (str, type(None)),
+            None,
+            "the robot that may hold it now, and hands it over; none: nobody",
+            meanings.name,
+        ),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -53,7 +59,10 @@ class Detach(RobotStage, Propagator):
     PROPERTIES = {
         "object": OBJECT,
         "of": Property(
-            (str, type(None)), None, "the robot (backward: or `robot.link`) that lets it go; else whoever has it"
+            (str, type(None)),
+            None,
+            "the robot (backward: or `robot.link`) that lets it go; none: whoever has it",
+            meanings.name,
         ),
     }
 
@@ -87,7 +96,7 @@ class Join(RobotStage, Propagator):
     READS = ("onto",)
     PROPERTIES = {
         "object": OBJECT,
-        "onto": Property(str, PARENT, "the other part: it stands, or another robot has it"),
+        "onto": Property(str, PARENT, "the other part: it stands, or another robot has it", meanings.name),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -105,10 +114,15 @@ class Join(RobotStage, Propagator):
 class _Contacts(RobotStage, Propagator):
     PROPERTIES = {
         "pairs": Property(
-            (list, tuple), doc="pairs of bodies, robots or `robot.link`; `supports`: what carries the other"
+            (list, tuple),
+            doc="pairs of bodies, robots or `robot.link`; `supports`: what carries the other",
+            wrong=meanings.pairs,
         ),
         "links": Property(
-            str, "all", "which links a robot's name stands for: `touch` (those of its gripper) or `all`"
+            str,
+            "all",
+            "which links a robot's name stands for: `touch` (those of its gripper) or `all`",
+            meanings.one_of("all", "touch"),
         ),
     }
 

@@ -11,14 +11,20 @@ from kabo.errors import did_you_mean
 from kabo.geometry_server import Context, Pair, Situation, Stream
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
+from kabo.tasks.robots import meanings
 
 if TYPE_CHECKING:
     from kabo.tasks.robots.questions import Question
 
 Values = Mapping[str, Any]
-ROBOT = Property(str, PARENT, "the robot that moves")
-OBJECT = Property(str, PARENT, "the body that this is about")
-KEEP = Property((str, dict, type(None)), None, "a motion constraint to keep: its name, or {object, constraint}")
+ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
+OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
+KEEP = Property(
+    (str, dict, type(None)),
+    None,
+    "a motion constraint to keep for what is held: its name, or {object, constraint}; none or an empty name: nothing",
+    meanings.keeping,
+)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot
 from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import CLOSED, hand
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import Direction
@@ -48,7 +49,10 @@ class SampleGrasp(RobotStage, Monitor):
         "robot": ROBOT,
         "object": OBJECT,
         "family": Property(
-            str, ANY, "a grasp family of the object, or `any`: all that fit the robot, in file order"
+            str,
+            ANY,
+            "a grasp family of the object, or `any`: all that fit the robot, in file order",
+            meanings.name,
         ),
     }
 

@@ -16,6 +16,7 @@ from kabo.language.scene_description import Constraint
 from kabo.scene import Configuration
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.grasps import ANY
 from kabo.tasks.robots.placements import mate_of
@@ -103,12 +104,19 @@ class SampleMeeting(RobotStage, Monitor):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "partner": Property(str, doc="the other robot"),
+        "partner": Property(str, doc="the other robot", wrong=meanings.name),
         "part": Property(
-            (str, type(None)), None, "what the other robot holds, the moving part of the mate; none: it takes"
+            (str, type(None)),
+            None,
+            "what the other robot holds, the moving part of the mate; none: it takes",
+            meanings.name,
         ),
-        "mate": Property((str, type(None)), None, "a mate of the scene"),
-        "family": Property(str, ANY, "a grasp family of the object, or `any`: all that fit the other robot"),
+        "mate": Property(
+            (str, type(None)), None, "a mate of the scene, for `part`; none: it takes", meanings.name
+        ),
+        "family": Property(
+            str, ANY, "a grasp family of the object, or `any`: all that fit the other robot", meanings.name
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

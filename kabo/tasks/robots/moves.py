@@ -10,6 +10,7 @@ import numpy.typing as npt
 from kabo.geometry_server import candidate
 from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answer
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.paths import grip, length, way
@@ -32,14 +33,29 @@ class MoveTo(RobotStage, Propagator):
     READS = ()
     PROPERTIES = {
         "robot": ROBOT,
-        "goal": Property(Any, doc="where to go"),
-        "group": Property((str, type(None)), None, "`arm` or `gripper`; by default what the goal is of"),
+        "goal": Property(Any, doc="where to go", wrong=meanings.goal),
+        "group": Property(
+            (str, type(None)),
+            None,
+            "`arm` or `gripper`; none: what the goal is of",
+            meanings.one_of("arm", "gripper"),
+        ),
         "of": Property(
-            (str, type(None)), None, "for poses and points: the tool (none), a link, what is held, a feature"
+            (str, type(None)),
+            None,
+            "for poses and points: the tool (none), a link, what is held, a feature",
+            meanings.name,
         ),
         "keep": KEEP,
-        "if_missing": Property(str, "fail", "`stay` where the robot has no configuration of the goal's name"),
-        "max_ik_solutions": Property(int, 8, "for poses and points: how many configurations to try"),
+        "if_missing": Property(
+            str,
+            "fail",
+            "`fail`, or `stay`, where the robot has no configuration of the goal's name",
+            meanings.one_of("fail", "stay"),
+        ),
+        "max_ik_solutions": Property(
+            int, 8, "for poses and points: how many configurations to try", meanings.at_least(1)
+        ),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:

@@ -18,6 +18,7 @@ from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot
 from kabo.tasks.core import Failure, Monitor, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import Direction
 from kabo.tasks.robots.grasps import ANY, held_properties
@@ -36,9 +37,13 @@ class SamplePlacement(RobotStage, Monitor):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "region": Property((str, type(None)), None, "a region of the scene"),
-        "support": Property((str, type(None)), None, "a body to stand on; by default the region's"),
-        "family": Property(str, ANY, "a placement family of the object, or `any`: all that fit, in file order"),
+        "region": Property(
+            (str, type(None)), None, "a region of the scene; none: anywhere on the support", meanings.name
+        ),
+        "support": Property((str, type(None)), None, "a body to stand on; none: the region's", meanings.name),
+        "family": Property(
+            str, ANY, "a placement family of the object, or `any`: all that fit, in file order", meanings.name
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -126,8 +131,12 @@ class SampleMate(RobotStage, Monitor):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "onto": Property(str, doc="the body with the fixed part"),
-        "mate": Property(str, doc="a mate of the scene: its roles `moving` is the object, `fixed` the other body"),
+        "onto": Property(str, doc="the body with the fixed part", wrong=meanings.name),
+        "mate": Property(
+            str,
+            doc="a mate of the scene: its roles `moving` is the object, `fixed` the other body",
+            wrong=meanings.name,
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

@@ -12,6 +12,7 @@ from kabo.scene import world_T
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Generator, Monitor, Property, Result
 from kabo.tasks.core.results import Answer, Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
@@ -90,13 +91,21 @@ class _Poses(RobotStage):
     PROPERTIES = {
         "robot": ROBOT,
         "poses": Property(
-            (list, tuple, Callable), (), "poses in order, or a function of the scene that gives them"
+            (list, tuple, Callable),
+            (),
+            "poses in order, or a function of the scene that gives them; empty: none but random ones",
         ),
         "random": Property(
-            dict, {}, "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]}: half ranges"
+            dict,
+            {},
+            "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]}: half ranges; empty: none at random",
+            meanings.spread,
         ),
         "of": Property(
-            (str, type(None)), None, "what is to be there: the tool (none), a link, what is held, a feature"
+            (str, type(None)),
+            None,
+            "what is to be there: the tool (none), a link, what is held, a feature",
+            meanings.name,
         ),
     }
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from kabo.tasks.core import Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import RobotStage, Values, refusal
 from kabo.tasks.robots.exporting import HASTE
 from kabo.tasks.robots.scenes import Stretch
@@ -25,11 +26,24 @@ class Reparameterise(RobotStage, Wrapper):
     """
 
     PROPERTIES = {
-        "deviation": Property(float, 0.05, "how far the motion may pass by a way point [rad, L2 over the joints]"),
-        "haste": Property(float, HASTE, "share of the joints' velocity limits"),
-        "ramp": Property(float, 0.25, "time from rest to that velocity, which limits acceleration [s]"),
+        "deviation": Property(
+            float,
+            0.05,
+            "how far the motion may pass by a way point [rad, L2 over the joints]; 0: it stops at each corner",
+            meanings.at_least(0.0),
+        ),
+        "haste": Property(float, HASTE, "share of the joints' velocity limits", meanings.share),
+        "ramp": Property(
+            float,
+            0.25,
+            "time from rest to that velocity, which limits acceleration [s]",
+            meanings.at_least(0.0, above=True),
+        ),
         "acceleration": Property(
-            (float, dict, type(None)), None, "limit for all joints or by joint [rad/s2]; none: by `ramp`"
+            (float, dict, type(None)),
+            None,
+            "limit for all joints or by joint [rad/s2]; none: by `ramp`",
+            meanings.accelerations,
         ),
         "across": Property(bool, True, "whether phases of a group follow each other without a stop"),
     }

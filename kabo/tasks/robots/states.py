@@ -9,6 +9,7 @@ from kabo.kinematics import stream_key, uniform
 from kabo.scene import GeometricState
 from kabo.tasks.core import Generator, Property, Result
 from kabo.tasks.core.results import Answer, Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import NoConfigurationError, goal_of
 from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.scenes import TaskScene
@@ -27,7 +28,9 @@ class FixedState(RobotStage, Generator):
 
     PROPERTIES = {
         "scene": Property(Any, None, "a TaskScene or GeometricState; None: the task's first scene"),
-        "configurations": Property(dict, {}, "robot: a named configuration, a list, or joints with values"),
+        "configurations": Property(
+            dict, {}, "robot: a named configuration, a list, or joints with values; empty: as in the scene"
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -48,9 +51,14 @@ class SampleConfiguration(RobotStage, Generator):
     PROPERTIES = {
         "robot": ROBOT,
         "configurations": Property(
-            (list, tuple, Callable), ("home",), "names or values; or a function of the scene"
+            (list, tuple, Callable),
+            ("home",),
+            "names (those that the robot has not are passed over) or values; or a function of the scene; "
+            "empty: none but random ones",
         ),
-        "random": Property(int, 0, "how many random configurations to try after those"),
+        "random": Property(
+            int, 0, "how many random configurations to try after those; 0: none", meanings.at_least(0)
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:

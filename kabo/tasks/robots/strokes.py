@@ -13,6 +13,7 @@ from kabo.scene import world_T
 from kabo.scene.transforms import transform
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import with_joints
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import direction_of
@@ -28,7 +29,12 @@ RESOLUTION = 1e-3  # m, rad: steps of the lengths of a stroke that is not proven
 ROUNDING = 1e-9  # of a step: bounds that are whole steps apart are so in decimals
 TURN = 0.1  # rad: a twist is followed in steps no longer than this, each an arc of the tool
 
-NO_OBJECT = Property((str, type(None)), None, "the body whose features a direction may name as `this`")
+NO_OBJECT = Property(
+    (str, type(None)),
+    None,
+    "the body whose features a direction may name as `this`; none: of no body",
+    meanings.name,
+)
 
 
 class MoveRelative(RobotStage, Propagator):
@@ -46,10 +52,20 @@ class MoveRelative(RobotStage, Propagator):
     FROM_START = True
     PROPERTIES = {
         "robot": ROBOT,
-        "direction": Property(Any, PARENT, "where to"),
+        "direction": Property(Any, PARENT, "where to; none: it stays", meanings.direction),
         "object": NO_OBJECT,
-        "min_distance": Property((float, type(None)), None, "the least length [m]; by default the direction's"),
-        "max_distance": Property((float, type(None)), None, "the greatest length [m]; by default the direction's"),
+        "min_distance": Property(
+            (float, type(None)),
+            None,
+            "the least length [m]; none: the direction's; 0: it may stay",
+            meanings.at_least(0.0),
+        ),
+        "max_distance": Property(
+            (float, type(None)),
+            None,
+            "the greatest length [m]; none: the direction's",
+            meanings.at_least(0.0, above=True),
+        ),
         "keep": KEEP,
     }
 
