@@ -50,6 +50,7 @@ _HOME = {
     "Situation": "situation",
     "lies_inside": "standing",
     "supports": "standing",
+    "why_unsupported": "standing",
     "Keep": "stretches",
     "Refused": "stretches",
     "keep_constraint": "stretches",

@@ -140,9 +140,9 @@ def way_to(
 ) -> list[Array] | Refused:
     """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along."""
     robot = workspace.robot
-    for q, where in () if keep is None else ((start, "where it begins"), (goal, "where it ends")):
-        broken = keep.broken(q)
-        if broken is not None:
+    for q, where in ((start, "where it begins"), (goal, "where it ends")):
+        broken = None if keep is None else keep.broken(q)
+        if keep is not None and broken is not None:
             return Refused(broken=f"{keep.name} does not hold {where}: {broken}")
     n = robot.planned
     hand = start[n:]

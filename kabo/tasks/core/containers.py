@@ -161,7 +161,10 @@ class Limit(Wrapper):
 
     PROPERTIES = {
         "max_solutions": Property(
-            int, 1, "how many solutions of its child", lambda n: None if n > 0 else "is at least 1"
+            int,
+            1,
+            "how many solutions of its child; 0: it is not asked",
+            lambda n: None if n >= 0 else "is at least 0",
         )
     }
 

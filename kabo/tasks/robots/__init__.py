@@ -47,6 +47,7 @@ _HOME = _STAGES | {
     "Stretch": "scenes",
     "TaskScene": "scenes",
     "changed": "exporting",
+    "check_meaning": "declaring",
     "check_names": "declaring",
     "clearance": "costs",
     "distance_to_reference": "costs",

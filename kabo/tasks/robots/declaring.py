@@ -3,7 +3,7 @@
 A procedure's moves and reads follow from those of its stages, and so does what can be refuted without sampling.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -93,8 +93,11 @@ class RobotStage(Stage):
         flat = ((kind, v.get("constraint") if isinstance(v, Mapping) else v) for kind, v in values)
         return tuple((kind, v.partition(".")[0]) for kind, v in flat if isinstance(v, str) and v)
 
-    def faults(self, scene: Scene) -> Iterable[str]:
-        """What it is asked for and cannot mean in a scene, as far as that is known before planning."""
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterable[str]:
+        """What it is asked for and cannot mean in a scene, as far as that is known before planning.
+
+        `start`: the situation in which the whole task begins, if that is known.
+        """
         return ()
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
@@ -119,6 +122,16 @@ class RobotStage(Stage):
         except TaskError:
             return None
 
+    def undecided(self, name: str) -> bool:
+        """Whether the value of a property is only known later: it is a caller's, or an interface state's."""
+        if self.properties.reads_interface(name):
+            return True
+        try:
+            self.properties.value(name)
+        except TaskError:
+            return True
+        return False
+
     def named(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """The texts that properties have for values, each once."""
         values = (self.known(name) for name in names)
@@ -126,23 +139,46 @@ class RobotStage(Stage):
 
 
 def check_names(task: Container, scene: Scene) -> None:
-    """Refuses a task whose stages name what the scene does not have, or ask for what means nothing there.
+    """Refuses a task whose stages name what the scene does not have.
 
     Raises:
         InitialisationError: with all of them.
     """
     things = scene.robots, scene.bodies, scene.regions, scene.motion_constraints, scene.mates
     known = dict(zip(_THINGS, things, strict=True))
-    stages = [stage for stage in task.walk() if isinstance(stage, RobotStage)]
     errors = [
         f"{stage.path!r}: the scene has no {kind} {name!r}{_hint(name, known[kind])}"
-        for stage in stages
+        for stage in task.walk()
+        if isinstance(stage, RobotStage)
         for kind, name in stage.names()
         if name not in known[kind]
     ]
-    errors = errors or [f"{stage.path!r}: {fault}" for stage in stages for fault in stage.faults(scene)]
     if errors:
         raise InitialisationError(errors, tree(task))
+
+
+def check_meaning(task: Container, scene: Scene, start: Situation | None = None) -> None:
+    """Refuses a task whose stages ask for what means nothing in the scene, as far as that is known before planning.
+
+    `start`: the situation in which it begins, if that is known.
+
+    Raises:
+        InitialisationError: with all that means nothing.
+    """
+    stages = [stage for stage in task.walk() if isinstance(stage, RobotStage)]
+    found = (
+        (stage, fault) for stage in stages for fault in (*_unmoved(stage, scene), *stage.faults(scene, start))
+    )
+    errors = [f"{stage.path!r}: {fault}" for stage, fault in found]
+    if errors:
+        raise InitialisationError(errors, tree(task))
+
+
+def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
+    """Bodies that a stage is to take or to let go, and that never move."""
+    for name in stage.moves():
+        if name in scene.bodies and name not in scene.movable:
+            yield f"{name} is not movable: nobody takes it or lets it go"
 
 
 def _hint(name: str, known: Mapping[str, Any]) -> str:

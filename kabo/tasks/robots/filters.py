@@ -1,9 +1,10 @@
 """Stages that let pass: nothing happens, time passes, or a predicate decides [T 3.4]."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from kabo.geometry_server import lies_inside
+from kabo.geometry_server import Situation, lies_inside
+from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots import meanings
@@ -81,6 +82,13 @@ class PredicateFilter(RobotStage, Wrapper):
             if failure is not None:
                 return [failure]
         return [Result(cost=solution.cost, comment=solution.comment)]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Nothing is asked."""
+        keys = ("attached", "inside", "free_hand", "free", "lets_go", "predicate")
+        given = {key: self.undecided(key) or self.known(key) for key in keys}
+        if not any(given.values()):
+            yield f"nothing is asked: it says none of {', '.join(keys)}"
 
     def names(self) -> tuple[tuple[str, str], ...]:
         """The things that it asks about."""

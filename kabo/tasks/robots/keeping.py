@@ -1,11 +1,11 @@
 """Motion constraints that stages keep: what `keep` may say, as rows of the robot's tree."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from kabo.geometry_server import Keep, keep_constraint
-from kabo.tasks.core import Failure
-from kabo.tasks.robots.declaring import refusal
+from kabo.geometry_server import Keep, Situation, keep_constraint
+from kabo.tasks.core import Container, Failure, Stage
+from kabo.tasks.robots.declaring import RobotStage, refusal
 from kabo.tasks.robots.scenes import Array, TaskScene
 
 
@@ -42,6 +42,25 @@ def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Failure | None:
     else:
         text = f"it has no features for {' or '.join(carried)}" if carried else f"{robot} holds nothing"
     return refusal("constraint", f"nothing can keep {name}: {text}", reads=frozenset(carried))
+
+
+def keep_faults(stage: RobotStage, start: Situation | None) -> Iterator[str]:
+    """Why a stage's `keep` means nothing, as far as that is known before planning: it keeps something in an empty hand."""
+    given, robot = stage.known("keep"), stage.known("robot")
+    if not given or start is None or robot not in start.robots or start.carried(robot):
+        return
+    top: Stage = stage
+    while top.parent is not None:
+        top = top.parent
+    if isinstance(top, Container) and not any(_may_take(each) for each in top.walk()):
+        name = given.get("constraint") if isinstance(given, Mapping) else given
+        yield f"nothing can keep {name}: {robot} holds nothing, and nothing is taken in this task"
+
+
+def _may_take(stage: Stage) -> bool:
+    """Whether an object may be in a hand after a stage, which was not before."""
+    moving = isinstance(stage, RobotStage) and ("object" in stage.MOVES or stage.properties.has("scene"))
+    return moving or not (isinstance(stage, (RobotStage, Container)) or type(stage).__module__.startswith("kabo."))
 
 
 def not_kept(keep: Keep, path: Sequence[Array]) -> Failure | None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from kabo.geometry_server import Contacts
+from kabo.geometry_server import Contacts, Context, Situation
 from kabo.scene import Component, Scene
 from kabo.tasks.core import Failure, Result, Solution, Stage
 from kabo.tasks.core import Merger as CoreMerger
@@ -26,7 +26,7 @@ class Merger(RobotStage, CoreMerger):
     Each child moves robots and objects of its own. What different children move is proven apart at those times.
     """
 
-    def faults(self, scene: Scene) -> Iterator[str]:
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
         """Fewer than two children, one robot or object in two of them, geometry that is added."""
         if len(self.children) < 2:
             yield "a merger has at least two children, whose motions are merged"
@@ -40,6 +40,11 @@ class Merger(RobotStage, CoreMerger):
                 other = owners.setdefault(name, child)
                 if other is not child:
                     yield _shared(name, other.name, child.name, scene)
+
+    def refute(self, context: Context, situation: Situation) -> Failure | None:
+        """One robot or object in two children."""
+        fault = next(iter(self.faults(context.scene)), None)
+        return None if fault is None else refusal("constraint", fault, proof=True)
 
     def merge(self, scene: TaskScene, solutions: Sequence[Solution], properties: Values, seed: int) -> Any:
         """The motions of all children as one, and the scene on the other side of it."""

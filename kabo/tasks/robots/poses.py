@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kabo.geometry_server import Situation
 from kabo.kinematics import stream_key, uniform
-from kabo.scene import world_T
+from kabo.scene import Scene, world_T
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Generator, Monitor, Property, Result
 from kabo.tasks.core.results import Answer, Answers
@@ -108,6 +109,18 @@ class _Poses(RobotStage):
             meanings.name,
         ),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """No poses at all, or a frame that nobody has."""
+        given = self.known("poses")
+        listed = (
+            not self.undecided("poses")
+            and not self.undecided("random")
+            and given is not None
+            and not callable(given)
+        )
+        if listed and not len(given) and not self.known("random"):
+            yield "there are no poses: neither `poses` nor `random` says any"
 
     def _offered(self, scene: TaskScene, properties: Values) -> Iterator[Answer]:
         robot = properties["robot"]

@@ -1,15 +1,15 @@
 """Relative motions: the tool along a straight line, by a twist, or joints by offsets [T 3.2]."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import Keep, Refused, candidate, line, tool_frame
+from kabo.geometry_server import Keep, Refused, Situation, candidate, line, tool_frame
 from kabo.kinematics import project
-from kabo.scene import world_T
+from kabo.scene import Scene, world_T
 from kabo.scene.transforms import transform
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
@@ -17,7 +17,7 @@ from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import with_joints
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import direction_of
-from kabo.tasks.robots.keeping import kept, not_kept
+from kabo.tasks.robots.keeping import keep_faults, kept, not_kept
 from kabo.tasks.robots.paths import length
 from kabo.tasks.robots.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
@@ -76,6 +76,19 @@ class MoveRelative(RobotStage, Propagator):
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene from which the stroke leads here."""
         return [self._stroke(scene, properties, -1)]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Bounds that are crossed, or of joints; no distance at all; a constraint that means nothing."""
+        given, low, high = (self.known(key) for key in ("direction", "min_distance", "max_distance"))
+        if low is not None and high is not None and low > high:
+            yield f"the least distance, {low:g} m, is above the greatest, {high:g} m"
+        if isinstance(given, Mapping):
+            if "joints" in given and (low is not None or high is not None):
+                yield "offsets of joints have no least or greatest distance"
+            bounded = high is not None or self.undecided("max_distance") or given.get("distance") is not None
+            if ("along" in given or "against" in given) and not bounded:
+                yield "the direction has no distance, and there is no greatest one"
+        yield from keep_faults(self, start)
 
     def _stroke(self, scene: TaskScene, properties: Values, sense: int) -> Result | Failure:
         name, here = properties["robot"], scene.configuration(properties["robot"])

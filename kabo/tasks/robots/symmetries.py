@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import ScenePredicates
+from kabo.geometry_server import ScenePredicates, Situation
 from kabo.kinematics import stream_key, uniform
-from kabo.scene import Body
+from kabo.scene import Body, Scene
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.results import Answer
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import frame_of
-from kabo.tasks.robots.grasps import grasp_properties
+from kabo.tasks.robots.grasps import family_faults, grasp_properties
 from kabo.tasks.robots.poses import local_pose, pose_of
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
@@ -59,6 +59,16 @@ class GraspPoses(RobotStage, Monitor):
             meanings.name,
         ),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A family, or a line to turn about, that the object does not have."""
+        yield from family_faults(self, scene, "grasps")
+        name, about = self.known("object"), self.known("about")
+        lines = (
+            [n for n, f in scene.bodies[name].features.items() if f.direction] if name in scene.bodies else [about]
+        )
+        if about not in lines:
+            yield f"{name} has no line {about!r} to turn about; it has {', '.join(lines) or 'none'}"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
         """The scene with one target after the other."""

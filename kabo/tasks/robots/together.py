@@ -184,9 +184,9 @@ class _Bodies:
 
     def hit(self, path: Array) -> tuple[Pair, int] | None:
         """The first pair, of different motions, that is not proven apart along a path (m, n), and on which piece."""
-        moving, standing = [], []
-        for name, mount in self._mounts():
-            (standing if isinstance(mount, FixedGroup) else moving).append((name, mount))
+        mounts = list(self._mounts())
+        moving = [(name, mount) for name, mount in mounts if isinstance(mount, MovingGroup)]
+        standing = [(name, mount) for name, mount in mounts if isinstance(mount, FixedGroup)]
         every = [name for name, _ in (*moving, *standing)]
         pairs = [
             (i, k) for i in range(len(moving)) for k in range(i + 1, len(every)) if self._asked(every[i], every[k])

@@ -16,7 +16,7 @@ from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Failure, InitialisationError, Result, Serial, Solution, State, Task
 from kabo.tasks.core.properties import Resolver
-from kabo.tasks.robots import STAGES, Details, TaskScene, check_names, segments
+from kabo.tasks.robots import STAGES, Details, TaskScene, check_meaning, segments
 from tests import oracles_coal
 from tests.conftest import PROPERTY_SCALE
 
@@ -312,7 +312,7 @@ def taking(name: str, robot: str, thing: str) -> Any:
 def test_what_can_never_be_merged_is_told_before_planning(children: Any, told: str) -> None:
     task = Task("t", make("CurrentState", "now"), make("Merger", "together", *children))
     with pytest.raises(InitialisationError, match="'together': ") as refused:
-        check_names(task, scene())
+        check_meaning(task, scene())
     assert told in str(refused.value)
 
 
