@@ -118,7 +118,7 @@ def direction(value: Any) -> str | None:
 
 def goal(value: Any) -> str | None:
     """A configuration by name, by values or joints, a pose or a point: something to go to."""
-    if isinstance(value, (str, Sequence, Mapping)) and not len(value):
+    if isinstance(value, (str, Sequence, Mapping)) and not (value.strip() if isinstance(value, str) else value):
         return "names nowhere to go"
     if not isinstance(value, Mapping):
         return None

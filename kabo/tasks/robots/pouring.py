@@ -49,13 +49,13 @@ class Pour(RobotStage, Propagator):
         "rim": Property(str, "rim", "feature of the container in the middle of its rim", meanings.name),
         "towards": Property(
             (float, list, tuple),
-            doc="where it tilts to: angle from x about up [rad], or [x, y, z]",
+            doc="where it tilts to: angle from x about up [rad] (0: along x), or [x, y, z]",
             wrong=meanings.turning,
         ),
         "offset": Property(
             (list, tuple),
             (0.0, 0.02),
-            "where the lid pours: along `towards` and up from the rim's middle [m]",
+            "where the lid pours: along `towards` and up from the rim's middle [m]; 0: at it",
             lambda value: meanings.numbers(value, 2),
         ),
         "tilt": Property(

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from kabo.geometry_server import Situation
+from kabo.scene import Scene
 from kabo.tasks.core import Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots import meanings
@@ -47,6 +49,14 @@ class Reparameterise(RobotStage, Wrapper):
         ),
         "across": Property(bool, True, "whether phases of a group follow each other without a stop"),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Limits of joints that no robot has."""
+        given = self.known("acceleration")
+        joints = {joint for robot in scene.robots.values() for joint in robot.planned_joints}
+        for joint in given if isinstance(given, Mapping) else ():
+            if joint not in joints:
+                yield f"no robot has a joint {joint!r} whose acceleration could be limited"
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
         """The success with its new motion."""
