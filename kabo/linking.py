@@ -84,9 +84,10 @@ def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
 
     Calls with constants use the code for any number: else each combination of constants would be compiled once more.
     """
-    from numba import njit
+    import numba
     from numba.core.types import unliteral
 
+    njit: Any = numba.njit  # its types know nothing of its private options
     whole = njit(cache=stored, pipeline_class=whole_compiler(), **options)(function)
     part = njit(no_cpython_wrapper=True, pipeline_class=part_compiler(), **options)(function)
 

@@ -51,6 +51,7 @@ _HOME = {
     "Situation": "situation",
     "lies_inside": "standing",
     "supports": "standing",
+    "why_unsupported": "standing",
     "Keep": "stretches",
     "Refused": "stretches",
     "keep_constraint": "stretches",

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import ConvexHull, QhullError
 
-from kabo.geometry import Bounds, Container, FixedGroup, Motion, MovingGroup, SweptVolume
+from kabo.geometry import Bounds, Container, Enclosure, FixedGroup, Motion, MovingGroup, SweptVolume, includes
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.standing import lies_inside
 from kabo.geometry_server.surroundings import Surroundings
@@ -17,6 +18,13 @@ from kabo.scene import GeometricState, world_T
 from kabo.scene.transforms import flat, transform
 
 Array = npt.NDArray[np.float64]
+SOLE = 1e-3  # m: what is no higher above the lowest point of a body is taken to touch what it stands on
+FAN = 20  # corners of a hull that one convex part has beside the one that all share
+DEPTHS = (
+    2e-4,
+    1e-3,
+    2e-3,
+)  # m: how far below its sole a support is looked for: it need not touch to the last digit
 FEW = 2000  # triangles: a container of no more is asked itself, not through an inner bounding mesh
 
 
@@ -95,9 +103,28 @@ class ScenePredicates:
             from kabo.geometry import exact_includes
 
             return exact_includes(self.thing(container), self.thing(body))
-        from kabo.geometry import includes
-
         return includes(self._container(container), self.thing(body), self.surroundings.budget)
+
+    def stands_on(self, support: str, body: str, pose: Array) -> bool:
+        """Whether all that a body at a pose (4, 4) touches from above is proven to lie on a support.
+
+        What it touches is the hull of its vertices within a millimetre of its lowest one: moved down by one of `DEPTHS`
+        it must be proven to lie inside the support.
+        """
+        mesh = self.surroundings.mesh(body)
+        if mesh is None:
+            raise ValueError(f"{body} has no geometry")
+        points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
+        touching = points[points[:, 2] <= points[:, 2].min() + SOLE]
+        container = self.surroundings.remembered(
+            ("container", support, self.pose(support).tobytes()), lambda: self._container(support)
+        )
+        return any(
+            includes(
+                container, FixedGroup(flat(np.eye(4)), _flat(touching - (0.0, 0.0, d))), self.surroundings.budget
+            )
+            for d in DEPTHS
+        )
 
     def _container(self, name: str) -> Container:
         mesh, pose = self.surroundings.mesh(name), flat(self.pose(name))
@@ -118,3 +145,15 @@ class ScenePredicates:
         from kabo.geometry import swept_volume
 
         return swept_volume(motion, self.surroundings.budget.sweep if tolerance is None else tolerance)
+
+
+def _flat(points: Array) -> Enclosure:
+    """Convex parts whose union is the hull of points (V, 3) seen from above, at the height of the lowest."""
+    low, across = points[:, 2].min(), points[:, :2]
+    try:
+        corners = across[ConvexHull(across).vertices]
+    except QhullError:  # a point, or all on one line
+        corners = across
+    ring = np.column_stack([corners, np.full(len(corners), low)])
+    fans = [np.vstack([ring[:1], ring[k : k + FAN + 1]]) for k in range(0, max(1, len(ring) - 1), FAN)]
+    return Enclosure(tuple(np.ascontiguousarray(fan) for fan in fans), 0.0)

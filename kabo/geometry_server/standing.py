@@ -3,13 +3,14 @@
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry import contains
-from kabo.geometry_server.frames import WORLD, fits, rows, standing_frame
+from kabo.geometry import FixedGroup, contains
+from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.surroundings import Surroundings
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
 from kabo.scene import Body, KinematicTree, Region
+from kabo.scene.transforms import flat
 
 Array = npt.NDArray[np.float64]
 
@@ -39,6 +40,49 @@ def supports(surroundings: Surroundings, situation: Situation, name: str) -> tup
             for family in body.placements.values()
         )
     )
+
+
+def why_unsupported(surroundings: Surroundings, situation: Situation, name: str) -> str | None:
+    """Why none of the bodies that an object may touch is known to carry it; None if it touches none."""
+    body = surroundings.scene.bodies[name]
+    (pose,) = surroundings.poses(situation, name)
+    own = _standing(surroundings, name, pose)
+    touched = [
+        (other, under)
+        for other in surroundings.scene.bodies.values()
+        if other.name not in situation.group(name) and not surroundings.never_collide(name, other.name)
+        for under in surroundings.poses(situation, other.name)
+        if surroundings.touch(own, _standing(surroundings, other.name, under))
+    ]
+    if not touched:
+        return None
+    reasons = (_unfit(body, pose, other, under) for other, under in touched)
+    return f"{name} touches {touched[0][0].name}, but no placement family of it says that it stands there: {next(reasons)}"
+
+
+def _unfit(body: Body, pose: Array, under: Body, under_pose: Array) -> str:
+    """What keeps each placement family of a body from saying that it stands on another one."""
+    roles = {"this": standing_frame(body, pose), "support": standing_frame(under, under_pose), "world": WORLD}
+    told = []
+    for family in body.placements.values():
+        about = [
+            c for c in family.constraints if c.kind != "inside" and "support" in (c.first.owner, c.second.owner)
+        ]
+        named = [feature for c in about for feature in (c.first, c.second)]
+        lacking = [f for f in named if f.owner in roles and not has(roles, f)]
+        if not about:
+            told.append(f"{family.name} names no feature of its support")
+        elif lacking:
+            owner = {"this": body.name, "support": under.name}.get(lacking[0].owner, lacking[0].owner)
+            told.append(f"{family.name} names {lacking[0]}, which {owner} lacks")
+        else:
+            told.append(f"{family.name} does not hold where it is")
+    return "; ".join(told) or "it has none"
+
+
+def _standing(surroundings: Surroundings, name: str, pose: Array) -> FixedGroup:
+    mesh = surroundings.scene.bodies[name].mesh
+    return FixedGroup(flat(pose), surroundings.enclosure(name), (mesh.vertices, mesh.faces))
 
 
 def _stands(

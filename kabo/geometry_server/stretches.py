@@ -15,7 +15,8 @@ from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
-from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key
+from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key, values
+from kabo.kinematics.kernels import rows as columns
 from kabo.motion import Blocked, connect, shortcut
 from kabo.scene import Robot
 
@@ -28,10 +29,15 @@ KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the
 
 @dataclass(frozen=True)
 class Refused:
-    """A stretch that was not found, and the pairs in its way with counts; `waypoints` of the one that was blocked."""
+    """A stretch that was not found, and the pairs in its way with counts; `waypoints` of the one that was blocked.
+
+    `unkept` counts the pieces that were not proven to keep the motion constraint, `broken` says where an end breaks it.
+    """
 
     pairs: tuple[tuple[Pair, int], ...] = ()
     waypoints: tuple[Array, ...] = ()
+    unkept: int = 0
+    broken: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,14 @@ class Keep:
         """Whether the constraint is proven to hold along a path."""
         return all(self.keeps(a, b) for a, b in zip(waypoints, waypoints[1:], strict=False))
 
+    def broken(self, q: Array) -> str | None:
+        """What is found and what is permitted where the constraint does not hold at q (n,); None: it holds."""
+        if self.keeps(q, q):
+            return None
+        found = values(self.rows, q, self.robot.tree)
+        excess = np.maximum(self.rows[:, columns.LOWER] - found, found - self.rows[:, columns.UPPER])
+        return _told(self.rows[int(excess.argmax())], float(found[excess.argmax()]))
+
     def pull_planned(self, hand: Array) -> Projector:
         """A function that pulls the planned joints onto the constraint, with the gripper's at `hand`."""
         n = self.robot.planned
@@ -65,6 +79,16 @@ class Keep:
         tree = self.robot.tree
         active = np.arange(tree.size) < self.robot.planned
         return projector(tree, self.rows, tree.lower, tree.upper, active)
+
+
+def _told(row: Array, found: float) -> str:
+    """The value of a row against its bounds, angles as angles."""
+    kind, low, high = int(row[columns.KIND]), float(row[columns.LOWER]), float(row[columns.UPPER])
+    if kind == columns.DIRECTION:  # cosines
+        low, high, found = (float(np.arccos(np.clip(v, -1.0, 1.0))) for v in (high, low, found))
+    unit = "m" if kind < columns.DIRECTION else "rad"
+    bounds = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    return f"found {found:.4g} {unit}, permitted {bounds} {unit}"
 
 
 def keep_constraint(
@@ -133,6 +157,10 @@ def way_to(
 ) -> list[Array] | Refused:
     """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along."""
     robot = workspace.robot
+    for q, where in ((start, "where it begins"), (goal, "where it ends")):
+        broken = None if keep is None else keep.broken(q)
+        if keep is not None and broken is not None:
+            return Refused(broken=f"{keep.name} does not hold {where}: {broken}")
     n = robot.planned
     hand = start[n:]
 
@@ -155,7 +183,8 @@ def way_to(
     if isinstance(path, Blocked):
         workspace.surroundings.statistics.samples += path.samples
         pairs = workspace.pairs
-        return Refused(tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs)))
+        hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))
+        return Refused(hits, unkept=path.hits.get(len(pairs), 0))
     # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
     short = shortcut(path, free_segment, stream, SHORTCUTS, projection=project, patience=PATIENCE)
     return [whole(q) for q in short]

@@ -17,7 +17,7 @@ from kabo.scene import Scene
 from kabo.tasks.core import Generator, InitialisationError
 from kabo.tasks.core.stages import Connector
 from kabo.tasks.files import TaskFile, load_task_file
-from kabo.tasks.robots import RobotStage, check_names
+from kabo.tasks.robots import RobotStage, check_meaning, check_names
 from kabo.tasks.robots.states import CurrentState
 
 _PREPOSITIONS = ("robot", "body", "region")
@@ -75,13 +75,15 @@ class _Looked:
         return self._stages
 
     def check(self, arguments: Mapping[str, Any], scene: Scene) -> None:
-        """Refuses names that the scene does not have.
+        """Refuses what means nothing whatever the arguments are, and names that the scene does not have.
 
         Raises:
             InputError: at their places in the file.
         """
-        self.stages(arguments)
         try:
+            self.stages({})
+            check_meaning(self._task, scene)
+            self.stages(arguments)
             check_names(self._task, scene)
         except InitialisationError as error:
             raise self._file.told(error) from None

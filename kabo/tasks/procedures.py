@@ -16,7 +16,8 @@ from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
 from kabo.tasks.binding import Bindings, Bound
 from kabo.tasks.core import Failure as StageFailure
-from kabo.tasks.core import Stage, Task
+from kabo.tasks.core import InitialisationError, Stage, Task
+from kabo.tasks.files.running import told_at_stage
 from kabo.tasks.records import FORESEEN, Records
 from kabo.tasks.refusals import Refusals
 from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
@@ -174,7 +175,13 @@ class GeometricProcedures:
             return asked.refusals.count("no_path") >= most or self.stop()
 
         scene = TaskScene.of(self.server.context(effort, hasty), situation)
-        found = asked.task.plan(scene, attempt + 1, stop=stop)
+        try:
+            found = asked.task.plan(scene, attempt + 1, stop=stop)
+        except (InitialisationError, ValueError) as error:
+            told = told_at_stage(self.bind(call).file, asked.task, error)
+            if told is None:
+                raise
+            raise told from error
         for solution in found[len(asked.successes) :]:
             motion = segments(solution, self.scene, call.procedure)
             asked.successes.append(Success(motion, changed(solution), asked.refusals.movable(self.scene)))

@@ -159,7 +159,14 @@ class Wrapper(Container):
 class Limit(Wrapper):
     """Lets the first `max_solutions` of its child through and then asks it no more [T 3.6]."""
 
-    PROPERTIES = {"max_solutions": Property(int, 1, "how many solutions of its child")}
+    PROPERTIES = {
+        "max_solutions": Property(
+            int,
+            1,
+            "how many solutions of its child; 0: it is not asked",
+            lambda n: None if n >= 0 else "is at least 0",
+        )
+    }
 
     def __init__(
         self, name: str, child: Stage | None = None, /, *, max_solutions: int = 1, **properties: Any

@@ -28,11 +28,16 @@ _PLAIN = frozenset((str, int, float, bool, type(None), _Missing))  # types of va
 
 @dataclass(frozen=True)
 class Property:
-    """A declared property; without a default it must be given."""
+    """A declared property; without a default it must be given.
+
+    `wrong` says why a value of the type has no meaning all the same, or None: such values are refused wherever they
+    are known, with a place in files. What an empty value means where it is allowed is said by `doc`.
+    """
 
     type: Any = Any
     default: Any = MISSING
     doc: str = ""
+    wrong: "Callable[[Any], str | None] | None" = None
 
     def accepts(self, value: Any) -> bool:
         """Whether a value has the declared type; whole numbers are numbers."""
@@ -44,6 +49,12 @@ class Property:
         if isinstance(value, bool) and bool not in kinds:
             return False
         return isinstance(value, kinds) or (float in kinds and isinstance(value, int))
+
+    def fault(self, value: Any) -> str | None:
+        """Why a value of the declared type means nothing; None if it does. What it refers to is not known here."""
+        if self.wrong is None or value is None or any(references(value, "")):
+            return None
+        return self.wrong(value)
 
     @property
     def type_name(self) -> str:
@@ -126,6 +137,7 @@ class Properties:
         Raises:
             UndeclaredProperty: the stage has no such property (containers take any name).
             TypeError: the value is not of the declared type.
+            ValueError: the value is, but means nothing.
         """
         if name not in self._declared:
             if not self._optional:
@@ -135,6 +147,9 @@ class Properties:
         if not any(references(value, name)) and not self._declared[name].accepts(value):
             wanted = self._declared[name].type_name
             raise TypeError(f"property {name!r} of stage {self._stage.name!r} is {wanted}, not {value!r}")
+        fault = self._declared[name].fault(value)
+        if fault is not None:
+            raise ValueError(f"property {name!r} of stage {self._stage.name!r} {fault}")
         self._set[name] = value
 
     def unset(self, name: str) -> None:
@@ -227,6 +242,8 @@ class Properties:
                 if not self._declared[name].accepts(value):
                     wanted = self._declared[name].type_name
                     found.append(f"{name!r} of stage {self._stage.path!r} is {wanted}, not {value!r}")
+                elif (fault := self._declared[name].fault(value)) is not None:
+                    found.append(f"{name!r} of stage {self._stage.path!r} {fault}")
         return found
 
 

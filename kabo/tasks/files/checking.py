@@ -116,6 +116,10 @@ class _Checking:
             except NoValue as error:
                 found = f', this is "{written.text[:60]}"' if isinstance(written, Word) else ""
                 self.findings.add(written.place, f'"{name}" of "{stage.name}" must be {error}{found}')
+                continue
+            fault = wanted.fault(values[name])
+            if fault is not None:
+                self.findings.add(written.place, f'"{name}" of "{stage.name}" {fault}')
         for name, wanted in declared.items():
             if wanted.default is MISSING and name not in stage.keys:
                 hint = f"{stage.type} has {described(declared)}"

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from typing import TypeVar
 
 from kabo.errors import did_you_mean
-from kabo.tasks.core import Alternatives, Fallbacks, Limit, Merger, Serial, Stage, TaskError
+from kabo.tasks.core import Alternatives, Fallbacks, Limit, Serial, Stage, TaskError
 
 _Kind = TypeVar("_Kind", bound=type[Stage])
 _ROBOTS = "kabo.tasks.robots"
@@ -13,7 +13,6 @@ _CONTAINERS: dict[str, type[Stage]] = {
     "SerialContainer": Serial,
     "Alternatives": Alternatives,
     "Fallbacks": Fallbacks,
-    "Merger": Merger,
     "Limit": Limit,
 }
 _registered: dict[str, type[Stage]] = {}

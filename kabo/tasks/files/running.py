@@ -67,22 +67,28 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
     found: list[tuple[float, float]] = []
     try:
         if scene is not None:
-            _check_names(task, scene)
+            _check(task, scene, first)
         while settings.max_solutions is None or len(found) < settings.max_solutions:
             solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
             if len(solutions) == len(found):
                 break
             found += [(perf_counter() - began, each.cost) for each in solutions[len(found) :]]
-    except InitialisationError as error:
-        raise file.told(error) from None
-    except ValueError as error:
-        stage = _asked(error)
-        if stage is None:
+    except (InitialisationError, ValueError) as error:
+        told = told_at_stage(file, task, error)
+        if told is None:
             raise
-        raise file.told(InitialisationError([f"{stage.path!r}: {error}"], task.tree())) from error
+        raise told from error
     finally:
         task.close()
     return Run(task, seed, perf_counter() - began, tuple(found), late())
+
+
+def told_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
+    """An error of planning a file's task, at the place of the stage that it is about; None if it is of no stage."""
+    if isinstance(error, InitialisationError):
+        return file.told(error)
+    stage = _asked(error)
+    return None if stage is None else file.told(InitialisationError([f"{stage.path!r}: {error}"], task.tree()))
 
 
 def _asked(error: Exception) -> Stage | None:
@@ -134,7 +140,8 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
         raise InputError(findings.diagnostics)
 
 
-def _check_names(task: Task, scene: "Scene") -> None:
-    from kabo.tasks.robots import check_names
+def _check(task: Task, scene: "Scene", first: Any) -> None:
+    from kabo.tasks.robots import check_meaning, check_names
 
     check_names(task, scene)
+    check_meaning(task, scene, first.situation)

@@ -1,14 +1,17 @@
 """Changes of the scene that take no time: attaching, letting go, contacts. What has changed is checked."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Pair, candidate, supports, tool_frame
-from kabo.tasks.core import PARENT, Propagator, Property, Result
+from kabo.errors import did_you_mean
+from kabo.geometry_server import Pair, Situation, candidate, supports, tool_frame, why_unsupported
+from kabo.scene import Scene
+from kabo.tasks.core import PARENT, Container, Failure, Propagator, Property, Result, Stage
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
 from kabo.tasks.robots.groups import hung
 from kabo.tasks.robots.questions import along
@@ -23,13 +26,20 @@ class Attach(RobotStage, Propagator):
     MOVES = ("object",)
     PROPERTIES = {
         "object": OBJECT,
-        "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`"),
-        "of": Property((str, type(None)), None, "the robot that may hold it now, and hands it over"),
+        "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`", meanings.name),
+        "of": Property(
+            (str, type(None)),
+            None,
+            "the robot that may hold it now, and hands it over; none: nobody",
+            meanings.name,
+        ),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the object in the hand; what hangs together with it hangs on it."""
         name, robot, link = properties["object"], *_link(scene, properties["to"])
+        if name not in scene.situation.objects:
+            return [_immovable(name)]
         if scene.holder(name) not in (None, properties["of"]):
             return [refusal("constraint", f"{scene.holder(name)} holds {name} already", reads=frozenset({name}))]
         after = hung(scene, name, f"{robot}.{link}", _link_pose(scene, robot, link))
@@ -53,7 +63,10 @@ class Detach(RobotStage, Propagator):
     PROPERTIES = {
         "object": OBJECT,
         "of": Property(
-            (str, type(None)), None, "the robot (backward: or `robot.link`) that lets it go; else whoever has it"
+            (str, type(None)),
+            None,
+            "the robot (backward: or `robot.link`) that lets it go; none: whoever has it",
+            meanings.name,
         ),
     }
 
@@ -74,6 +87,8 @@ class Detach(RobotStage, Propagator):
         if given is None or scene.holder(name) is not None:
             return [refusal("constraint", f"say of which robot {name} is let go", reads=frozenset({name}))]
         robot, link = _link(scene, given)
+        if name not in scene.situation.objects:
+            return [_immovable(name)]
         before = hung(scene, name, f"{robot}.{link}", _link_pose(scene, robot, link))
         return _checked(
             _standing(before, name), [robot], Result(before, motion=(_still(scene, robot, detach=(name,)),))
@@ -87,7 +102,7 @@ class Join(RobotStage, Propagator):
     READS = ("onto",)
     PROPERTIES = {
         "object": OBJECT,
-        "onto": Property(str, PARENT, "the other part: it stands, or another robot has it"),
+        "onto": Property(str, PARENT, "the other part: it stands, or another robot has it", meanings.name),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -105,14 +120,38 @@ class Join(RobotStage, Propagator):
 class _Contacts(RobotStage, Propagator):
     PROPERTIES = {
         "pairs": Property(
-            (list, tuple), doc="pairs of bodies, robots or `robot.link`; `supports`: what carries the other"
+            (list, tuple),
+            doc="pairs of bodies, robots or `robot.link`; `supports`: what carries the other",
+            wrong=meanings.pairs,
         ),
         "links": Property(
-            str, "all", "which links a robot's name stands for: `touch` (those of its gripper) or `all`"
+            str,
+            "all",
+            "which links a robot's name stands for: `touch` (those of its gripper) or `all`",
+            meanings.one_of("all", "touch"),
         ),
     }
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Things that nobody has, two kinds of supports, links that touch where nobody has a gripper."""
+        added = _added(self)
+        for first, second in self.known("pairs") or ():
+            for name in (str(first), str(second)):
+                yield from _unknown(name, scene, added)
+                gripper = scene.robots[name].gripper if name in scene.robots else None
+                if (
+                    name in scene.robots
+                    and self.known("links") == TOUCH
+                    and (gripper is None or not gripper.touch_links)
+                ):
+                    yield f"{name} has no gripper with links that touch"
+
     def _allowed(self, scene: TaskScene, properties: Values) -> Answers:
+        unsupported = [n for n in _asked_for(properties) if not _supported(scene, n, standing=True)]
+        why = (why_unsupported(scene.context.surroundings, scene.situation, name) for name in unsupported)
+        text = next((text for text in why if text is not None), None)
+        if text is not None:
+            return [refusal("constraint", text, reads=frozenset(unsupported))]
         return [Result(scene.permitting(_pairs(scene, properties, standing=True)))]
 
     def _forbidden(self, scene: TaskScene, properties: Values) -> Answers:
@@ -144,6 +183,10 @@ class ForbidContact(_Contacts):
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with more permitted."""
         return self._allowed(scene, properties)
+
+
+def _immovable(name: str) -> Failure:
+    return refusal("constraint", f"{name} is not movable: nobody takes it or lets it go", proof=True)
 
 
 def _link(scene: TaskScene, to: str) -> tuple[str, str]:
@@ -182,6 +225,30 @@ def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers
 def _standing(scene: TaskScene, name: str) -> TaskScene:
     """The scene in which an object in a hand may touch what its group stands on: nothing has moved yet."""
     return scene.permitting(_supported(scene, name, standing=True))
+
+
+def _asked_for(properties: Values) -> list[str]:
+    """The things whose supports are meant."""
+    return [str(b if a == SUPPORTS else a) for a, b in properties["pairs"] if SUPPORTS in (a, b)]
+
+
+def _added(stage: Stage) -> frozenset[str] | None:
+    """The bodies that stages of the same task may add; None if that is not known."""
+    top = stage
+    while top.parent is not None:
+        top = top.parent
+    stages = top.walk() if isinstance(top, Container) else iter(())
+    names = [s.known("body") for s in stages if isinstance(s, RobotStage) and s.properties.has("shape")]
+    return None if None in names else frozenset(map(str, names))
+
+
+def _unknown(name: str, scene: Scene, added: frozenset[str] | None) -> Iterator[str]:
+    robot, dot, link = name.partition(".")
+    if dot and robot in scene.robots and link not in scene.robots[robot].links:
+        yield f"{robot} has no link {link!r}; it has {', '.join(scene.robots[robot].links)}"
+    known = {*scene.bodies, *scene.robots, SUPPORTS, *(added or ())}
+    if added is not None and (robot if dot else name) not in (scene.robots if dot else known):
+        yield f"nothing is called {name!r}, {did_you_mean(name, known) or 'there are ' + ', '.join(sorted(known))}"
 
 
 def _movers(scene: TaskScene, pair: Pair) -> list[str]:

@@ -1,12 +1,15 @@
 """Connect: a free way between two scenes that differ only in where one robot's arm is [T 3.2]."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from kabo.geometry_server import Situation
+from kabo.scene import Scene
 from kabo.tasks.core import Connector, Failure, Result
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values
+from kabo.tasks.robots.keeping import keep_faults
 from kabo.tasks.robots.paths import length, way
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -43,6 +46,10 @@ class Connect(RobotStage, Connector):
             return [Result(motion=())]
         found = way(start, name, goal, self.name, properties["keep"])
         return [found] if isinstance(found, Failure) else [Result(motion=(found,), cost=length((found,)))]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A constraint that means nothing."""
+        yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
         """What is held, if a constraint on it is kept."""

@@ -43,7 +43,7 @@ def path_length(solution: Solution) -> float:
 def duration(solution: Solution) -> float:
     """The time that the motion takes [s]."""
     made = segments(solution, _scene(solution).context.scene, "")
-    return made[-1].times[-1] if made else 0.0
+    return max((segment.times[-1] for segment in made), default=0.0)
 
 
 def tool_distance(solution: Solution) -> float:

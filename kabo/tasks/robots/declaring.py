@@ -3,7 +3,7 @@
 A procedure's moves and reads follow from those of its stages, and so does what can be refuted without sampling.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -11,14 +11,20 @@ from kabo.errors import did_you_mean
 from kabo.geometry_server import Context, Pair, Situation, Stream
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
+from kabo.tasks.robots import meanings
 
 if TYPE_CHECKING:
     from kabo.tasks.robots.questions import Question
 
 Values = Mapping[str, Any]
-ROBOT = Property(str, PARENT, "the robot that moves")
-OBJECT = Property(str, PARENT, "the body that this is about")
-KEEP = Property((str, dict, type(None)), None, "a motion constraint to keep: its name, or {object, constraint}")
+ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
+OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
+KEEP = Property(
+    (str, dict, type(None)),
+    None,
+    "a motion constraint to keep for what is held: its name, or {object, constraint}; none or an empty name: nothing",
+    meanings.keeping,
+)
 
 
 @dataclass(frozen=True)
@@ -87,6 +93,13 @@ class RobotStage(Stage):
         flat = ((kind, v.get("constraint") if isinstance(v, Mapping) else v) for kind, v in values)
         return tuple((kind, v.partition(".")[0]) for kind, v in flat if isinstance(v, str) and v)
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterable[str]:
+        """What it is asked for and cannot mean in a scene, as far as that is known before planning.
+
+        `start`: the situation in which the whole task begins, if that is known.
+        """
+        return ()
+
     def refute(self, context: Context, situation: Situation) -> Failure | None:
         """A proof, without sampling, that the stage fails wherever what the proof reads is as in the situation."""
         return None
@@ -108,6 +121,16 @@ class RobotStage(Stage):
             return properties.value(name)
         except TaskError:
             return None
+
+    def undecided(self, name: str) -> bool:
+        """Whether the value of a property is only known later: it is a caller's, or an interface state's."""
+        if self.properties.reads_interface(name):
+            return True
+        try:
+            self.properties.value(name)
+        except TaskError:
+            return True
+        return False
 
     def named(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """The texts that properties have for values, each once."""
@@ -132,6 +155,30 @@ def check_names(task: Container, scene: Scene) -> None:
     ]
     if errors:
         raise InitialisationError(errors, tree(task))
+
+
+def check_meaning(task: Container, scene: Scene, start: Situation | None = None) -> None:
+    """Refuses a task whose stages ask for what means nothing in the scene, as far as that is known before planning.
+
+    `start`: the situation in which it begins, if that is known.
+
+    Raises:
+        InitialisationError: with all that means nothing.
+    """
+    stages = [stage for stage in task.walk() if isinstance(stage, RobotStage)]
+    found = (
+        (stage, fault) for stage in stages for fault in (*_unmoved(stage, scene), *stage.faults(scene, start))
+    )
+    errors = [f"{stage.path!r}: {fault}" for stage, fault in found]
+    if errors:
+        raise InitialisationError(errors, tree(task))
+
+
+def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
+    """Bodies that a stage is to take or to let go, and that never move."""
+    for name in stage.moves():
+        if name in scene.bodies and name not in scene.movable:
+            yield f"{name} is not movable: nobody takes it or lets it go"
 
 
 def _hint(name: str, known: Mapping[str, Any]) -> str:

@@ -53,12 +53,6 @@ class Direction:
         unit = at.pose(frame)[:3, :3] @ np.asarray(feature.direction)
         return np.asarray(self.sign * self.stroke.sign * unit)
 
-    @property
-    def lengths(self) -> tuple[float, ...]:
-        """The lengths [m] that are tried: all of it, half, as little as may be."""
-        low, high = self.stroke.minimum, self.stroke.maximum
-        return tuple(dict.fromkeys((high, (low + high) / 2, low)))
-
 
 def roles(scene: TaskScene, robot: str, this: str | None) -> Roles:
     """The frames that features of strokes and constraints belong to: the tool, the world, and the object `this`."""

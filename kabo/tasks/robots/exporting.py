@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from kabo.tasks.core import Solution
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 HASTE = 0.5  # of the joints' velocity limits
+DECIMALS = 6  # of times
 
 
 def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
@@ -24,28 +26,38 @@ def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
 
 def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
     """The timed segments of a solution; what is attached or let go is so at the end of one."""
-    made: list[Segment] = []
+    return tuple(segment for _, segment in timeline(solution, scene, procedure))
+
+
+def timeline(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[Stretch, Segment]]:
+    """Every stretch of a solution that takes time, with its timed segment; changes that take none are in one of them."""
+    made: list[tuple[Stretch, Segment]] = []
     ends: dict[str, float] = {}  # when each robot's last segment ends
+    begin = 0.0
     for path, each in stretches(solution):
-        after = max(ends.values(), default=0.0)
-        if len(each.waypoints) == 1 and not each.seconds and _joined(made, each, scene):
+        begin = max(ends.values(), default=0.0) if each.since is None else begin + each.since
+        if len(each.waypoints) == 1 and not each.seconds and each.since is None and _joined(made, each, scene):
             continue
-        segment = _segment(path, each, scene, procedure, after)
+        segment = _segment(path, each, scene, procedure, begin)
         if segment is not None:
-            made.append(segment)
+            made.append((each, segment))
             ends[each.robot] = segment.times[-1]
-    return tuple(made)
+    return made
 
 
-def _joined(made: list[Segment], each: Stretch, scene: Scene) -> bool:
+def _joined(made: list[tuple[Stretch, Segment]], each: Stretch, scene: Scene) -> bool:
     """Whether attaching or letting go was put at the end of the last segment: of this robot's gripper."""
     gripper = scene.robots[each.robot].gripper_joints
-    if not made or made[-1].robot != each.robot or (gripper and made[-1].joints != gripper):
+    if not made or made[-1][1].robot != each.robot or (gripper and made[-1][1].joints != gripper):
         return False
-    last = made[-1]
-    if last.attach and each.detach:
+    stretch, segment = made[-1]
+    if segment.attach and each.detach:
         return False
-    made[-1] = replace(last, attach=(*last.attach, *each.attach), detach=(*last.detach, *each.detach))
+    events: dict[str, Any] = {
+        "attach": (*segment.attach, *each.attach),
+        "detach": (*segment.detach, *each.detach),
+    }
+    made[-1] = replace(stretch, **events), replace(segment, **events)
     return True
 
 
@@ -70,7 +82,7 @@ def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: floa
         each.robot,
         joints,
         tuple(kept),
-        tuple(round(after + float(t), 6) for t in times),
+        tuple(round(after + float(t), DECIMALS) for t in times),
         procedure,
         path,
         each.attach,

@@ -1,11 +1,13 @@
 """Stages that let pass: nothing happens, time passes, or a predicate decides [T 3.4]."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from kabo.geometry_server import lies_inside
+from kabo.geometry_server import Situation, lies_inside
+from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.letting_go import letting_go
 from kabo.tasks.robots.scenes import Stretch, TaskScene
@@ -24,7 +26,10 @@ class NoOp(RobotStage, Propagator):
 class Wait(RobotStage, Propagator):
     """The robot holds still."""
 
-    PROPERTIES = {"robot": ROBOT, "duration": Property(float, 1.0, "how long [s]")}
+    PROPERTIES = {
+        "robot": ROBOT,
+        "duration": Property(float, 1.0, "how long [s]; 0: no time passes", meanings.at_least(0.0)),
+    }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The same scene."""
@@ -39,14 +44,33 @@ class PredicateFilter(RobotStage, Wrapper):
     """Lets the successes of its child pass where everything that is asked holds in the scene at their end."""
 
     PROPERTIES = {
-        "attached": Property((list, tuple), (), "[object, robot]: the robot holds the object"),
-        "inside": Property((list, tuple), (), "[body, region]: it is proven to lie inside"),
-        "free_hand": Property((str, type(None)), None, "a robot that holds nothing"),
-        "free": Property((list, tuple), (), "robots that are proven to touch nothing that they may not"),
-        "lets_go": Property(
-            (list, tuple), (), "[object, robot]: the hand, which holds it there, has room to open and to draw back"
+        "attached": Property(
+            (list, tuple), (), "[object, robot]: the robot holds the object; empty: not asked", meanings.names(2)
         ),
-        "predicate": Property(Any, None, "a function of the scene: true or false, or the reason why not"),
+        "inside": Property(
+            (list, tuple), (), "[body, region]: it is proven to lie inside; empty: not asked", meanings.names(2)
+        ),
+        "free_hand": Property(
+            (str, type(None)), None, "a robot that holds nothing; none: not asked", meanings.name
+        ),
+        "free": Property(
+            (list, tuple),
+            (),
+            "robots that are proven to touch nothing that they may not; empty: not asked",
+            meanings.names(empty=True),
+        ),
+        "lets_go": Property(
+            (list, tuple),
+            (),
+            "[object, robot]: the hand, which holds it there, has room to open and to draw back; empty: not asked",
+            meanings.names(2),
+        ),
+        "predicate": Property(
+            Any,
+            None,
+            "a function of the scene: true or false, or the reason why not; none: not asked",
+            lambda value: None if callable(value) else "is a function of the scene",
+        ),
     }
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
@@ -58,6 +82,13 @@ class PredicateFilter(RobotStage, Wrapper):
             if failure is not None:
                 return [failure]
         return [Result(cost=solution.cost, comment=solution.comment)]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Nothing is asked."""
+        keys = ("attached", "inside", "free_hand", "free", "lets_go", "predicate")
+        given = {key: self.undecided(key) or self.known(key) for key in keys}
+        if not any(given.values()):
+            yield f"nothing is asked: it says none of {', '.join(keys)}"
 
     def names(self) -> tuple[tuple[str, str], ...]:
         """The things that it asks about."""

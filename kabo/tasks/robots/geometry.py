@@ -8,6 +8,7 @@ from kabo.geometry_server import extra, padding
 from kabo.language.scene_description import Shape
 from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.changes import _checked
 from kabo.tasks.robots.declaring import RobotStage, Values
 from kabo.tasks.robots.poses import local_pose
@@ -21,10 +22,10 @@ class AddGeometry(RobotStage, Propagator):
     """
 
     PROPERTIES = {
-        "body": Property(str, doc="its name, unlike all others"),
-        "shape": Property(dict, doc="{box | cylinder | sphere: …}"),
-        "parent": Property(str, "world", "`world`, a body or `robot.link`"),
-        "pose": Property(dict, {}, "{position, quaternion or rpy} in the parent's frame"),
+        "body": Property(str, doc="its name, unlike all others", wrong=meanings.name),
+        "shape": Property(dict, doc="{box | cylinder | sphere: …}", wrong=meanings.shape),
+        "parent": Property(str, "world", "`world`, a body or `robot.link`", meanings.name),
+        "pose": Property(dict, {}, "{position, quaternion or rpy} in the parent's frame; empty: its origin"),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -46,7 +47,7 @@ class AddGeometry(RobotStage, Propagator):
 class RemoveGeometry(RobotStage, Propagator):
     """Removes added bodies, or padding, by name; backward is what `AddGeometry` and `Pad` are for."""
 
-    PROPERTIES = {"bodies": Property((list, tuple), doc="the names")}
+    PROPERTIES = {"bodies": Property((list, tuple), doc="the names", wrong=meanings.names())}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene without them."""
@@ -60,8 +61,12 @@ class Pad(RobotStage, Propagator):
     """
 
     PROPERTIES = {
-        "things": Property((list, tuple), doc="bodies or `robot.link`"),
-        "distance": Property(float, doc="how much air to keep around them [m]"),
+        "things": Property(
+            (list, tuple), doc="bodies or `robot.link`; empty: nothing is padded", wrong=meanings.names(empty=True)
+        ),
+        "distance": Property(
+            float, doc="how much air to keep around them [m]", wrong=meanings.at_least(0.0, above=True)
+        ),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -82,7 +87,14 @@ class Pad(RobotStage, Propagator):
 class Unpad(Pad):
     """Takes padding away; backward, it was there before, and nothing may be too close."""
 
-    PROPERTIES = {"distance": Property(float, 0.0, "backward: how much air to keep around them [m]")}
+    PROPERTIES = {
+        "distance": Property(
+            float,
+            0.0,
+            "backward: how much air to keep around them [m]; 0: their cylinders alone",
+            meanings.at_least(0.0),
+        )
+    }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene without padding."""

@@ -1,6 +1,6 @@
 """Grasps: sampled from an object's families, or recognised in how a robot holds it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -8,9 +8,10 @@ import numpy.typing as npt
 
 from kabo.geometry_server import Context, Situation, Stream, grasp_missing, grasp_roles, grasp_stream, recognised
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
-from kabo.scene import Body, Robot
+from kabo.scene import Body, Robot, Scene
 from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import CLOSED, hand
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import Direction
@@ -48,7 +49,10 @@ class SampleGrasp(RobotStage, Monitor):
         "robot": ROBOT,
         "object": OBJECT,
         "family": Property(
-            str, ANY, "a grasp family of the object, or `any`: all that fit the robot, in file order"
+            str,
+            ANY,
+            "a grasp family of the object, or `any`: all that fit the robot, in file order",
+            meanings.name,
         ),
     }
 
@@ -71,6 +75,10 @@ class SampleGrasp(RobotStage, Monitor):
             for stream in found
         ]
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A family that the object does not have."""
+        yield from family_faults(self, scene, "grasps")
+
     def refute(self, context: Context, situation: Situation) -> Failure | None:
         """No family fits, or the object is out of reach."""
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
@@ -88,6 +96,16 @@ class SampleGrasp(RobotStage, Monitor):
             return []
         chosen = context.scene.robots[robot]
         return [found.stream for found in _streams(context, situation, chosen, name, family or ANY)]
+
+
+def family_faults(stage: RobotStage, scene: Scene, kind: str) -> Iterator[str]:
+    """A family (`grasps` or `placements`) that is named and that the object, if it is known, does not have."""
+    name, family = stage.known("object"), stage.known("family")
+    if name not in scene.bodies or family in (None, ANY):
+        return
+    known = getattr(scene.bodies[name], kind)
+    if family not in known:
+        yield f"{name} has no family {family!r} among its {kind}; it has {', '.join(known) or 'none'}"
 
 
 def _streams(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> list[Any]:

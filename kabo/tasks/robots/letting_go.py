@@ -23,7 +23,7 @@ from kabo.tasks.robots.scenes import TaskScene
 def letting_go(scene: TaskScene, name: str, robot: str) -> Failure | None:
     """What keeps a robot's hand from opening and leaving an object that stands where it is held; None: nothing.
 
-    The way back is the one that the grasp's family came on, of any of its lengths.
+    The way back is the one that the grasp's family came on, all of it, or as little as may be.
     """
     held = scene.holder(name)
     if held != robot:
@@ -44,7 +44,7 @@ def letting_go(scene: TaskScene, name: str, robot: str) -> Failure | None:
 def _retreating(scene: TaskScene, robot: str, retreat: Direction) -> Failure | None:
     at: Candidate = candidate(scene.robot(robot), scene.configuration(robot))
     unit, found = retreat.vector(scene, robot, at), Refused()
-    for distance in retreat.lengths:
+    for distance in dict.fromkeys((retreat.stroke.maximum, retreat.stroke.minimum)):
         moved: Any = line(scene.workspace(robot), at.q, tool_frame(scene.robot(robot)), distance * unit)
         if not isinstance(moved, Refused):
             return None

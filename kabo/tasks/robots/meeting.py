@@ -10,14 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import Candidate, Contacts, Pair, Team, TeamStream, candidate
+from kabo.geometry_server import Candidate, Contacts, Pair, Situation, Team, TeamStream, candidate
 from kabo.kinematics import project, stream_key, uniform
 from kabo.language.scene_description import Constraint
-from kabo.scene import Configuration
+from kabo.scene import Configuration, Scene
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
-from kabo.tasks.robots.grasps import ANY
+from kabo.tasks.robots.grasps import ANY, family_faults
 from kabo.tasks.robots.placements import mate_of
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -103,13 +104,28 @@ class SampleMeeting(RobotStage, Monitor):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "partner": Property(str, doc="the other robot"),
+        "partner": Property(str, doc="the other robot", wrong=meanings.name),
         "part": Property(
-            (str, type(None)), None, "what the other robot holds, the moving part of the mate; none: it takes"
+            (str, type(None)),
+            None,
+            "what the other robot holds, the moving part of the mate; none: it takes",
+            meanings.name,
         ),
-        "mate": Property((str, type(None)), None, "a mate of the scene"),
-        "family": Property(str, ANY, "a grasp family of the object, or `any`: all that fit the other robot"),
+        "mate": Property(
+            (str, type(None)), None, "a mate of the scene, for `part`; none: it takes", meanings.name
+        ),
+        "family": Property(
+            str, ANY, "a grasp family of the object, or `any`: all that fit the other robot", meanings.name
+        ),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A mate without a part or a part without a mate; a family that is not there."""
+        part, mate = self.known("part"), self.known("mate")
+        if (part is None) != (mate is None) and not any(map(self.undecided, ("part", "mate"))):
+            yield "a `part` and its `mate` go together: the other robot takes the object, or brings it a part"
+        if part is None:
+            yield from family_faults(self, scene, "grasps")
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene, once for each family, or for the mate."""

@@ -1,17 +1,20 @@
 """Motions to a goal, and strokes from where the robot is [T 3.2]."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import candidate
+from kabo.geometry_server import Situation, candidate
+from kabo.scene import Scene
 from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answer
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.keeping import keep_faults
 from kabo.tasks.robots.paths import grip, length, way
 from kabo.tasks.robots.poses import pose_of
 from kabo.tasks.robots.questions import Question, along
@@ -32,14 +35,29 @@ class MoveTo(RobotStage, Propagator):
     READS = ()
     PROPERTIES = {
         "robot": ROBOT,
-        "goal": Property(Any, doc="where to go"),
-        "group": Property((str, type(None)), None, "`arm` or `gripper`; by default what the goal is of"),
+        "goal": Property(Any, doc="where to go", wrong=meanings.goal),
+        "group": Property(
+            (str, type(None)),
+            None,
+            "`arm` or `gripper`; none: what the goal is of",
+            meanings.one_of("arm", "gripper"),
+        ),
         "of": Property(
-            (str, type(None)), None, "for poses and points: the tool (none), a link, what is held, a feature"
+            (str, type(None)),
+            None,
+            "for poses and points: the tool (none), a link, what is held, a feature",
+            meanings.name,
         ),
         "keep": KEEP,
-        "if_missing": Property(str, "fail", "`stay` where the robot has no configuration of the goal's name"),
-        "max_ik_solutions": Property(int, 8, "for poses and points: how many configurations to try"),
+        "if_missing": Property(
+            str,
+            "fail",
+            "`fail`, or `stay`, where the robot has no configuration of the goal's name",
+            meanings.one_of("fail", "stay"),
+        ),
+        "max_ik_solutions": Property(
+            int, 8, "for poses and points: how many configurations to try", meanings.at_least(1)
+        ),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
@@ -60,6 +78,15 @@ class MoveTo(RobotStage, Propagator):
         answers = self.forward(scene, properties, seed)
         return [replace(a, motion=_reversed(a.motion)) if isinstance(a, Result) else a for a in answers]
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A frame without a pose for it, a constraint where only the gripper moves, or one that means nothing."""
+        goal, keep = self.known("goal"), self.known("keep")
+        if self.known("of") is not None and goal is not None and not _is_pose(goal):
+            yield "`of` says what is to be at a pose or a point, and the goal is neither"
+        if keep and (self.known("group") or ("gripper" if goal in (OPEN, CLOSED) else "arm")) == "gripper":
+            yield "`keep` is for the arm, and only the gripper moves"
+        yield from keep_faults(self, start)
+
     def reads(self) -> tuple[str, ...]:
         """What is held, if a constraint on it is kept."""
         keep = self.known("keep")
@@ -77,7 +104,7 @@ class MoveTo(RobotStage, Propagator):
 
     def _goals(self, scene: TaskScene, properties: Values) -> Any:
         name, goal = properties["robot"], properties["goal"]
-        if isinstance(goal, Mapping) and ("pose" in goal or "point" in goal):
+        if _is_pose(goal):
             yield from self._reaching(scene, properties)
             return
         try:
@@ -118,6 +145,11 @@ class MoveTo(RobotStage, Propagator):
             yield refusal(
                 "out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}), question=asked
             )
+
+
+def _is_pose(goal: Any) -> bool:
+    """Whether a goal is a pose or a point, not joints."""
+    return isinstance(goal, Mapping) and ("pose" in goal or "point" in goal)
 
 
 def _reversed(motion: tuple[Stretch, ...]) -> tuple[Stretch, ...]:

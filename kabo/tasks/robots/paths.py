@@ -8,7 +8,7 @@ import numpy.typing as npt
 from kabo.geometry_server import Refused, way_to
 from kabo.tasks.core import Failure
 from kabo.tasks.robots.declaring import refusal
-from kabo.tasks.robots.keeping import keep_of
+from kabo.tasks.robots.keeping import kept
 from kabo.tasks.robots.questions import Question, Search, along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
@@ -23,13 +23,23 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
     start, workspace = scene.configuration(robot), scene.workspace(robot)
     key: tuple[str | int | float, ...] = (scene.context.seed, "way", robot, what)
     key += (*map(float, start), *map(float, goal))
-    kept = keep_of(scene, robot, keep)
-    found = way_to(workspace, start, goal, key, scene.context.path_samples, kept)
+    constraint = kept(scene, robot, keep)
+    if isinstance(constraint, Failure):
+        return constraint
+    found = way_to(workspace, start, goal, key, scene.context.path_samples, constraint)
+    if isinstance(found, Refused) and found.broken:
+        return refusal("constraint", found.broken, reads=frozenset({robot}))
     if isinstance(found, Refused):
         search = Search(key, scene.context.path_samples, keep)
         asked = Question(scene, robot, (configuration(start), configuration(goal)), search)
-        return refusal("no_path", pairs=found.pairs, reads=frozenset({robot}), question=asked)
-    return stretch(scene, robot, "arm", found, None if kept is None else kept.name)
+        most = max((count for _, count in found.pairs), default=0)
+        text = (
+            f"{constraint.name} would not be kept on {found.unkept} pieces of ways"
+            if constraint is not None and found.unkept > most
+            else ""
+        )
+        return refusal("no_path", text, pairs=found.pairs, reads=frozenset({robot}), question=asked)
+    return stretch(scene, robot, "arm", found, None if constraint is None else constraint.name)
 
 
 def grip(scene: TaskScene, robot: str, goal: Array) -> Stretch | Failure:

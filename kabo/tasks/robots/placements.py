@@ -1,5 +1,6 @@
 """Placements and mates: where what a robot holds may go, by the families of the object and the mates of the scene."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,12 +16,13 @@ from kabo.geometry_server import (
     tool_frame,
 )
 from kabo.language.scene_description import Mate
-from kabo.scene import Region, Robot
+from kabo.scene import Region, Robot, Scene
 from kabo.tasks.core import Failure, Monitor, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import Direction
-from kabo.tasks.robots.grasps import ANY, held_properties
+from kabo.tasks.robots.grasps import ANY, family_faults, held_properties
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.targets import PlacementTarget
 
@@ -36,9 +38,13 @@ class SamplePlacement(RobotStage, Monitor):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "region": Property((str, type(None)), None, "a region of the scene"),
-        "support": Property((str, type(None)), None, "a body to stand on; by default the region's"),
-        "family": Property(str, ANY, "a placement family of the object, or `any`: all that fit, in file order"),
+        "region": Property(
+            (str, type(None)), None, "a region of the scene; none: anywhere on the support", meanings.name
+        ),
+        "support": Property((str, type(None)), None, "a body to stand on; none: the region's", meanings.name),
+        "family": Property(
+            str, ANY, "a placement family of the object, or `any`: all that fit, in file order", meanings.name
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -63,6 +69,12 @@ class SamplePlacement(RobotStage, Monitor):
             own |= {} if retreat is None else {"retreat": Direction(retreat, name)}
             results.append(Result(scene, properties={**held, **own}, comment=stream.family.name))
         return results
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """No place, or a family that the object does not have."""
+        if all(self.known(key) is None and not self.undecided(key) for key in ("region", "support")):
+            yield "there is no place: it says neither a region nor a support"
+        yield from family_faults(self, scene, "placements")
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
         """The region is out of reach, however the object is held."""
@@ -126,8 +138,12 @@ class SampleMate(RobotStage, Monitor):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "onto": Property(str, doc="the body with the fixed part"),
-        "mate": Property(str, doc="a mate of the scene: its roles `moving` is the object, `fixed` the other body"),
+        "onto": Property(str, doc="the body with the fixed part", wrong=meanings.name),
+        "mate": Property(
+            str,
+            doc="a mate of the scene: its roles `moving` is the object, `fixed` the other body",
+            wrong=meanings.name,
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kabo.geometry_server import Situation
 from kabo.kinematics import stream_key, uniform
-from kabo.scene import world_T
+from kabo.scene import Scene, world_T
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Generator, Monitor, Property, Result
 from kabo.tasks.core.results import Answer, Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
@@ -90,15 +92,35 @@ class _Poses(RobotStage):
     PROPERTIES = {
         "robot": ROBOT,
         "poses": Property(
-            (list, tuple, Callable), (), "poses in order, or a function of the scene that gives them"
+            (list, tuple, Callable),
+            (),
+            "poses in order, or a function of the scene that gives them; empty: none but random ones",
         ),
         "random": Property(
-            dict, {}, "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]}: half ranges"
+            dict,
+            {},
+            "{count, around: pose, position: [dx, dy, dz], rpy: [dr, dp, dy]}: half ranges; empty: none at random",
+            meanings.spread,
         ),
         "of": Property(
-            (str, type(None)), None, "what is to be there: the tool (none), a link, what is held, a feature"
+            (str, type(None)),
+            None,
+            "what is to be there: the tool (none), a link, what is held, a feature",
+            meanings.name,
         ),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """No poses at all, or a frame that nobody has."""
+        given = self.known("poses")
+        listed = (
+            not self.undecided("poses")
+            and not self.undecided("random")
+            and given is not None
+            and not callable(given)
+        )
+        if listed and not len(given) and not self.known("random"):
+            yield "there are no poses: neither `poses` nor `random` says any"
 
     def _offered(self, scene: TaskScene, properties: Values) -> Iterator[Answer]:
         robot = properties["robot"]

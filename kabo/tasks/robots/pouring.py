@@ -12,6 +12,7 @@ from kabo.kinematics import FrameFeature, keeps, project, rows_of, stacked
 from kabo.scene import Robot
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import rounded
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import frame_of
@@ -43,18 +44,30 @@ class Pour(RobotStage, Propagator):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "lid": Property(str, "lid", "feature of the object where it pours, directed out of it"),
-        "container": Property(str, PARENT, "the body that is poured into"),
-        "rim": Property(str, "rim", "feature of the container in the middle of its rim"),
+        "lid": Property(str, "lid", "feature of the object where it pours, directed out of it", meanings.name),
+        "container": Property(str, PARENT, "the body that is poured into", meanings.name),
+        "rim": Property(str, "rim", "feature of the container in the middle of its rim", meanings.name),
         "towards": Property(
-            (float, list, tuple), doc="where it tilts to: angle from x about up [rad], or [x, y, z]"
+            (float, list, tuple),
+            doc="where it tilts to: angle from x about up [rad] (0: along x), or [x, y, z]",
+            wrong=meanings.turning,
         ),
         "offset": Property(
-            (list, tuple), (0.0, 0.02), "where the lid pours: along `towards` and up from the rim's middle [m]"
+            (list, tuple),
+            (0.0, 0.02),
+            "where the lid pours: along `towards` and up from the rim's middle [m]; 0: at it",
+            lambda value: meanings.numbers(value, 2),
         ),
-        "tilt": Property(float, 1.9, "how far it is tilted when it pours [rad]"),
-        "overshoot": Property(float, 0.0, "the constant c of the path: more goes farther to the side first"),
-        "pause": Property(float, 1.0, "how long it pours [s]"),
+        "tilt": Property(
+            float, 1.9, "how far it is tilted when it pours [rad]", meanings.at_least(0.0, above=True)
+        ),
+        "overshoot": Property(
+            float,
+            0.0,
+            "the constant c of the path: more goes farther to the side first; 0: no farther",
+            meanings.finite,
+        ),
+        "pause": Property(float, 1.0, "how long it pours [s]; 0: it goes back at once", meanings.at_least(0.0)),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

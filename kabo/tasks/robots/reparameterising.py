@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from kabo.geometry_server import Situation
+from kabo.scene import Scene
 from kabo.tasks.core import Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import RobotStage, Values, refusal
 from kabo.tasks.robots.exporting import HASTE
 from kabo.tasks.robots.scenes import Stretch
@@ -25,14 +28,35 @@ class Reparameterise(RobotStage, Wrapper):
     """
 
     PROPERTIES = {
-        "deviation": Property(float, 0.05, "how far the motion may pass by a way point [rad, L2 over the joints]"),
-        "haste": Property(float, HASTE, "share of the joints' velocity limits"),
-        "ramp": Property(float, 0.25, "time from rest to that velocity, which limits acceleration [s]"),
+        "deviation": Property(
+            float,
+            0.05,
+            "how far the motion may pass by a way point [rad, L2 over the joints]; 0: it stops at each corner",
+            meanings.at_least(0.0),
+        ),
+        "haste": Property(float, HASTE, "share of the joints' velocity limits", meanings.share),
+        "ramp": Property(
+            float,
+            0.25,
+            "time from rest to that velocity, which limits acceleration [s]",
+            meanings.at_least(0.0, above=True),
+        ),
         "acceleration": Property(
-            (float, dict, type(None)), None, "limit for all joints or by joint [rad/s2]; none: by `ramp`"
+            (float, dict, type(None)),
+            None,
+            "limit for all joints or by joint [rad/s2]; none: by `ramp`",
+            meanings.accelerations,
         ),
         "across": Property(bool, True, "whether phases of a group follow each other without a stop"),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Limits of joints that no robot has."""
+        given = self.known("acceleration")
+        joints = {joint for robot in scene.robots.values() for joint in robot.planned_joints}
+        for joint in given if isinstance(given, Mapping) else ():
+            if joint not in joints:
+                yield f"no robot has a joint {joint!r} whose acceleration could be limited"
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
         """The success with its new motion."""

@@ -126,7 +126,8 @@ class Stretch:
     (object, link) and detached is so at its end. A stretch with one way point takes `seconds`, mostly none.
     `times` [s, from 0] of the way points are those of a motion that does not stop at its ends; else none. The shape
     of an `exact` one matters: its corners are not rounded. `stage`: the path of the stage that made it, where a
-    wrapper has put it into its own motion.
+    wrapper has put it into its own motion. `since` [s]: how long after the stretch before it in the same motion it
+    begins; None: after all that come before have ended.
     """
 
     robot: str
@@ -140,6 +141,7 @@ class Stretch:
     times: tuple[float, ...] = ()
     exact: bool = False
     stage: str | None = None
+    since: float | None = None
 
     @property
     def start(self) -> Configuration:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from kabo.geometry_server import Candidate, tool_frame
 from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrapper
 from kabo.tasks.core.results import Answer
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, Values, refusal
 from kabo.tasks.robots.questions import Question, along
 from kabo.tasks.robots.scenes import TaskScene
@@ -29,9 +30,14 @@ class ComputeIK(RobotStage, Wrapper):
         "robot": ROBOT,
         "target": Property(Any, INTERFACE, "what to reach, as a sampler has written it"),
         "max_ik_solutions": Property(
-            (int, type(None)), None, "how many for each target; none: all that are found"
+            (int, type(None)), None, "how many for each target; none: all that are found", meanings.at_least(1)
         ),
-        "min_distance": Property(float, 0.0, "least distance between two of them [rad, sum over the joints]"),
+        "min_distance": Property(
+            float,
+            0.0,
+            "least distance between two of them [rad, sum over the joints]; 0: any",
+            meanings.at_least(0.0),
+        ),
         "near": Property(
             bool, False, "whether they cost the way of the joints from where the robot stands [rad, L1]"
         ),

@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from kabo.geometry_server import Situation
 from kabo.kinematics import stream_key, uniform
-from kabo.scene import GeometricState
+from kabo.scene import GeometricState, Scene
 from kabo.tasks.core import Generator, Property, Result
 from kabo.tasks.core.results import Answer, Answers
-from kabo.tasks.robots.configurations import NoConfigurationError, goal_of
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -27,7 +29,9 @@ class FixedState(RobotStage, Generator):
 
     PROPERTIES = {
         "scene": Property(Any, None, "a TaskScene or GeometricState; None: the task's first scene"),
-        "configurations": Property(dict, {}, "robot: a named configuration, a list, or joints with values"),
+        "configurations": Property(
+            dict, {}, "robot: a named configuration, a list, or joints with values; empty: as in the scene"
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -48,10 +52,31 @@ class SampleConfiguration(RobotStage, Generator):
     PROPERTIES = {
         "robot": ROBOT,
         "configurations": Property(
-            (list, tuple, Callable), ("home",), "names or values; or a function of the scene"
+            (list, tuple, Callable),
+            ("home",),
+            "names (those that the robot has not are passed over) or values; or a function of the scene; "
+            "empty: none but random ones",
         ),
-        "random": Property(int, 0, "how many random configurations to try after those"),
+        "random": Property(
+            int, 0, "how many random configurations to try after those; 0: none", meanings.at_least(0)
+        ),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """No configurations at all: none by name that the robot has, and none at random."""
+        given, robot = self.known("configurations"), self.known("robot")
+        if (
+            given is None
+            or callable(given)
+            or self.known("random")
+            or self.undecided("random")
+            or robot not in scene.robots
+        ):
+            return
+        known = scene.robots[robot].configurations
+        if not any(not isinstance(each, str) or each in known or each in (OPEN, CLOSED) for each in given):
+            told = ", ".join(map(str, given)) or "none is named"
+            yield f"there are no configurations: {robot} has none of them ({told}), and `random` is 0"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
         """The scene with the robot at each of them."""

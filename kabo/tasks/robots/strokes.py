@@ -1,35 +1,58 @@
 """Relative motions: the tool along a straight line, by a twist, or joints by offsets [T 3.2]."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from kabo.geometry_server import LINE, LINE_TILT, Keep, Refused, candidate, carried_frame, line, tool_frame
+from kabo.geometry_server import (
+    LINE,
+    LINE_TILT,
+    Keep,
+    Refused,
+    Situation,
+    candidate,
+    carried_frame,
+    line,
+    tool_frame,
+)
 from kabo.kinematics import project
-from kabo.scene import world_T
+from kabo.scene import Scene, world_T
 from kabo.scene.transforms import transform
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import with_joints
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import direction_of
-from kabo.tasks.robots.keeping import keep_of
+from kabo.tasks.robots.keeping import keep_faults, kept, not_kept
 from kabo.tasks.robots.paths import length
 from kabo.tasks.robots.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.targets import pose_rows
 
 Array = npt.NDArray[np.float64]
+Way = list[Array] | Failure
+RESOLUTION = 1e-3  # m, rad: steps of the lengths of a stroke that is not proven whole
+ROUNDING = 1e-9  # of a step: bounds that are whole steps apart are so in decimals
 TURN = 0.1  # rad: a twist is followed in steps no longer than this, each an arc of the tool
 
-NO_OBJECT = Property((str, type(None)), None, "the body whose features a direction may name as `this`")
+NO_OBJECT = Property(
+    (str, type(None)),
+    None,
+    "the body whose features a direction may name as `this`; none: of no body",
+    meanings.name,
+)
 
 
 class MoveRelative(RobotStage, Propagator):
     """Moves the tool from where it is, as far as can be proven, between the least and the greatest distance.
+
+    All of the greatest, or else the longest that is a whole number of millimetres (of a turn: milliradians) above the
+    least: so a greater greatest distance never gives a shorter stroke.
 
     `direction`: what a sampler wrote (`<INTERFACE:approach>`), {along or against: feature, distance}, {vector: [x, y, z],
     frame}, {twist: [vx, vy, vz, wx, wy, wz], frame}, {joints: {joint: offset}}; none: it stays. Backward the motion is
@@ -40,10 +63,20 @@ class MoveRelative(RobotStage, Propagator):
     FROM_START = True
     PROPERTIES = {
         "robot": ROBOT,
-        "direction": Property(Any, PARENT, "where to"),
+        "direction": Property(Any, PARENT, "where to; none: it stays", meanings.direction),
         "object": NO_OBJECT,
-        "min_distance": Property((float, type(None)), None, "the least length [m]; by default the direction's"),
-        "max_distance": Property((float, type(None)), None, "the greatest length [m]; by default the direction's"),
+        "min_distance": Property(
+            (float, type(None)),
+            None,
+            "the least length [m]; none: the direction's; 0: it may stay",
+            meanings.at_least(0.0),
+        ),
+        "max_distance": Property(
+            (float, type(None)),
+            None,
+            "the greatest length [m]; none: the direction's",
+            meanings.at_least(0.0, above=True),
+        ),
         "keep": KEEP,
     }
 
@@ -55,20 +88,32 @@ class MoveRelative(RobotStage, Propagator):
         """The scene from which the stroke leads here."""
         return [self._stroke(scene, properties, -1)]
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Bounds that are crossed, or of joints; no distance at all; a constraint that means nothing."""
+        given, low, high = (self.known(key) for key in ("direction", "min_distance", "max_distance"))
+        if low is not None and high is not None and low > high:
+            yield f"the least distance, {low:g} m, is above the greatest, {high:g} m"
+        if isinstance(given, Mapping):
+            if "joints" in given and (low is not None or high is not None):
+                yield "offsets of joints have no least or greatest distance"
+            bounded = high is not None or self.undecided("max_distance") or given.get("distance") is not None
+            if ("along" in given or "against" in given) and not bounded:
+                yield "the direction has no distance, and there is no greatest one"
+        yield from keep_faults(self, start)
+
     def _stroke(self, scene: TaskScene, properties: Values, sense: int) -> Result | Failure:
         name, here = properties["robot"], scene.configuration(properties["robot"])
-        keep = keep_of(scene, name, properties["keep"])
-        refused: Failure | None = None
-        for found in self._ways(scene, properties, sense):
-            if isinstance(found, Failure):
-                refused = found
-            elif keep is not None and not keep.holds_along(found):
-                refused = refusal("constraint", f"{keep.name} would not be kept")
-            else:
-                return self._result(scene, name, found, keep, sense)
-        if refused is not None:
-            return refused
-        return self._result(scene, name, [here], keep, sense)
+        keep = kept(scene, name, properties["keep"])
+        if isinstance(keep, Failure):
+            return keep
+        attempt, low, high = _asked(scene, properties, sense)
+
+        def tried(distance: float) -> Way:
+            found = attempt(distance)
+            return found if keep is None or isinstance(found, Failure) else not_kept(keep, found) or found
+
+        found = [here] if attempt is _nowhere else farthest(tried, low, high)
+        return found if isinstance(found, Failure) else self._result(scene, name, found, keep, sense)
 
     @staticmethod
     def _result(scene: TaskScene, name: str, found: Sequence[Array], keep: Keep | None, sense: int) -> Result:
@@ -78,30 +123,66 @@ class MoveRelative(RobotStage, Propagator):
         motion: tuple[Stretch, ...] = (moved if sense > 0 else moved.reversed(),)
         return Result(scene.at(name, found[-1]), motion=motion, cost=length(motion))
 
-    @staticmethod
-    def _ways(scene: TaskScene, properties: Values, sense: int) -> Iterator[list[Array] | Failure]:
-        """Ways to try, the longest first; none if there is no direction."""
-        given, name = properties["direction"], properties["robot"]
-        bounds = properties["min_distance"], properties["max_distance"]
-        if isinstance(given, Mapping) and "joints" in given:
-            yield _offset(scene, name, given["joints"], sense)
-            return
-        if isinstance(given, Mapping) and "twist" in given:
-            yield from _twisted(scene, name, given, bounds, sense)
-            return
-        at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
-        if isinstance(given, Mapping) and "vector" in given:
-            unit, lengths = _vector(scene, given, bounds)
+
+def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
+    """The longest way that is proven, of the lengths `high`, `low`, and whole steps of `RESOLUTION` from `low` on.
+
+    Args:
+        attempt: the way of a length [m or rad], or why it is refused; where one is proven, shorter ones are.
+        low: the least length that will do; what is in its way is told if nothing is proven.
+        high: the greatest.
+    """
+    found = attempt(high)
+    if not isinstance(found, Failure) or low >= high:
+        return found
+    best = attempt(low)
+    if isinstance(best, Failure):
+        return best
+    proven, refused = 0, math.ceil((high - low) / RESOLUTION - ROUNDING)
+    while refused - proven > 1:
+        middle = (proven + refused) // 2
+        found = attempt(low + middle * RESOLUTION)
+        if isinstance(found, Failure):
+            refused = middle
         else:
-            direction = direction_of(given, properties["object"])
-            if direction is None:
-                return
-            direction = direction.bounded(*bounds)
-            unit, lengths = direction.vector(scene, name, at), direction.lengths
-            if direction.part is not None and scene.holder(direction.part) == name:
-                exactly = _exactly(scene, name, direction.part, direction.tolerance or 0.0)
-        for distance in lengths:
-            yield _line(scene, name, at.q, sense * distance * unit, exactly)
+            best, proven = found, middle
+    return best
+
+
+def _nowhere(distance: float) -> Way:
+    """No direction: it stays."""
+    raise AssertionError("nobody asks for a way to nowhere")
+
+
+def _asked(scene: TaskScene, properties: Values, sense: int) -> tuple[Callable[[float], Way], float, float]:
+    """The way of a length, and its least and greatest length [m; of a turn rad; of offsets of joints 1 is all]."""
+    given, name = properties["direction"], properties["robot"]
+    bounds = properties["min_distance"], properties["max_distance"]
+    if isinstance(given, Mapping) and "joints" in given:
+        return (lambda _: _offset(scene, name, given["joints"], sense)), 1.0, 1.0
+    if isinstance(given, Mapping) and "twist" in given:
+        return _twisted(scene, name, given, bounds, sense)
+    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
+    if isinstance(given, Mapping) and "vector" in given:
+        turn = world_T(scene.context.scene, scene.situation.first, str(given.get("frame", "world")))[:3, :3]
+        vector = turn @ np.asarray(given["vector"], float)
+        norm = float(np.linalg.norm(vector))
+        unit, low, high = vector / norm, *_bounded(norm, bounds)
+    else:
+        direction = direction_of(given, properties["object"])
+        if direction is None:
+            return _nowhere, 0.0, 0.0
+        direction = direction.bounded(*bounds)
+        unit, low, high = direction.vector(scene, name, at), direction.stroke.minimum, direction.stroke.maximum
+        if direction.part is not None and scene.holder(direction.part) == name:
+            exactly = _exactly(scene, name, direction.part, direction.tolerance or 0.0)
+    return (lambda distance: _line(scene, name, at.q, sense * distance * unit, exactly)), low, high
+
+
+def _bounded(size: float, bounds: tuple[Any, Any]) -> tuple[float, float]:
+    """The least and the greatest length: as given, else all of it."""
+    high = size if bounds[1] is None else float(bounds[1])
+    return high if bounds[0] is None else float(bounds[0]), high
 
 
 def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple[float, float]:
@@ -125,24 +206,6 @@ def _line(
     return refusal("collision", pairs=found.pairs, question=along(scene, name, *found.waypoints))
 
 
-def _vector(
-    scene: TaskScene, given: Mapping[str, Any], bounds: tuple[Any, Any]
-) -> tuple[Array, tuple[float, ...]]:
-    turn = world_T(scene.context.scene, scene.situation.first, str(given.get("frame", "world")))[:3, :3]
-    vector = turn @ np.asarray(given["vector"], float)
-    norm = float(np.linalg.norm(vector))
-    if norm == 0.0:
-        raise ValueError("a direction has a length")
-    high = norm if bounds[1] is None else bounds[1]
-    low = high if bounds[0] is None else bounds[0]
-    return vector / norm, _lengths(low, high)
-
-
-def _lengths(low: float, high: float) -> tuple[float, ...]:
-    """The lengths that are tried: all of it, half, as little as may be."""
-    return tuple(dict.fromkeys((high, (low + high) / 2, low)))
-
-
 def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: int) -> list[Array] | Failure:
     """The straight joint segment by offsets of some joints."""
     robot, q = scene.robot(name), scene.configuration(name)
@@ -156,16 +219,17 @@ def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: in
 
 def _twisted(
     scene: TaskScene, name: str, given: Mapping[str, Any], bounds: tuple[Any, Any], sense: int
-) -> Iterator[list[Array] | Failure]:
+) -> tuple[Callable[[float], Way], float, float]:
     """Ways along a twist of the tool about its own centre: translation [m] with rotation [rad], in small steps."""
     turn = world_T(scene.context.scene, scene.situation.first, str(given.get("frame", "world")))[:3, :3]
     twist = np.asarray(given["twist"], float) * sense
     size = float(np.linalg.norm(twist[:3])) or float(np.linalg.norm(twist[3:]))
-    high = size if bounds[1] is None else bounds[1]
-    low = high if bounds[0] is None else bounds[0]
-    for distance in _lengths(low, high):
+
+    def way(distance: float) -> Way:
         share = distance / size
-        yield _screw(scene, name, turn @ twist[:3] * share, turn @ twist[3:] * share)
+        return _screw(scene, name, turn @ twist[:3] * share, turn @ twist[3:] * share)
+
+    return way, *_bounded(size, bounds)
 
 
 def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array] | Failure:

@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kabo.geometry_server import ScenePredicates, Situation
 from kabo.kinematics import stream_key, uniform
-from kabo.scene import Body
+from kabo.scene import Body, Scene
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.results import Answer
+from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
 from kabo.tasks.robots.directions import frame_of
-from kabo.tasks.robots.grasps import grasp_properties
+from kabo.tasks.robots.grasps import family_faults, grasp_properties
 from kabo.tasks.robots.poses import local_pose, pose_of
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
@@ -37,15 +39,36 @@ class GraspPoses(RobotStage, Monitor):
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "grasp": Property(dict, doc="{position, quaternion or rpy}: the pose of the tool in the object's frame"),
-        "of": Property((str, type(None)), None, "what of the tool is there: its frame (none), or `tool.feature`"),
-        "about": Property(str, "axis", "a line of the object about which the pose is turned"),
-        "count": Property(int, 1, "how many turns, evenly spread"),
+        "grasp": Property(
+            dict,
+            doc="{position, quaternion or rpy}: the pose of the tool in the object's frame; empty: the same frame",
+        ),
+        "of": Property(
+            (str, type(None)),
+            None,
+            "what of the tool is there: its frame (none), or `tool.feature`",
+            meanings.name,
+        ),
+        "about": Property(str, "axis", "a line of the object about which the pose is turned", meanings.name),
+        "count": Property(int, 1, "how many turns, evenly spread", meanings.at_least(1)),
         "shuffled": Property(bool, True, "whether they come in an order drawn at random, or one after the other"),
         "family": Property(
-            (str, type(None)), None, "a grasp family whose fingers and strokes are written as well"
+            (str, type(None)),
+            None,
+            "a grasp family whose fingers and strokes are written as well; none: no",
+            meanings.name,
         ),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A family, or a line to turn about, that the object does not have."""
+        yield from family_faults(self, scene, "grasps")
+        name, about = self.known("object"), self.known("about")
+        lines = (
+            [n for n, f in scene.bodies[name].features.items() if f.direction] if name in scene.bodies else [about]
+        )
+        if about not in lines:
+            yield f"{name} has no line {about!r} to turn about; it has {', '.join(lines) or 'none'}"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
         """The scene with one target after the other."""
@@ -69,17 +92,27 @@ class PlacePoses(RobotStage, Monitor):
     """A pose for what a robot holds, and those that look the same by the object's symmetry about its z axis.
 
     A box with a square base stands in 4 ways, another one in 2, what is round in any: `count` of them. Contact with
-    `support` is permitted in the scenes that are offered.
+    `support` is permitted in the scenes that are offered, and all that the object touches must be proven to lie on it.
     """
 
     READS = ("object",)
     PROPERTIES = {
         "robot": ROBOT,
         "object": OBJECT,
-        "pose": Property((dict, np.ndarray), doc="the pose of the object: {frame, position, quaternion or rpy}"),
-        "support": Property((str, type(None)), None, "the body that it stands on"),
-        "symmetry": Property((int, str), AUTO, "how many turns look the same; `auto`: as the shape says"),
-        "count": Property(int, ALL_AROUND, "how many turns of what is round are tried"),
+        "pose": Property(
+            (dict, np.ndarray),
+            doc="the pose of the object: {frame, position, quaternion or rpy}; empty: the world's origin",
+        ),
+        "support": Property(
+            (str, type(None)), None, "the body that it stands on; none: nothing that may touch it", meanings.name
+        ),
+        "symmetry": Property(
+            (int, str),
+            AUTO,
+            "how many turns look the same; `auto`: as the shape says",
+            meanings.any_of(meanings.one_of(AUTO), meanings.at_least(1)),
+        ),
+        "count": Property(int, ALL_AROUND, "how many turns of what is round are tried", meanings.at_least(1)),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
@@ -96,8 +129,17 @@ class PlacePoses(RobotStage, Monitor):
         frame, pose = frame_of(scene, robot, name), pose_of(scene, properties["pose"])
         for k in range(int(turns)):
             there = pose @ turned((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 2 * np.pi * k / turns)
+            turn, support = f"turned by {360 * k / turns:g} deg", properties["support"]
+            if support is not None and not stands_on(scene, support, name, there):
+                yield refusal("constraint", f"{name} {turn} is not proven to stand on {support} with all its base")
+                continue
             own = {"target": pose_target(scene, robot, frame, there), "object_pose": there}
-            yield Result(scene, properties=own, comment=f"turned by {360 * k / turns:g} deg")
+            yield Result(scene, properties=own, comment=turn)
+
+
+def stands_on(scene: TaskScene, support: str, name: str, pose: Array) -> bool:
+    """Whether all that an object at a pose (4, 4) touches from above is proven to lie on a support."""
+    return ScenePredicates(scene.context.surroundings, scene.situation.first).stands_on(support, name, pose)
 
 
 def symmetry(body: Body) -> int | None:

@@ -68,7 +68,7 @@ def test_the_order_of_grasps_is_drawn_once_for_a_seed(start: TaskScene) -> None:
 def test_a_grasp_family_tells_its_fingers_and_strokes(start: TaskScene) -> None:
     (found,) = offered(start, "GraspPoses", grasp=GRASP, family="side")
     assert found.properties["fingers"] == {"finger_joint": 0.02}
-    assert found.properties["approach"].lengths[0] == pytest.approx(0.15)
+    assert found.properties["approach"].stroke.maximum == pytest.approx(0.15)
 
 
 def test_an_object_has_to_be_held_to_be_placed(start: TaskScene) -> None:
