@@ -1,8 +1,8 @@
 """`python -m tests.fuzz`: fuzzed files of every format for some minutes, or so many of them; finds are kept.
 
-    python -m tests.fuzz --minutes 60            # an hour by hand
-    python -m tests.fuzz --count 300000          # so many files over all formats, from number 0 on
-    python -m tests.fuzz --only opened mesh --first 5000 --count 1000
+python -m tests.fuzz --minutes 60            # an hour by hand
+python -m tests.fuzz --count 300000          # so many files over all formats, from number 0 on
+python -m tests.fuzz --only opened mesh --first 5000 --count 1000
 """
 
 import argparse

@@ -49,7 +49,9 @@ class Workspace:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         shutil.copytree(CORPUS, folder / "corpus")
-        shutil.copytree(HOME / "domains", folder / "domains", ignore=shutil.ignore_patterns("*.png", "__pycache__"))
+        shutil.copytree(
+            HOME / "domains", folder / "domains", ignore=shutil.ignore_patterns("*.png", "__pycache__")
+        )
         shutil.copytree(HOME / "examples", folder / "examples", ignore=shutil.ignore_patterns("__pycache__"))
         (folder / "meshes").symlink_to(HOME / "meshes")
         self._sound: dict[Path, bytes] = {}
@@ -219,19 +221,25 @@ def _shipped(kind: str) -> tuple[Seed, ...]:
     seeds = []
     for name in DOMAINS:
         folder = Path("domains") / name
-        problems = sorted(path.name for path in (HOME / folder).glob("*.yaml") if path.name not in {"domain.yaml", "scene.yaml"})
+        problems = sorted(
+            path.name for path in (HOME / folder).glob("*.yaml") if path.name not in {"domain.yaml", "scene.yaml"}
+        )
         seeds.append(Seed(folder / ("domain.yaml" if kind == "domain" else problems[0]), folder / problems[0]))
     return tuple(seeds)
 
 
 def _tasks() -> tuple[Seed, ...]:
     files = [*sorted((HOME / "domains").glob("*/tasks/*.yaml")), *sorted((HOME / "examples").glob("*/task.yaml"))]
-    seeds = [Seed(path.relative_to(HOME), path.relative_to(HOME)) for path in files if "turning_cube" not in path.parts]
+    seeds = [
+        Seed(path.relative_to(HOME), path.relative_to(HOME)) for path in files if "turning_cube" not in path.parts
+    ]
     return (*_corpus("task.yaml"), *seeds)
 
 
 def _scenes() -> tuple[Seed, ...]:
-    scenes = [Path("domains") / name / "scene.yaml" for name in ("bartender", "stacked", "force_sensing", "assembly")]
+    scenes = [
+        Path("domains") / name / "scene.yaml" for name in ("bartender", "stacked", "force_sensing", "assembly")
+    ]
     return (*_corpus("scene.yaml"), *(Seed(path, path) for path in scenes))
 
 

@@ -4,7 +4,19 @@ import random
 
 from tests.fuzz.mutations import NUMBERS
 
-_NAMES = ("hand_empty", "grasped", "robot_grasps", "at_place", "combination", "weight", "robot", "item", "r", "o", "l")
+_NAMES = (
+    "hand_empty",
+    "grasped",
+    "robot_grasps",
+    "at_place",
+    "combination",
+    "weight",
+    "robot",
+    "item",
+    "r",
+    "o",
+    "l",
+)
 _TERMS = ("r", "o", "l", "anywhere", "can", "x", "this", "weight(o)", "combination(r)", "1", "0.5", "-3", "o.axis")
 
 
@@ -30,7 +42,9 @@ def formula(rng: random.Random, depth: int = 3) -> str:
 def _leaf(rng: random.Random) -> str:
     atom = f"{rng.choice(_NAMES)}({', '.join(_term(rng) for _ in range(rng.randrange(4)))})"
     compared = f"{_term(rng)} {rng.choice(('=', '!=', '<', '<=', '>', '==', 'in'))} {_term(rng)}"
-    return rng.choice((atom, atom, compared, rng.choice(_NAMES), rng.choice(NUMBERS), "true", "()", "", "K()", "[1, 2]"))
+    return rng.choice(
+        (atom, atom, compared, rng.choice(_NAMES), rng.choice(NUMBERS), "true", "()", "", "K()", "[1, 2]")
+    )
 
 
 def _term(rng: random.Random) -> str:

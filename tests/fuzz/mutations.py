@@ -10,7 +10,23 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 NUMBERS = (
-    *("0", "-0", "1", "-1", "2", "3", "0.5", "-0.5", "1e-9", "1e-12", "1e-320", "1e300", "-1e300", "1e308", "1e999"),
+    *(
+        "0",
+        "-0",
+        "1",
+        "-1",
+        "2",
+        "3",
+        "0.5",
+        "-0.5",
+        "1e-9",
+        "1e-12",
+        "1e-320",
+        "1e300",
+        "-1e300",
+        "1e308",
+        "1e999",
+    ),
     *("-1e999", "nan", "NaN", "inf", "-inf", "Infinity", ".inf", ".nan", "99999999999999999999", "4294967296"),
     *("2147483648", "-2147483649", "1_000", "0x10", "1e", ".", "-", "+1", "٣", "1,5", "1 000", "true", "null", ""),
     *("9" * 400, "1/0", "1e6", "10", "1000000", "5", "90 deg", "1e300 deg", "1 2 3", "a b c", "x"),
@@ -18,10 +34,38 @@ NUMBERS = (
 WORDS = (
     *("null", "~", "true", "yes", "no", "this", "world", "any", "not", "and", "or", "forall", "exists", "K", "Kw"),
     *("Kv", "Kf", "Kx", "LCW", "Kor", "when", "then", "add", "del", "=", "!=", "<=", "=>", "in", "deg", "object"),
-    *("Ω", "é", "\u202e", "x" * 300, "__class__", "..", "../..", "/", "/dev/null", "C:", "%s", "{0}", "\\", "'", '"'),
+    *(
+        "Ω",
+        "é",
+        "\u202e",
+        "x" * 300,
+        "__class__",
+        "..",
+        "../..",
+        "/",
+        "/dev/null",
+        "C:",
+        "%s",
+        "{0}",
+        "\\",
+        "'",
+        '"',
+    ),
     *(":", "- ", "&a", "*a", "<<", "!!python/object:os.system", "|", ">", "#", "---", "...", "@", "`", "?", "\t"),
 )
-BYTES = (b"\0", b"\xff", b"\xfe\xff", b"\xef\xbb\xbf", b"\xe9", b"\xc3", b"\r", b"\r\n", b"\x85", b"\x1b[31m", b"\x0b")
+BYTES = (
+    b"\0",
+    b"\xff",
+    b"\xfe\xff",
+    b"\xef\xbb\xbf",
+    b"\xe9",
+    b"\xc3",
+    b"\r",
+    b"\r\n",
+    b"\x85",
+    b"\x1b[31m",
+    b"\x0b",
+)
 OPEN = {"(": ")", "[": "]", "{": "}"}
 _TOKEN = re.compile(r"[A-Za-z_][\w.-]*|-?\d[\d.eE+-]*|[^\s\w]")
 _NUMBER = re.compile(r"-?\d+\.?\d*(?:[eE][+-]?\d+)?")
@@ -114,7 +158,9 @@ def other_group(text: str, rng: random.Random) -> str:
     first = _group(text, rng)
     inner, other = text[slice(*first)], text[slice(*_group(text, rng))]
     nested = rng.choice((3, 45, 300))
-    by = rng.choice(("", inner + inner, f"{inner} {inner}", inner[:1] + inner[-1:], other, inner[:1] * nested + inner))
+    by = rng.choice(
+        ("", inner + inner, f"{inner} {inner}", inner[:1] + inner[-1:], other, inner[:1] * nested + inner)
+    )
     return _replaced(text, first, by)
 
 
@@ -132,7 +178,9 @@ def other_element(text: str, rng: random.Random) -> str:
     """An XML element is missing, doubled, emptied or replaced by another one."""
     first = _drawn(_ELEMENT, text, rng)
     inner, other = text[slice(*first)], text[slice(*_drawn(_ELEMENT, text, rng))]
-    return _replaced(text, first, rng.choice(("", inner + inner, other, inner.replace("/>", ">"), f"<a>{inner}</a>")))
+    return _replaced(
+        text, first, rng.choice(("", inner + inner, other, inner.replace("/>", ">"), f"<a>{inner}</a>"))
+    )
 
 
 def cut_off(text: str, rng: random.Random) -> str:
@@ -164,12 +212,31 @@ def _of_bytes(content: bytes, rng: random.Random, others: Sequence[bytes]) -> by
             other = rng.choice(others)
             data[at:] = other[rng.randrange(len(other) + 1) :]
         elif at + 4 <= len(data):
-            data[at : at + 4] = rng.choice((b"\xff\xff\xff\xff", b"\0\0\0\0", b"\0\0\xc0\x7f", b"\0\0\x80\xff", b"\xff\xff\x7f\x7f"))
+            data[at : at + 4] = rng.choice(
+                (b"\xff\xff\xff\xff", b"\0\0\0\0", b"\0\0\xc0\x7f", b"\0\0\x80\xff", b"\xff\xff\x7f\x7f")
+            )
     return bytes(data)
 
 
 VALUES: tuple[Any, ...] = (
-    *(None, True, False, 0, -1, 1.5, 1e300, -1e300, 1e-320, float("nan"), float("inf"), 10**30, 2**63, "", "x", "é"),
+    *(
+        None,
+        True,
+        False,
+        0,
+        -1,
+        1.5,
+        1e300,
+        -1e300,
+        1e-320,
+        float("nan"),
+        float("inf"),
+        10**30,
+        2**63,
+        "",
+        "x",
+        "é",
+    ),
     *([], {}, [[]], [0], {"x": 0}, "n0", "n1", "a" * 300, ["a", "b"], [1, 2, 3], "../../etc", "\0", "sha256:"),
 )
 
