@@ -17,7 +17,7 @@ from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry import stored_parts
 from kabo.geometry.parts import Array, Enclosure
-from kabo.meshes import Mesh, load_mesh, require_closed
+from kabo.meshes import Mesh, load_mesh, outwards, require_closed
 
 if TYPE_CHECKING:
     from kabo.geometry.solids import Solid
@@ -129,7 +129,11 @@ def _made(solid: "Solid", tolerance: float, seed: int, name: str, pieces: Sequen
     from kabo.geometry.believed_parts import remember
     from kabo.geometry.decomposition import TooFine, decompose, proven_deviation
     from kabo.geometry.pieces import parts_of_pieces
+    from kabo.geometry.solids import Solid
 
+    turned, done = outwards(Mesh(solid.vertices, solid.faces))
+    if done is not None:  # inside out it is the same solid, but CoACD makes nothing of it
+        solid = Solid(turned.vertices, turned.faces)
     try:
         parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
             solid, tolerance, seed

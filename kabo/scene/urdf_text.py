@@ -229,8 +229,8 @@ def _check_joint(
     mimic = joint.find("mimic")
     if mimic is not None:
         if mimic.get("joint", "") not in joints:
-            hint = did_you_mean(mimic.get("joint", ""), joints)
-            raise urdf.wrong(mimic, f'joint "{name}" mimics the unknown joint "{mimic.get("joint", "")}"', hint)
+            said = f'joint "{name}" mimics the unknown joint "{mimic.get("joint", "")}"'
+            raise urdf.wrong(mimic, said, did_you_mean(mimic.get("joint", ""), joints))
         mimic_of(urdf, joint)
 
 

@@ -4,14 +4,18 @@ Shipped files are seeds by reference; small ones of each kind lie in `corpus/`. 
 one of which is changed, in a folder of its own.
 """
 
+import io
+import json
+import os
 import random
 import shutil
 from collections.abc import Callable, Mapping
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tests.fuzz import formulas
+from tests.fuzz import commands, formulas
 from tests.fuzz.mutations import mutated
 
 HOME = Path(__file__).resolve().parents[2]
@@ -21,6 +25,7 @@ DOMAINS = (
     *("doors", "coloured_balls", "wumpus", "unix", "canadian_traveller", "stacked", "force_sensing", "bartender"),
 )
 MESHES = ("tetra.off", "tetra.obj", "tetra.stl", "tetra.ply", "binary.stl", "binary.ply", "tetra.glb", "tetra.dae")
+OPENED = ("robot.urdf", "gripper.urdf", "robot.urdf", "scene.yaml", "tetra.off")
 Draw = Callable[[bytes, random.Random], bytes]
 
 
@@ -109,6 +114,7 @@ def _description(path: Path, number: int) -> None:
 
 
 def _opened(path: Path, number: int) -> None:
+    from kabo.geometry_server import GeometryServer
     from kabo.language import load_scene_description
     from kabo.scene import link_poses, load_scene, world_T
 
@@ -117,6 +123,7 @@ def _opened(path: Path, number: int) -> None:
         link_poses(robot, scene.start.robots[name])
     for name in scene.bodies:
         world_T(scene, scene.start, name)
+    GeometryServer(scene)
 
 
 def _mesh(path: Path, number: int) -> None:
@@ -200,6 +207,40 @@ def _message(path: Path, number: int) -> None:
             assert str(error)  # noqa: PT017
 
 
+def _enclosed(path: Path, number: int) -> None:
+    from kabo.geometry import enclosing_parts
+    from kabo.meshes import load_mesh, outwards
+
+    mesh, _ = outwards(load_mesh(path))
+    if len(mesh.faces) <= 8 and mesh.diagonal > 0.0:
+        cache = path.parent / "parts"
+        enclosing_parts(mesh.vertices, mesh.faces, 0.2 * mesh.diagonal, source=path, cache=cache)
+
+
+def _command(path: Path, number: int) -> None:
+    from kabo.cli.main import _asks_for_json, main
+
+    said, told, here = io.StringIO(), io.StringIO(), Path.cwd()
+    words = json.loads(path.read_bytes())
+    try:
+        os.chdir(path.parents[1])
+        with redirect_stdout(said), redirect_stderr(told):
+            code = main(words)
+    except SystemExit as ended:  # of argparse
+        code = ended.code if isinstance(ended.code, int) else 0
+    finally:
+        os.chdir(here)
+    shown = f"{words}: {told.getvalue()[-600:]}"
+    assert code in {0, 2, 3, 4, 5}, f"exit code {code}: {shown}"  # noqa: PT017
+    assert "defect of kabo" not in told.getvalue(), shown
+    if _asks_for_json(words) and "--help" not in words and "--version" not in words and code != 0:
+        assert isinstance(json.loads(said.getvalue()), dict), f"no JSON object: {shown}"
+
+
+def _words(sound: bytes, rng: random.Random) -> bytes:
+    return json.dumps(commands.drawn(rng)).encode()
+
+
 def _formula(sound: bytes, rng: random.Random) -> bytes:
     """The small domain with one formula drawn anew."""
     lines = sound.decode().split("\n")
@@ -250,11 +291,13 @@ FORMATS: Mapping[str, Format] = {
         Format("problem", (*_shipped("problem"), *_corpus("problem.yaml")), _problem, 0.08),
         Format("formula", _corpus("domain.yaml"), _checked, 0.10, _formula),
         Format("scene", _scenes(), _description, 0.06),
-        Format("opened", _corpus("robot.urdf", "gripper.urdf", "robot.urdf", "scene.yaml", "tetra.off", main="scene.yaml"), _opened, 0.04),
+        Format("opened", _corpus(*OPENED, main="scene.yaml"), _opened, 0.04),
         Format("task", _tasks(), _task, 0.08),
         Format("pddl", _corpus("logistics.pddl", "clg.pddl"), _problem, 0.08),
         Format("pks", _corpus("pks_typed.xml", "pks_untyped.xml"), _problem, 0.08),
         Format("mesh", _corpus(*MESHES), _mesh, 0.14),
+        Format("enclosed", _corpus(*MESHES[:4]), _enclosed, 0.004),
+        Format("command", _corpus("words.json"), _command, 0.02, _words),
         Format("parts", _corpus("tetra.off.parts", main="tetra.off"), _parts, 0.06),
         Format("plan", _corpus("plan.json", "certified.json", "medicate.json"), _plan, 0.08),
         Format("verified", _corpus("medicate.json"), _verified, 0.01),

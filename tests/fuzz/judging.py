@@ -1,4 +1,4 @@
-"""What a reader may do with anybody's file: take it, or refuse it with findings that have a place; soon, and in little memory."""
+"""What a reader may do with a file: take it, or refuse it with findings that have a place; soon, in little memory."""
 
 import io
 import resource
