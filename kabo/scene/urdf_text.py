@@ -5,6 +5,7 @@ standard error only, and believes numbers. What it is given is written anew from
 joints, origins, axes and limits, no more [`kinematics`].
 """
 
+import difflib
 import math
 import re
 from collections.abc import Iterator
@@ -16,7 +17,48 @@ from xml.parsers import expat
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.language.formulas import Place
 
+Words = tuple[frozenset[str], frozenset[str], frozenset[str]]
+
+# Words that are left out on purpose: they say nothing about where links are and what shape they have.
+IGNORED = frozenset(
+    ("inertial", "material", "contact", "dynamics", "safety_controller", "calibration", "transmission", "gazebo")
+    + (
+        "sensor",
+        "texture",
+        "color",
+        "verbose",
+        "self_collision_checking",
+        "contact_coefficients",
+        "disable_collisions",
+    )
+)
+_ORIGIN: Words = (frozenset(), frozenset(("xyz", "rpy")), frozenset())
+_SHAPE: Words = (
+    frozenset(("origin", "geometry", "material")),
+    frozenset(("name",)),
+    frozenset(("origin", "geometry")),
+)
+_JOINT = ("origin", "parent", "child", "axis", "limit", "mimic")
+_WORDS: dict[str, Words] = {  # for each element that counts: its elements, its attributes, and which stand once
+    "robot": (frozenset(("link", "joint")), frozenset(("name",)), frozenset()),
+    "link": (frozenset(("collision", "visual")), frozenset(("name",)), frozenset()),
+    "joint": (frozenset(_JOINT), frozenset(("name", "type")), frozenset(_JOINT)),
+    "collision": _SHAPE,
+    "visual": _SHAPE,
+    "origin": _ORIGIN,
+    "axis": (frozenset(), frozenset(("xyz",)), frozenset()),
+    "limit": (frozenset(), frozenset(("lower", "upper", "velocity", "effort")), frozenset()),
+    "mimic": (frozenset(), frozenset(("joint", "multiplier", "offset")), frozenset()),
+    "parent": (frozenset(), frozenset(("link",)), frozenset()),
+    "child": (frozenset(), frozenset(("link",)), frozenset()),
+    "geometry": (frozenset(("mesh", "box", "cylinder", "sphere")), frozenset(), frozenset()),
+    "mesh": (frozenset(), frozenset(("filename", "scale")), frozenset()),
+    "box": (frozenset(), frozenset(("size",)), frozenset()),
+    "cylinder": (frozenset(), frozenset(("radius", "length")), frozenset()),
+    "sphere": (frozenset(), frozenset(("radius",)), frozenset()),
+}
 MOST_LINKS = 500  # the work of pinocchio and of collision checks grows with their square
+SLIPPED = 0.85  # likeness of words from which on one is the other, mistyped
 LARGEST_FILE = 16_000_000  # bytes
 DEEPEST = 40  # elements within elements
 FARTHEST = 1000.0  # m: of an origin from another, and of a size
@@ -153,6 +195,7 @@ def _parsed(path: Path, content: bytes) -> Urdf:
 
 # ------------------------------------------------------------------------------------------------ links and joints
 def _check(urdf: Urdf) -> None:
+    _check_words(urdf)
     links = _named(urdf, "link")
     joints = _named(urdf, "joint")
     if not links:
@@ -168,6 +211,37 @@ def _check(urdf: Urdf) -> None:
             raise urdf.wrong(joint, f'link "{child}" is the child of two joints; the second is "{name}"')
         parents[child] = parent
     _check_tree(urdf, links, parents)
+
+
+def _check_words(urdf: Urdf) -> None:
+    """Refuses what is nearly a word that counts, and what stands twice: a reader would leave it out in silence."""
+    waiting = [urdf.root]
+    while waiting:
+        element = waiting.pop()
+        words, keys, single = _WORDS[element.tag]
+        for key in element.attrib:
+            if key not in keys and (hint := _slipped(key, keys)) is not None:
+                raise urdf.wrong(element, f"<{element.tag}> has no `{key[:_SHOWN]}`", hint)
+        seen: set[str] = set()
+        for child in element:
+            if child.tag in seen and child.tag in single:
+                raise urdf.wrong(child, f"<{element.tag}> has two of <{child.tag}>")
+            seen.add(child.tag)
+            if child.tag in words:
+                if child.tag in _WORDS:
+                    waiting.append(child)
+            elif child.tag not in IGNORED and (hint := _slipped(child.tag, words)) is not None:
+                raise urdf.wrong(child, f"unknown element <{child.tag[:_SHOWN]}> in <{element.tag}>", hint)
+        if element.tag == "geometry" and len(element) > 1:
+            raise urdf.wrong(element[1], "a <geometry> has one shape", "write another <collision> for it")
+
+
+def _slipped(word: str, known: frozenset[str]) -> str | None:
+    """The remedy for a word in which a finger slipped; other words that do not count are extensions of other tools."""
+    for meant in sorted(known):
+        if sorted(word) == sorted(meant) or difflib.SequenceMatcher(None, word, meant).ratio() >= SLIPPED:
+            return f'did you mean "{meant}"?'
+    return None
 
 
 def _named(urdf: Urdf, tag: str) -> dict[str, ElementTree.Element]:
@@ -244,7 +318,7 @@ def _check_limit(urdf: Urdf, name: str, kind: str, joint: ElementTree.Element) -
         return
     for key in ("velocity", "effort"):
         urdf.numbers(limit, key, 1, "0", largest=math.inf if key == "effort" else 1e300)
-    lower, upper = (urdf.numbers(limit, key, 1, "0", largest=1e6)[0] for key in ("lower", "upper"))
+    lower, upper = (urdf.numbers(limit, key, 1, "0", largest=1e300)[0] for key in ("lower", "upper"))
     if kind == "prismatic" and max(abs(lower), abs(upper)) > FARTHEST:
         raise urdf.wrong(limit, f'joint "{name}" slides farther than {FARTHEST:g} m')
     if lower > upper and kind in {"revolute", "prismatic"}:

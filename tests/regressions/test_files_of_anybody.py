@@ -71,6 +71,15 @@ def refused(folder: Path) -> str:
         ('<link name="hand">', '<link name="lower">', 5, "there are two of"),
         ('<robot name="small">', '<!DOCTYPE r [<!ENTITY a "b">]><robot name="small">', 1, "defines XML entities"),
         ("</robot>", "", None, "is no XML"),
+        ('<origin xyz="0 0 0.3"/>', '<origin xzy="0 0 0.3"/>', 11, "<origin> has no `xzy`"),
+        (
+            '<collision><origin xyz="0 0 0.15"/>',
+            "<colision/><collision>",
+            3,
+            "unknown element <colision> in <link>",
+        ),
+        ('<sphere radius="0.02"/>', '<sphere radius="0.02"/><box size="1 1 1"/>', 5, "a <geometry> has one shape"),
+        ('<parent link="base"/>', '<parent link="base"/><parent link="hand"/>', 9, "has two of <parent>"),
     ],
 )
 def test_a_urdf_is_refused_at_its_line(folder: Path, old: str, new: str, line: int | None, said: str) -> None:
@@ -184,9 +193,9 @@ def test_an_epsilon_that_geometry_cannot_keep_is_no_option(
 @pytest.mark.parametrize(
     "words", [["solve", "--json", "--searc"], ["--json"], ["bound", "x.off", "--json", "--epsilon", "x"]]
 )
-def test_wrong_options_with_json_are_one_object(words: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_options_with_json_are_one_object(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
-        main(words.split())
+        main(words)
     told = capsys.readouterr()
     answer = json.loads(told.out)
     assert answer["code"] == "bad_request"
