@@ -287,21 +287,21 @@ def _scenes() -> tuple[Seed, ...]:
 FORMATS: Mapping[str, Format] = {
     each.name: each
     for each in (
-        Format("domain", (*_shipped("domain"), *_corpus("domain.yaml", main="problem.yaml")), _problem, 0.10),
-        Format("problem", (*_shipped("problem"), *_corpus("problem.yaml")), _problem, 0.08),
-        Format("formula", _corpus("domain.yaml"), _checked, 0.10, _formula),
+        Format("domain", (*_shipped("domain"), *_corpus("domain.yaml", main="problem.yaml")), _problem, 0.05),
+        Format("problem", (*_shipped("problem"), *_corpus("problem.yaml")), _problem, 0.04),
+        Format("formula", _corpus("domain.yaml"), _checked, 0.08, _formula),
         Format("scene", _scenes(), _description, 0.06),
-        Format("opened", _corpus(*OPENED, main="scene.yaml"), _opened, 0.04),
-        Format("task", _tasks(), _task, 0.08),
+        Format("opened", _corpus(*OPENED, main="scene.yaml"), _opened, 0.03),
+        Format("task", _tasks(), _task, 0.1),
         Format("pddl", _corpus("logistics.pddl", "clg.pddl"), _problem, 0.08),
         Format("pks", _corpus("pks_typed.xml", "pks_untyped.xml"), _problem, 0.08),
-        Format("mesh", _corpus(*MESHES), _mesh, 0.14),
+        Format("mesh", _corpus(*MESHES), _mesh, 0.16),
         Format("enclosed", _corpus(*MESHES[:4]), _enclosed, 0.004),
         Format("command", _corpus("words.json"), _command, 0.02, _words),
-        Format("parts", _corpus("tetra.off.parts", main="tetra.off"), _parts, 0.06),
+        Format("parts", _corpus("tetra.off.parts", main="tetra.off"), _parts, 0.08),
         Format("plan", _corpus("plan.json", "certified.json", "medicate.json"), _plan, 0.08),
         Format("verified", _corpus("medicate.json"), _verified, 0.01),
-        Format("report", _corpus("report.json"), _report, 0.04),
-        Format("message", _corpus("request.json"), _message, 0.06),
+        Format("report", _corpus("report.json"), _report, 0.08),
+        Format("message", _corpus("request.json"), _message, 0.12),
     )
 }  # fmt: skip
