@@ -25,20 +25,21 @@ def main() -> int:
     parser.add_argument("--only", nargs="+", default=list(FORMATS), choices=list(FORMATS))
     parser.add_argument("--kept", type=Path, default=Path("finds"), help="where files that were found go")
     options = parser.parse_args()
-    began, first, done, found = time.monotonic(), options.first, 0, 0
+    began, done, found = time.monotonic(), 0, 0
+    following = dict.fromkeys(options.only, options.first)
     left = options.count if options.count is not None else STEP * 10**6 if options.minutes else STEP
     spent: dict[str, float] = dict.fromkeys(options.only, 0.0)
     while left > 0 and (options.minutes is None or time.monotonic() - began < 60 * options.minutes):
         step = counts(min(left, STEP), options.only)
         for name, count in step.items():
             before = time.monotonic()
-            start = first * count // max(1, STEP) + options.first if first != options.first else options.first
-            finds = run_apart(name, range(start, start + count), kept=options.kept)
+            finds = run_apart(name, range(following[name], following[name] + count), kept=options.kept)
+            following[name] += count
             spent[name] += time.monotonic() - before
             for find in finds:
                 print(find, flush=True)
             found, done = found + len(finds), done + count
-        first, left = first + STEP, left - STEP
+        left -= STEP
         print(f"{done} files, {found} finds, {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
     print({name: round(seconds, 1) for name, seconds in spent.items()}, file=sys.stderr)
     return 1 if found else 0
