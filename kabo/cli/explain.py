@@ -3,7 +3,7 @@
 import argparse
 
 from kabo.cli import exit_codes
-from kabo.cli.solving import SEARCHES, add_problem_argument, natural, positive
+from kabo.cli.solving import SEARCHES, add_problem_argument, epsilon, natural, positive
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 from kabo.errors import InputError
 
@@ -24,9 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_problem_argument(parser)
     parser.add_argument("--search", choices=SEARCHES, help="how to search for a plan (default: best)")
     parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
-    parser.add_argument(
-        "--epsilon", type=positive, metavar="E", help="tolerance of geometric predicates in metres"
-    )
+    parser.add_argument("--epsilon", type=epsilon, metavar="E", help="tolerance of geometric predicates in metres")
     parser.add_argument("--geometry", choices=("bounding", "none"), help="whether to look for motions, too")
     parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
     parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")

@@ -7,9 +7,11 @@ import sys
 import traceback
 from collections.abc import Sequence
 from types import ModuleType
+from typing import NoReturn
 
 from kabo import __version__
 from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, task, verify
+from kabo.cli.solving import require_writable
 from kabo.errors import InputError, KaboError, ServiceError
 
 COMMANDS: tuple[ModuleType, ...] = (
@@ -24,13 +26,25 @@ COMMANDS: tuple[ModuleType, ...] = (
     serve,
     request,
 )
+WRITTEN = ("output", "html", "picture")  # options that name a file to write: better found out before the work
 REPORT = "please report it with this text and the files: it is a defect of kabo, not of your input"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code; errors are told on standard error, in one place."""
-    options = parser().parse_args(arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
+        options = parser().parse_args(given)
+    except _Wrong as wrong:
+        wrong.parser.print_usage(sys.stderr)
+        print(f"{wrong.parser.prog}: error: {wrong}", file=sys.stderr)
+        if _asks_for_json(given):
+            print(json.dumps({"code": "bad_request", "message": str(wrong)}))
+        raise SystemExit(exit_codes.BAD_INPUT) from None
+    try:
+        for name in WRITTEN:
+            if (path := getattr(options, name, None)) is not None:
+                require_writable(path)
         return int(options.run(options))
     except KeyboardInterrupt:
         print("kabo: interrupted; nothing was written", file=sys.stderr)
@@ -42,9 +56,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _told(error, as_json=getattr(options, "json", False))
 
 
+class _Wrong(Exception):  # noqa: N818
+    """Options that cannot be understood; the parser that says so shows its usage."""
+
+    def __init__(self, parser: argparse.ArgumentParser, message: str) -> None:
+        self.parser = parser
+        super().__init__(message)
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that leaves it to `main` to tell what is wrong, which knows about `--json`."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raises _Wrong."""
+        raise _Wrong(self, message)
+
+
+def _asks_for_json(given: Sequence[str]) -> bool:
+    before = given[: given.index("--")] if "--" in given else given
+    return any(len(word) > len("--") and "--json".startswith(word) for word in before)
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line as argparse sees it; `run` of the parsed options is the command."""
-    top = argparse.ArgumentParser(
+    top = _Parser(
         prog="kabo",
         description="Combined task and motion planning on the knowledge level, with bounded geometric predicates.",
     )

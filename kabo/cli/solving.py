@@ -2,12 +2,14 @@
 
 import argparse
 import math
+import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from kabo.cli import exit_codes
 from kabo.cli.terminal import print_json, tell
+from kabo.errors import Diagnostic, InputError
 
 TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
 OPTIONS = (
@@ -22,9 +24,7 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
     add_problem_argument(parser)
     parser.add_argument("--search", choices=SEARCHES, help="how to search (default: best; astar: least cost)")
     parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
-    parser.add_argument(
-        "--epsilon", type=positive, metavar="E", help="tolerance of geometric predicates in metres"
-    )
+    parser.add_argument("--epsilon", type=epsilon, metavar="E", help="tolerance of geometric predicates in metres")
     parser.add_argument("--geometry", choices=("bounding", "exact", "none"), help="how bodies are checked")
     parser.add_argument(
         "--geometry-order",
@@ -154,9 +154,38 @@ def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable
 def output_file(text: str) -> Path:
     """A file to write, in a folder that exists: better said now than after the search."""
     path = Path(text)
-    if not path.parent.is_dir() or path.is_dir():
+    try:
+        fits = path.parent.is_dir() and not path.is_dir()
+    except (OSError, ValueError):  # too long a name, or a null byte in it
+        fits = False
+    if not fits:
         raise argparse.ArgumentTypeError(f"{text!r} is no file in a folder that exists")
     return path
+
+
+def require_writable(path: Path) -> None:
+    """Nothing, for a file that can be written: tried with an empty file beside it, which goes again.
+
+    Raises:
+        InputError: it cannot; says why.
+    """
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", suffix=".part" + 16 * "0"):
+            pass
+    except OSError as error:
+        hint = "name another file to write"
+        raise InputError([Diagnostic(str(path), 1, 1, f"cannot be written: {error.strerror}", hint)]) from None
+
+
+def epsilon(text: str) -> float:
+    """A tolerance that geometric predicates can keep."""
+    from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
+
+    value = positive(text)
+    if not SMALLEST_EPSILON <= value <= LARGEST_EPSILON:
+        wanted = f"a length from {SMALLEST_EPSILON:g} to {LARGEST_EPSILON:g} m"
+        raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}")
+    return float(value)
 
 
 natural = _number(int, 0, "a whole number from 0 on")

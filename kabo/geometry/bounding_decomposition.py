@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 MANY = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
 COARSER = 0.1  # of epsilon: what that mesh may take
+Made = tuple[tuple[Array, ...], tuple[float, ...]]  # parts and their deviations
 TIGHTER = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried for a target number of parts
 
 
@@ -94,20 +95,30 @@ def bounding_decomposition(
     vertices = np.asarray(mesh.vertices, np.float64)
     faces = np.asarray(mesh.faces, np.int64)
     parameters = (float(epsilon), parts, vertices_per_part, seed)
+    path = getattr(mesh, "path", None)
+    require_closed(Mesh(vertices, faces, path))
     given = stored_decompositions.name_of(vertices, faces, parameters)
-    found = stored_decompositions.read(folder, given)
+    found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, given))
     if found is None:
-        path = getattr(mesh, "path", None)
-        require_closed(Mesh(vertices, faces, path))
         vertices, faces = stored_parts.canonical(vertices, faces)
         canonical = stored_decompositions.name_of(vertices, faces, parameters)
-        found = stored_decompositions.read(folder, canonical)
+        found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, canonical))
         if found is None:
             found = _made(vertices, faces, epsilon, parts, vertices_per_part, path)
         with suppress(OSError):  # a read-only cache costs time, never an answer
             for name in {given, canonical}:
                 stored_decompositions.write(folder, name, *found)
     return Decomposition(*found, epsilon, perf_counter() - began)
+
+
+def _believed(vertices: Array, faces: NDArray[np.int64], epsilon: float, found: Made | None) -> Made | None:
+    """What a file in the cache holds, if it keeps what it says."""
+    from kabo.geometry.believed_parts import believed
+    from kabo.geometry.solids import Solid
+
+    if found is None or max(found[1]) > epsilon:
+        return None
+    return found if believed(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
 
 
 def _made(
@@ -117,7 +128,8 @@ def _made(
     parts: int | None,
     vertices_per_part: int | None,
     path: Path | None,
-) -> tuple[tuple[Array, ...], tuple[float, ...]]:
+) -> Made:
+    from kabo.geometry.believed_parts import remember
     from kabo.geometry.enclosing_union import TooFine, Undecided, proven_union
     from kabo.geometry.solids import Solid
 
@@ -142,6 +154,7 @@ def _made(
         remedy = "ask for a larger epsilon, or simplify the mesh where it has fine hollows"
         named = "mesh" if path is None else str(path)
         raise MeshError([Diagnostic(named, 1, 1, f"the mesh {said}", remedy)]) from None
+    remember(solid, union.parts, union.deviations)
     return union.parts, union.deviations
 
 

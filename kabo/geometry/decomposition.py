@@ -176,16 +176,15 @@ def _volume(points: Array) -> float:
 def _joined(solid: Solid, tolerance: float, pieces: list[Piece]) -> list[Piece]:
     """The pieces with neighbours joined, cheapest first, where one part may stand for both."""
     refused: set[tuple[int, int]] = set()
+    gains: dict[tuple[int, int], float] = {}
     numbered = dict(enumerate(pieces))
     following = len(pieces)
     while True:
-        pairs = [
-            (_gain(numbered[i], numbered[j]), i, j)
-            for i in numbered
-            for j in numbered
-            if i < j and (i, j) not in refused
-        ]
-        for _, i, j in sorted(pair for pair in pairs if np.isfinite(pair[0])):
+        pairs = [(i, j) for i in numbered for j in numbered if i < j and (i, j) not in refused]
+        for i, j in pairs:
+            if (i, j) not in gains:
+                gains[i, j] = _gain(numbered[i], numbered[j])
+        for _, i, j in sorted((gains[pair], *pair) for pair in pairs if np.isfinite(gains[pair])):
             points = np.vstack([numbered[i].points, numbered[j].points])
             joined = _piece(solid, tolerance, points, None)
             if joined.part is not None:

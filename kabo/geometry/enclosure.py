@@ -1,11 +1,14 @@
 """The convex parts that enclose a closed mesh, proven within a tolerance of it: stored ones, or made once.
 
 Parts are looked up beside the mesh file, then in the cache, else computed by `kabo.geometry.decomposition` and kept.
+What a file says is believed once it is proven [kabo.geometry.believed_parts]. Parts beside a mesh that a scene scales
+are scaled with it: those with deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
 """
 
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +17,12 @@ from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry import stored_parts
 from kabo.geometry.parts import Array, Enclosure
-from kabo.meshes import Mesh, require_closed
+from kabo.meshes import Mesh, load_mesh, outwards, require_closed
+
+if TYPE_CHECKING:
+    from kabo.geometry.solids import Solid
+
+UNITS = (1.0, 1e-3, 1e-2, 0.0254)  # m: the scales for which parts beside a mesh were made, as a rule
 
 
 def enclosing_parts(
@@ -42,19 +50,56 @@ def enclosing_parts(
     """
     name = "mesh" if source is None else str(source)
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), source)
-    digest = stored_parts.digest_of(vertices, faces)
+    from kabo.geometry.solids import Solid
+
+    solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
     if source is not None:
-        stored = stored_parts.fitting(stored_parts.read(stored_parts.beside(source), digest), tolerance)
+        beside = stored_parts.read(stored_parts.beside(source), digest) or _scaled(solid, source)
+        stored = _believed(solid, beside, tolerance)
         if stored is not None:
             return stored
     kept = (cache_folder() / "parts" if cache is None else cache) / f"{digest[:32]}-{tolerance:.9g}-{seed}.parts"
-    found = stored_parts.read(kept, digest).get(float(f"{tolerance:.9g}"))
+    found = _believed(solid, stored_parts.read(kept, digest), tolerance)
     if found is not None:
         return found
-    made = _made(vertices, faces, tolerance, seed, name)
+    made = _made(solid, tolerance, seed, name)
     with suppress(OSError):  # a read-only cache costs time, never an answer
         stored_parts.write(kept, digest, {float(f"{tolerance:.9g}"): made})
     return made
+
+
+def _believed(solid: "Solid", stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
+    """Of stored enclosures the one that fits best, if it keeps what it says."""
+    from kabo.geometry.believed_parts import believed
+
+    left = dict(stored)
+    while (best := stored_parts.fitting(left, tolerance)) is not None:
+        if believed(solid, best.parts, [best.deviation] * len(best.parts)):
+            return best
+        left = {key: made for key, made in left.items() if made is not best}
+    return None
+
+
+def _scaled(solid: "Solid", source: Path) -> dict[float, Enclosure]:
+    """What lies beside a mesh file, scaled along each axis as the mesh was; none if the mesh is no scaled one."""
+    if not stored_parts.beside(source).is_file():
+        return {}
+    for unit in UNITS:
+        try:
+            original = load_mesh(source, unit)
+            vertices, faces = _usable(original.vertices, original.faces, source)
+        except MeshError:
+            return {}
+        stored = stored_parts.read(stored_parts.beside(source), stored_parts.digest_of(vertices, faces))
+        sides = np.ptp(vertices, axis=0)
+        if stored and (sides > 0.0).all():
+            factors = np.ptp(solid.vertices, axis=0) / sides
+            grown = float(factors.max()) * (1.0 + 1e-9)
+            return {
+                grown * key: Enclosure(tuple(part * factors for part in made.parts), grown * made.deviation)
+                for key, made in stored.items()
+            }
+    return {}
 
 
 def write_parts(
@@ -70,27 +115,25 @@ def write_parts(
         MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
     """
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), mesh)
-    digest = stored_parts.digest_of(vertices, faces)
+    from kabo.geometry.solids import Solid
+
+    solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
     enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
     for tolerance in tolerances:
         if tolerance not in enclosures:
-            enclosures[float(tolerance)] = _made(vertices, faces, tolerance, 0, str(mesh), pieces)
+            enclosures[float(tolerance)] = _made(solid, tolerance, 0, str(mesh), pieces)
     stored_parts.write(stored_parts.beside(mesh), digest, enclosures)
 
 
-def _made(
-    vertices: Array,
-    faces: NDArray[np.int64],
-    tolerance: float,
-    seed: int,
-    name: str,
-    pieces: Sequence[Array] = (),
-) -> Enclosure:
+def _made(solid: "Solid", tolerance: float, seed: int, name: str, pieces: Sequence[Array] = ()) -> Enclosure:
+    from kabo.geometry.believed_parts import remember
     from kabo.geometry.decomposition import TooFine, decompose, proven_deviation
     from kabo.geometry.pieces import parts_of_pieces
     from kabo.geometry.solids import Solid
 
-    solid = Solid(vertices, faces)
+    turned, done = outwards(Mesh(solid.vertices, solid.faces))
+    if done is not None:  # inside out it is the same solid, but CoACD makes nothing of it
+        solid = Solid(turned.vertices, turned.faces)
     try:
         parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
             solid, tolerance, seed
@@ -98,10 +141,13 @@ def _made(
     except TooFine as error:
         raise _unusable(
             name,
-            f"a mesh of {len(faces)} triangles needs more than {error} convex parts to be enclosed within {tolerance:g} m",
+            f"a mesh of {len(solid.faces)} triangles needs more than {error} convex parts "
+            f"to be enclosed within {tolerance:g} m",
             "ask for a larger epsilon, or simplify the mesh where it has fine hollows",
         ) from None
-    return Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
+    made = Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
+    remember(solid, made.parts, [made.deviation] * len(made.parts))
+    return made
 
 
 def _usable(vertices: Array, faces: NDArray[np.int64], source: Path | None) -> tuple[Array, NDArray[np.int64]]:

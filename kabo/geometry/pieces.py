@@ -40,18 +40,29 @@ def parts_of_pieces(solid: Solid, pieces: Sequence[Array], tolerance: float) -> 
 def uncovered(solid: Solid, parts: Sequence[Array]) -> list[Cell]:
     """What the parts leave of the solid, in convex cells; none is the proof that they cover it."""
     cells = [whole(solid.vertices, solid.faces)]
-    for part in parts:
-        left: list[Cell] = []
-        for cell in cells:
-            inside = cell
-            for plane in hull_planes(part):
-                inside, outside = cut(inside, plane[:3], float(plane[3]))
-                if len(outside.segments):
-                    left.append(outside)
-                if not len(inside.segments):
-                    break
-        cells = left
+    for part in sorted(parts, key=lambda part: -float(np.prod(np.ptp(part, axis=0)))):
+        planes = hull_planes(part)
+        cells = [left for cell in cells for left in _outside(cell, planes)]
     return cells
+
+
+def _outside(cell: Cell, planes: Array) -> list[Cell]:
+    """What of a cell lies outside a convex part, given by planes (H, 4): the cell itself if they do not meet."""
+    heights = cell.segments.reshape(-1, 3) @ planes[:, :3].T - planes[:, 3]
+    if (heights.min(axis=0) >= 0.0).any():
+        return [cell]
+    highest = heights.max(axis=0)
+    left: list[Cell] = []
+    inside = cell
+    for row in np.argsort(-highest, kind="stable"):  # first the plane that most lies behind
+        if highest[row] < 0.0:
+            break
+        inside, outside = cut(inside, planes[row, :3], float(planes[row, 3]))
+        if not len(inside.segments):
+            return [cell]
+        if len(outside.segments):
+            left.append(outside)
+    return left
 
 
 def _settled(solid: Solid, points: Array, tolerance: float, depth: int) -> list[Array] | None:

@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.geometry.parts import Array, Enclosure
+from kabo.geometry.parts import COLUMNS, Array, Enclosure
 
 FORMAT = "kabo-parts/1"
 METHOD = 1  # to be counted up when other parts come out of the same mesh and tolerance
+LARGEST_FILE = 64 * 1024**2  # bytes: far more than the parts of any mesh need
+LARGEST_HEAD = 1024**2  # bytes of the line of JSON
 
 
 def canonical(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
@@ -41,25 +43,47 @@ def beside(mesh: Path) -> Path:
 
 
 def read(path: Path, digest: str) -> dict[float, Enclosure]:
-    """The stored enclosures of the mesh by tolerance [m]; none if the file is missing, foreign, old or damaged."""
+    """The stored enclosures of the mesh by tolerance [m]; none if the file is missing, foreign, old or damaged.
+
+    What they say of the mesh is not asked here [kabo.geometry.believed_parts].
+    """
+    whole = read_whole(path)
+    if whole is None:
+        return {}
+    header, numbers = whole
     try:
-        head, _, body = path.read_bytes().partition(b"\n")
-        header = json.loads(head)
         if header["format"] != FORMAT or header["method"] != METHOD or header["mesh"] != digest:
             return {}
-        if header["body"] != hashlib.sha256(body).hexdigest():
+        counts = [list(entry["vertices"]) for entry in header["entries"]]
+        sizes = [count for entry in counts for count in entry]
+        if not all(type(count) is int and 4 <= count <= COLUMNS for count in sizes):
             return {}
-        numbers = np.frombuffer(body, "<f8").astype(np.float64).reshape(-1, 3)
-        found, first = {}, 0
-        for entry in header["entries"]:
-            parts = []
-            for count in entry["vertices"]:
-                parts.append(numbers[first : first + count].copy())
-                first += count
-            found[float(entry["tolerance"])] = Enclosure(tuple(parts), float(entry["deviation"]))
+        if 3 * sum(sizes) != len(numbers):
+            return {}
+        parts = iter(np.split(numbers.reshape(-1, 3), np.cumsum(sizes)[:-1]))
+        found = {}
+        for entry, own in zip(header["entries"], counts, strict=True):
+            made = Enclosure(tuple(next(parts).copy() for _ in own), float(entry["deviation"]))
+            found[float(entry["tolerance"])] = made
         return found
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, OverflowError):
         return {}
+
+
+def read_whole(path: Path) -> tuple[Any, Array] | None:
+    """The line of JSON and the numbers of a file that `write_whole` wrote; None if it is missing, huge or damaged."""
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            return None
+        head, _, body = path.read_bytes().partition(b"\n")
+        if len(head) > LARGEST_HEAD:
+            return None
+        header = json.loads(head)
+        if header["body"] != hashlib.sha256(body).hexdigest():
+            return None
+        return header, np.frombuffer(body, "<f8").astype(np.float64)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
 
 
 def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:

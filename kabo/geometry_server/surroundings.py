@@ -2,12 +2,14 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from kabo.errors import InputError
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
 from kabo.geometry_server.answers import Pair, Statistics
 from kabo.geometry_server.situation import Situation
@@ -82,12 +84,28 @@ class Surroundings:
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
         robot, dot, link = name.partition(".")
-        if not dot or link not in self.scene.robots[robot].hulls:
-            return self.enclosed(mesh)
-        key = f"hull of {mesh.digest}"
-        if key not in self._enclosures:
-            self._enclosures[key] = self.enclosed(hull_of(mesh))
-        return self._enclosures[key]
+        try:
+            if not dot or link not in self.scene.robots[robot].hulls:
+                return self.enclosed(mesh)
+            key = f"hull of {mesh.digest}"
+            if key not in self._enclosures:
+                self._enclosures[key] = self.enclosed(hull_of(mesh))
+            return self._enclosures[key]
+        except InputError as error:
+            raise self._named(name, error) from None
+
+    def _named(self, name: str, error: InputError) -> InputError:
+        """The error about a mesh, told where people know it: at the body's shape, or at the link in its URDF."""
+        robot, dot, link = name.partition(".")
+        place = self.scene.robots[robot].links[link].place if dot else self.scene.bodies[name].shape.place
+        thing = f'link "{link}" of robot "{robot}"' if dot else f'body "{name}"'
+        found = []
+        for finding in error.diagnostics:
+            told = replace(finding, message=f"{thing}: {finding.message}")
+            if place is not None and finding.file == "mesh":  # a mesh of several pieces has no file of its own
+                told = replace(told, file=place.file, line=place.line, column=place.column, length=place.length)
+            found.append(told)
+        return type(error)(found)
 
     def enclosed(self, mesh: Mesh) -> Enclosure:
         """The convex parts that enclose a mesh, made once."""

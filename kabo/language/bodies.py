@@ -22,7 +22,7 @@ from kabo.language.scene_description import (
     Shape,
     Stroke,
 )
-from kabo.language.values import Reader
+from kabo.language.values import SMALLEST_SIZE, Reader
 
 SHAPE_KEYS = ("mesh", "box", "cylinder", "sphere")
 MODEL_KEYS = (*SHAPE_KEYS, "scale", "pose", "movable", "mass", "features", "grasps", "placements")
@@ -127,9 +127,10 @@ class BodyReader:
     def _primitive(self, kind: str, node: Node | None) -> Shape | None:
         place = None if node is None else node.place
         if kind == "box":
-            sides = self.reader.vector(node, "the whole sides of a box")
-            if sides is not None and node is not None and min(sides) <= 0:
-                self.reader.findings.add(node.place, "the sides of a box must be greater than 0")
+            sides = self.reader.position(node, "the whole sides of a box")
+            if sides is not None and node is not None and min(sides) < SMALLEST_SIZE:
+                said = "the sides of a box must be greater than 0"
+                self.reader.findings.add(node.place, said if min(sides) <= 0 else f"{said}, at least a micrometre")
                 return None
             return None if sides is None else Shape("box", None, 1.0, sides, place)
         mapping = self.reader.mapping(node, f"a {kind}")
@@ -137,9 +138,7 @@ class BodyReader:
             return None
         keys = ("radius", "height") if kind == "cylinder" else ("radius",)
         self.reader.keys(mapping, keys, f"a {kind}")
-        values = [
-            self.reader.positive(self.reader.require(mapping, key, f"a {kind}"), f"the {key}") for key in keys
-        ]
+        values = [self.reader.size(self.reader.require(mapping, key, f"a {kind}"), f"the {key}") for key in keys]
         if None in values:
             return None
         numbers = [value for value in values if value is not None]
@@ -263,7 +262,7 @@ class BodyReader:
         else:
             value = self.reader.number(node, "a distance")
             values = None if value is None else (value, value)
-        if values is None or node is None:
+        if values is None or node is None or not self.reader.sensible(node, "a distance", values[1]):
             return None
         if values[0] < 0 or values[0] > values[1]:
             self.reader.findings.add(node.place, "a distance [min, max] needs 0 <= min <= max")

@@ -67,11 +67,17 @@ def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None
 
 
 # -------------------------------------------------------------------------------------------------- declarations
+def _is_null(node: Node) -> bool:
+    """Whether a tool for YAML wrote `null` where nothing follows: a type without subtypes."""
+    return isinstance(node, Scalar) and not node.style and node.text in {"null", "~"}
+
+
 def _read_types(reading: DomainReading, node: Node | None, parent: str | None) -> None:
     if isinstance(node, Mapping):
         for _, key, value in reading.reader.entries(node, "types"):
             name = _declare_type(reading, key, parent)
-            _read_types(reading, value, name or parent)
+            if not _is_null(value):
+                _read_types(reading, value, name or parent)
     else:
         for item in reading.reader.items(node, "types"):
             if isinstance(item, Scalar):

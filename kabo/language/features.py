@@ -57,14 +57,14 @@ def sound_features(features: MappingType[str, Feature | None]) -> dict[str, Feat
 
 def _read_feature(reader: Reader, mapping: Mapping) -> Feature | None:
     if "point" in mapping.entries:
-        point = reader.vector(mapping.get("point"), "a point")
+        point = reader.position(mapping.get("point"), "a point")
         return None if point is None else Feature("point", point)
     kind, key = ("line", "along") if "line" in mapping.entries else ("plane", "normal")
     inner = reader.mapping(mapping.get(kind), f"a {kind}")
     if inner is None:
         return None
     reader.keys(inner, ("through", key), f"a {kind}")
-    origin = reader.vector(reader.require(inner, "through", f"a {kind}"), "`through`")
+    origin = reader.position(reader.require(inner, "through", f"a {kind}"), "`through`")
     direction = _direction(reader, reader.require(inner, key, f"a {kind}"), key)
     if origin is None or direction is None:
         return None

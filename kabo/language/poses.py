@@ -39,7 +39,7 @@ def read_pose(reader: Reader, node: Node | None) -> PoseDescription:
     if frame_node is not None and not _FRAME.fullmatch(frame):
         reader.findings.add(frame_node.place, f'"{frame}" is no frame: world, an object, or robot.link')
         frame = "world"
-    position = reader.vector(mapping.get("position"), "a position") or (0.0, 0.0, 0.0)
+    position = reader.position(mapping.get("position"), "a position") or (0.0, 0.0, 0.0)
     return PoseDescription(frame, position, _orientation(reader, mapping), (frame_node or mapping).place)
 
 

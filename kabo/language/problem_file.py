@@ -106,7 +106,7 @@ def read_options(reader: Reader, node: Node | None) -> Options:
     return Options(
         search=reader.choice(mapping.get("search"), SEARCHES, "`search`"),
         seed=reader.whole(mapping.get("seed"), "`seed`"),
-        epsilon=reader.positive(mapping.get("epsilon"), "`epsilon`"),
+        epsilon=reader.epsilon(mapping.get("epsilon"), "`epsilon`"),
         geometry=reader.choice(mapping.get("geometry"), GEOMETRIES, "`geometry`"),
         max_expansions=reader.whole(limit("expansions"), "`expansions`", 1),
         max_samples=reader.whole(limit("samples"), "`samples`", 1),

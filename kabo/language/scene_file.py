@@ -73,7 +73,7 @@ def read_scene(
     reader, before = reading.reader, len(findings.errors)
     reader.keys(root, SCENE_KEYS, "a scene")
     name = reader.name(reader.require(root, "scene", "a scene"), "a scene")
-    epsilon = reader.positive(reader.require(root, "epsilon", "a scene"), "epsilon")
+    epsilon = reader.epsilon(reader.require(root, "epsilon", "a scene"), "epsilon")
     packages = read_packages(reader, root.get("packages"))
     body_reader = BodyReader(reader, ConstraintReader(findings), packages)
     robot_reader = RobotReader(reader, body_reader, packages)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from kabo.language.documents import Mapping, Node, Scalar, Sequence
 from kabo.language.findings import Findings
+from kabo.language.scene_description import FARTHEST, LARGEST_EPSILON, SMALLEST_EPSILON
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")
 RESERVED = frozenset(
@@ -19,6 +20,7 @@ RESERVED = frozenset(
 )
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _LARGEST_WHOLE = 10**18
+SMALLEST_SIZE = 1e-6  # m
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,39 @@ class Reader:
             self.findings.add(scalar.place, f"{what} is too large to be a number")
             return None
         return math.radians(value) if found[2] else value + 0.0
+
+    def epsilon(self, node: Node | None, what: str) -> float | None:
+        """A tolerance that geometric predicates can keep [m]."""
+        value = self.positive(node, what)
+        if value is not None and node is not None and not SMALLEST_EPSILON <= value <= LARGEST_EPSILON:
+            span = f"between {SMALLEST_EPSILON:g} and {LARGEST_EPSILON:g} m"
+            self.findings.add(node.place, f"{what} must lie {span}, this is {value:g} m")
+            return None
+        return value
+
+    def size(self, node: Node | None, what: str) -> float | None:
+        """A length above zero that a thing can have [m]."""
+        value = self.positive(node, what)
+        return value if node is None or self.sensible(node, what, value, SMALLEST_SIZE) else None
+
+    def position(self, node: Node | None, what: str) -> tuple[float, float, float] | None:
+        """Three lengths that a thing can be away [m]."""
+        values = self.vector(node, what)
+        if values is None or not isinstance(node, Sequence):
+            return values
+        near = [self.sensible(*each) for each in zip(node.items, [what] * 3, values, strict=True)]
+        return values if all(near) else None
+
+    def sensible(self, node: Node, what: str, value: float | None, least: float = 0.0) -> bool:
+        """Whether a length is one that a scene can have [m]; reports if not."""
+        if value is not None and abs(value) > FARTHEST:
+            hint = "lengths are metres; move the scene to its origin"
+            self.findings.add(node.place, f"{what} reaches farther than {FARTHEST:g} m: {value:g}", hint)
+            return False
+        if value is not None and abs(value) < least:
+            self.findings.add(node.place, f"{what} is less than a micrometre: {value:g}", "lengths are metres")
+            return False
+        return True
 
     def positive(self, node: Node | None, what: str) -> float | None:
         """A number greater than zero."""

@@ -7,8 +7,8 @@ checked and told in one sentence; what is written is read back and compared bit 
 from kabo.meshes.hulls import hull_faces, hull_of
 from kabo.meshes.mesh import Mesh
 from kabo.meshes.reading import FORMATS, load_mesh
-from kabo.meshes.refusals import refuse, require_numbers
-from kabo.meshes.repair import repaired
+from kabo.meshes.refusals import refuse, require_numbers, unusable
+from kabo.meshes.repair import outwards, repaired
 from kabo.meshes.requirements import require_closed, require_solid, units_warning
 from kabo.meshes.soundness import Soundness, examine
 from kabo.meshes.writing import WRITTEN, require_written, write_mesh, write_off, write_pieces
@@ -22,6 +22,7 @@ __all__ = [
     "hull_faces",
     "hull_of",
     "load_mesh",
+    "outwards",
     "refuse",
     "repaired",
     "require_closed",
@@ -29,6 +30,7 @@ __all__ = [
     "require_solid",
     "require_written",
     "units_warning",
+    "unusable",
     "write_mesh",
     "write_off",
     "write_pieces",

@@ -4,15 +4,21 @@ import numpy as np
 
 from kabo.errors import KaboError
 from kabo.meshes.mesh import Faces, Mesh, Vertices
+from kabo.meshes.refusals import unusable
+
+FLAT = "give it a thickness, or a primitive shape"
 
 
 def hull_of(mesh: Mesh) -> Mesh:
     """The convex hull of a mesh, closed whatever the mesh is, without the file it came from.
 
     Raises:
-        KaboError: its vertices lie in a plane.
+        MeshError: its vertices lie in a plane.
     """
-    faces = hull_faces(mesh.vertices)
+    try:
+        faces = hull_faces(mesh.vertices)
+    except KaboError:
+        raise unusable(mesh, None, "is flat: it has no convex hull with an inside", FLAT) from None
     used, faces = np.unique(faces, return_inverse=True)
     return Mesh(mesh.vertices[used], faces.reshape(-1, 3))
 

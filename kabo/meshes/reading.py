@@ -86,6 +86,7 @@ def _read(path: Path, scale: tuple[float, float, float], seen: tuple[int, int], 
         data = path.read_bytes()
     except OSError as error:
         raise refuse(place, f'mesh file "{path.name}" cannot be read: {error.strerror}') from None
+    data = readable(data, kind)
     why = misleading(kind, data)
     if why is not None:
         raise refuse(place, f'mesh file "{path.name}" {why}', EXPORT)
@@ -98,6 +99,17 @@ def _read(path: Path, scale: tuple[float, float, float], seen: tuple[int, int], 
         said = f"has {counted(len(faces), 'triangle')}, none of which has three different vertices"
         raise unusable(mesh, place, said, EXPORT)
     return mesh
+
+
+def readable(data: bytes, kind: str) -> bytes:
+    """The bytes of a text file as UTF-8: names and comments of older programs are Latin-1, numbers are the same."""
+    if kind != "obj":
+        return data
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode()
+    return data
 
 
 def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Vertices, Faces]]:

@@ -106,6 +106,20 @@ def _agreeing(faces: Faces, done: list[str]) -> Faces:
     return np.where(turned[:, None], faces[:, ::-1], faces)
 
 
+def outwards(mesh: Mesh) -> tuple[Mesh, str | None]:
+    """The mesh with components that are inside out turned, and what was done in words; itself and None if none is.
+
+    A mesh whose faces name vertices that are not there, or that is not closed, is left to others to refuse.
+    """
+    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    if not len(faces) or not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
+        return mesh, None
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    done: list[str] = []
+    turned = _outwards(vertices, faces[proper], done)
+    return (replace(mesh, faces=turned), done[0]) if done else (mesh, None)
+
+
 def _outwards(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
     """Closed components point outwards, cavities inwards."""
     if not len(faces):

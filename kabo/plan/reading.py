@@ -37,17 +37,17 @@ def load_plan(path: Path) -> Plan:
     return plan_from_json(path.read_bytes(), file=str(path))
 
 
-def plan_from_json(content: bytes, *, file: str = "plan.json") -> Plan:
-    """The plan of a file's bytes.
+def plan_from_json(content: bytes | str, *, file: str = "plan.json") -> Plan:
+    """The plan of a file's bytes, or of its text.
 
     Args:
-        content: the bytes of the file.
+        content: the file, as bytes or as text.
         file: its name in diagnostics.
 
     Raises:
         InputError: everything that is wrong in the form, with JSON paths.
     """
-    return read_checked(content, file, _plan)
+    return read_checked(content.encode("utf-8", "replace") if isinstance(content, str) else content, file, _plan)
 
 
 def _plan(place: Place) -> Plan:

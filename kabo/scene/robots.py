@@ -10,6 +10,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 import numpy.typing as npt
 
+from kabo.language.formulas import Place
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.state import Configuration
@@ -27,6 +28,7 @@ class Link:
     joint: int
     joint_T_link: Array  # (4, 4)
     mesh: Mesh | None
+    place: Place | None = field(default=None, compare=False)  # of its element in the URDF
 
 
 @dataclass(frozen=True)

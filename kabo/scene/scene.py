@@ -24,7 +24,8 @@ from kabo.language.scene_description import (
     SceneDescription,
     Shape,
 )
-from kabo.meshes import Mesh
+from kabo.meshes import Mesh, unusable
+from kabo.scene.bounds import findings
 from kabo.scene.robots import Robot, link_poses
 from kabo.scene.shapes import CIRCLE, mesh_of
 from kabo.scene.state import Attachment, GeometricState
@@ -198,6 +199,9 @@ def load_scene(description: SceneDescription) -> Scene:
     if loader.findings:
         raise InputError(loader.findings)
     poses = {name: loader.frame(name, body.place) for name, body in description.bodies.items()}
+    meshes = {name: body.mesh for name, body in bodies.items()}
+    if beyond := list(findings(description, robots, meshes, poses)):
+        raise InputError(beyond)
     start = GeometricState(
         {name: robot.start(description.robots[name]) for name, robot in robots.items()},
         {name: attachment("world", poses[name]) for name, body in bodies.items() if body.movable},
@@ -242,13 +246,21 @@ def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
         ends = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
         inner = np.full(CIRCLE, shape.size[0] * np.cos(np.pi / CIRCLE))
         return np.concatenate([sides, ends]), np.concatenate([inner, np.full(2, shape.size[2] / 2)])
-    from scipy.spatial import ConvexHull
-
-    points = mesh_of(shape, described.place).vertices
+    mesh = mesh_of(shape, described.place)
+    points = mesh.vertices
     if shape.kind == "sphere" and shape.size is not None:
         points = points * (shape.size[0] / np.linalg.norm(points, axis=1, keepdims=True))
-    equations = np.unique(ConvexHull(points).equations.round(12), axis=0)
+    equations = np.unique(_hull(mesh, points, described).equations.round(12), axis=0)
     return np.ascontiguousarray(equations[:, :3]), np.ascontiguousarray(-equations[:, 3])
+
+
+def _hull(mesh: Mesh, points: Array, described: RegionDescription) -> Any:
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return ConvexHull(points)
+    except (QhullError, ValueError):
+        raise unusable(mesh, described.shape.place, "is flat and holds no region") from None
 
 
 def _half_extents(shape: Shape, normals: Array, offsets: Array) -> tuple[float, float, float]:

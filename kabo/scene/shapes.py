@@ -4,7 +4,7 @@ import numpy as np
 
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Shape
-from kabo.meshes import Mesh, load_mesh
+from kabo.meshes import Mesh, load_mesh, outwards
 
 CIRCLE = 64  # sides of a primitive cylinder; its corners lie *outside*, so that the solid is enclosed
 
@@ -27,9 +27,9 @@ def primitive(shape: Shape) -> Mesh:
 
 
 def mesh_of(shape: Shape, place: Place | None) -> Mesh:
-    """The mesh of any shape, in the frame of its owner [m]."""
+    """The mesh of any shape, in the frame of its owner [m]; components that are inside out are turned."""
     if shape.kind == "mesh":
         if shape.path is None:
             raise ValueError("a mesh needs a path")
-        return load_mesh(shape.path, shape.scale, shape.place or place)
+        return outwards(load_mesh(shape.path, shape.scale, shape.place or place))[0]
     return primitive(shape)

@@ -15,7 +15,7 @@ from kabo.meshes import Mesh
 from kabo.scene.robots import Actuation, Gripper, Link, Robot, Tool
 from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
-from kabo.scene.urdf_file import pinocchio, read_urdf, refusal
+from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 
 Array = npt.NDArray[np.float64]
 V = TypeVar("V")
@@ -33,28 +33,29 @@ def load_robot(
         InputError: a file does not load, or the description names links or joints that are not there.
     """
     files = [read_urdf(description.urdf, packages, description.place)]
-    model = _model(description.urdf, description.place)
+    model = _model(files[0], description.place)
     gripper = description.gripper
     if gripper is not None and gripper.urdf is not None:
         files.append(read_urdf(gripper.urdf, packages, gripper.place))
         arm_joints = set(model.names)
-        model = _with_gripper(model, _model(gripper.urdf, gripper.place), gripper.mount or "", description)
+        model = _with_gripper(model, _model(files[1], gripper.place), gripper.mount or "", description)
         own = tuple(name for name in model.names if name not in arm_joints)
     else:
         own = () if gripper is None or gripper.joints is None else gripper.joints
     _place_base(model, base)
     mimics = {name: rule for file in files for name, rule in file.mimics.items()}
     meshes = {name: mesh for file in files for name, mesh in file.meshes.items()}
-    robot = _assemble(description, model, mimics, meshes, tuple(j for j in own if j not in mimics))
+    places = {name: place for file in files for name, place in file.places.items()}
+    robot = _assemble(description, model, mimics, meshes, tuple(j for j in own if j not in mimics), places)
     return robot, tuple(path for file in files for path in file.files)
 
 
-def _model(path: Path, place: Place | None) -> Any:
+def _model(file: UrdfFile, place: Place | None) -> Any:
     try:
-        return pinocchio().buildModelFromUrdf(str(path))
+        return pinocchio().buildModelFromXML(file.kinematics)
     except (ValueError, RuntimeError) as error:
         reason = str(error).strip().splitlines()[0]
-        raise refusal(place, f'robot file "{path.name}" is not a usable URDF: {reason}') from None
+        raise refusal(place, f'robot file "{file.path.name}" is not a usable URDF: {reason}') from None
 
 
 def _with_gripper(model: Any, gripper: Any, mount: str, description: RobotDescription) -> Any:
@@ -107,6 +108,7 @@ def _assemble(
     mimics: Mapping[str, tuple[str, float, float]],
     meshes: Mapping[str, Mesh],
     gripper_joints: tuple[str, ...],
+    places: Mapping[str, Place],
 ) -> Robot:
     for link in description.hulls:
         if link not in meshes:
@@ -133,7 +135,8 @@ def _assemble(
             pose = frame.placement.homogeneous.copy()
             turn = np.eye(4)
             turn[:3, :3] = turns[frame.parentJoint].T
-            links[frame.name] = Link(frame.name, frame.parentJoint, turn @ pose, meshes.get(frame.name))
+            name = frame.name
+            links[name] = Link(name, frame.parentJoint, turn @ pose, meshes.get(name), places.get(name))
     robot = Robot(
         description.name,
         model,

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
+from xml.etree.ElementTree import Element  # noqa: S405  for types; what is read is checked by `urdf_text`
 
 import numpy as np
 import numpy.typing as npt
@@ -12,10 +12,12 @@ import numpy.typing as npt
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Shape
-from kabo.meshes import Mesh, load_mesh
+from kabo.meshes import Mesh, load_mesh, outwards
 from kabo.scene.shapes import primitive
+from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_text
 
 Array = npt.NDArray[np.float64]
+SHAPES = ("mesh", "box", "cylinder", "sphere")
 
 
 def refusal(place: Place | None, message: str, hint: str | None = None) -> InputError:
@@ -31,6 +33,8 @@ class UrdfFile:
     path: Path
     meshes: Mapping[str, Mesh]
     mimics: Mapping[str, tuple[str, float, float]]  # joint -> (source, multiplier, offset)
+    kinematics: str  # a URDF of the links and joints alone, as they were checked: what pinocchio reads
+    places: Mapping[str, Place]  # of the links
     files: tuple[Path, ...] = field(default=())
 
 
@@ -48,80 +52,78 @@ def pinocchio() -> Any:
 
 
 def read_urdf(path: Path, packages: Mapping[str, Path], place: Place | None) -> UrdfFile:
-    """The links' geometry (collision, else visual) and the mimic rules of a URDF file.
+    """The links' geometry (collision, else visual), the mimic rules and the joints of a URDF file.
 
     Raises:
-        InputError: the file is not XML, or names a mesh that does not load.
+        InputError: the file is not XML, says something impossible, or names a mesh that does not load.
     """
-    try:
-        root = ElementTree.parse(path).getroot()  # noqa: S314
-    except (ElementTree.ParseError, OSError, UnicodeDecodeError) as error:
-        raise refusal(place, f'robot file "{path.name}" cannot be read: {error}') from None
-    if root.tag != "robot":
-        raise refusal(place, f'robot file "{path.name}" has <{root.tag}> where <robot> is expected')
+    urdf = read_text(path, place)
     meshes, files = {}, [path]
-    for link in root.iter("link"):
+    for name, link in named(urdf, "link"):
         shapes = link.findall("collision") or link.findall("visual")
-        pieces = [_piece(shape, path, packages, place, files) for shape in shapes]
+        pieces = [_piece(urdf, shape, packages, place, files) for shape in shapes]
         if pieces:
-            meshes[link.get("name", "")] = _merged(pieces)
-    mimics = {}
-    for joint in root.iter("joint"):
-        mimic = joint.find("mimic")
-        if mimic is not None:
-            factors = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-            mimics[joint.get("name", "")] = (mimic.get("joint", ""), *factors)
-    return UrdfFile(path, meshes, mimics, tuple(files))
+            meshes[name] = _merged(pieces)
+    rules = {name: rule for name, joint in named(urdf, "joint") if (rule := mimic_of(urdf, joint)) is not None}
+    places = {name: Place(str(path), *urdf.places[link], len("<link")) for name, link in named(urdf, "link")}
+    return UrdfFile(path, meshes, rules, kinematics(urdf), places, tuple(files))
 
 
-def _numbers(text: str | None, default: str) -> list[float]:
-    return [float(word) for word in (text or default).split()]
-
-
-def _origin(element: Any) -> Array:
-    origin = element.find("origin")
-    xyz = _numbers(None if origin is None else origin.get("xyz"), "0 0 0")
-    roll, pitch, yaw = _numbers(None if origin is None else origin.get("rpy"), "0 0 0")
+def _origin(urdf: Urdf, element: Element) -> Array:
+    xyz, (roll, pitch, yaw) = origin_of(urdf, element)
     matrix: Array = np.eye(4)
     matrix[:3, :3] = pinocchio().rpy.rpyToMatrix(roll, pitch, yaw) if roll or pitch or yaw else np.eye(3)
     matrix[:3, 3] = xyz
     return matrix
 
 
-def _piece(element: Any, urdf: Path, packages: Mapping[str, Path], place: Place | None, files: list[Path]) -> Mesh:
+def _piece(
+    urdf: Urdf, element: Element, packages: Mapping[str, Path], place: Place | None, files: list[Path]
+) -> Mesh:
     geometry = element.find("geometry")
     shape = None if geometry is None else next(iter(geometry), None)
     if shape is None:
-        raise refusal(place, f'robot file "{urdf.name}": a link has an empty geometry')
+        raise urdf.wrong(element, f'robot file "{urdf.path.name}": a link has an empty geometry')
     if shape.tag == "mesh":
-        path = _locate(shape.get("filename", ""), urdf, packages, place)
+        path = _locate(urdf, shape, packages, place)
         files.append(path)
-        made = load_mesh(path, _numbers(shape.get("scale"), "1 1 1"), place)
+        scale = urdf.numbers(shape, "scale", 3, "1 1 1")
+        if not min(map(abs, scale)) >= 1e-9:
+            raise urdf.wrong(shape, "a mesh cannot be scaled by 0", "write 0.001 for millimetres")
+        made = outwards(load_mesh(path, scale, place))[0]
     elif shape.tag == "box":
-        x, y, z = _numbers(shape.get("size"), "0 0 0")
+        x, y, z = urdf.size(shape, "size", 3)
         made = primitive(Shape("box", size=(x, y, z)))
     elif shape.tag == "cylinder":
-        radius, length = float(shape.get("radius", "0")), float(shape.get("length", "0"))
+        (radius,), (length,) = urdf.size(shape, "radius"), urdf.size(shape, "length")
         made = primitive(Shape("cylinder", size=(radius, radius, length)))
     elif shape.tag == "sphere":
-        radius = float(shape.get("radius", "0"))
+        (radius,) = urdf.size(shape, "radius")
         made = primitive(Shape("sphere", size=(radius, radius, radius)))
     else:
-        raise refusal(place, f'robot file "{urdf.name}": unknown geometry <{shape.tag}>')
-    return made.moved(_origin(element))
+        hint = did_you_mean(shape.tag, SHAPES) or f"kabo reads {', '.join(SHAPES)}"
+        raise urdf.wrong(shape, f'robot file "{urdf.path.name}": unknown geometry <{shape.tag}>', hint)
+    return made.moved(_origin(urdf, element))
 
 
-def _locate(name: str, urdf: Path, packages: Mapping[str, Path], place: Place | None) -> Path:
+def _locate(urdf: Urdf, shape: Element, packages: Mapping[str, Path], place: Place | None) -> Path:
+    name = shape.get("filename", "")
+    if "\0" in name or not name.strip():
+        raise urdf.wrong(shape, "a <mesh> names no file", 'write filename="…"')
     if name.startswith("package://"):
         package, _, rest = name.removeprefix("package://").partition("/")
         if package not in packages:
             hint = did_you_mean(package, packages) or f"add packages: {{{package}: FOLDER}} to the scene"
-            raise refusal(place, f'robot file "{urdf.name}" names the unknown package "{package}"', hint)
+            raise refusal(place, f'robot file "{urdf.path.name}" names the unknown package "{package}"', hint)
         path = packages[package] / rest
     else:
-        path = urdf.parent / name.removeprefix("file://")
-    if not path.is_file():
-        raise refusal(place, f'robot file "{urdf.name}" names the mesh "{name}", which does not exist')
+        path = urdf.path.parent / name.removeprefix("file://")
+    try:
+        present = path.is_file()
+    except (OSError, ValueError):  # too long a name
+        present = False
+    if not present:
+        raise refusal(place, f'robot file "{urdf.path.name}" names the mesh "{name}", which does not exist')
     return path
 
 

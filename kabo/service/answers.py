@@ -3,7 +3,7 @@
 The command line and the workers of the service call the same functions, so they answer alike.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,7 +103,7 @@ def verify_file(
 
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
-    """All findings in files of any kind; scenes of error-free problems are loaded with their meshes and URDFs."""
+    """All findings in files of any kind; scenes without errors are loaded with their meshes and URDFs."""
     from kabo.imports import check_files as findings_in
     from kabo.imports import is_imported
 
@@ -134,20 +134,32 @@ def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
-    from kabo.language import load_problem
+    from kabo.language import load_scene_description
 
     try:
-        problem = load_problem(path)
-    except InputError:  # a domain, a scene, or errors that have been found already
+        description = load_scene_description(path)
+    except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
         return ()
-    if problem.scene is not None:
-        from kabo.scene import load_scene
+    from kabo.scene import load_scene
 
-        try:
-            return _unit_warnings(load_scene(problem.scene), problem.scene)
-        except InputError as error:
-            return error.diagnostics
-    return ()
+    try:
+        scene = load_scene(description)
+    except InputError as error:
+        return error.diagnostics
+    return (*_unit_warnings(scene, description), *_turned_warnings(description))
+
+
+def _turned_warnings(description: "SceneDescription") -> Iterator[Diagnostic]:
+    """Mesh files with components that are inside out, which are turned whenever they are loaded."""
+    from kabo.meshes import FORMATS, load_mesh, outwards
+    from kabo.service.inline import geometry_files
+
+    for path in dict.fromkeys(geometry_files(description)):
+        if path.suffix.lower().removeprefix(".") in FORMATS:
+            done = outwards(load_mesh(path))[1]
+            if done is not None:
+                fix = "export it with its normals outwards; kabo plans and verifies with the turned mesh"
+                yield Diagnostic(str(path), 1, 1, done, fix, severity="warning")
 
 
 def _unit_warnings(scene: "Scene", description: "SceneDescription") -> tuple[Diagnostic, ...]:

@@ -10,6 +10,8 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
+from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
+
 PROTOCOL = 1
 MAX_DEADLINE_S = 86_400.0
 DEFAULT_DEADLINE_S = 300.0
@@ -35,7 +37,7 @@ class SolveOptions(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tru
 
     search: Literal["best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening"] | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] | None = None
-    epsilon: Annotated[float, msgspec.Meta(gt=0)] | None = None
+    epsilon: Annotated[float, msgspec.Meta(ge=SMALLEST_EPSILON, le=LARGEST_EPSILON)] | None = None
     geometry: Literal["bounding", "exact", "none"] | None = None
     geometry_order: Literal["adaptive", "lazy", "eager"] = "adaptive"
     quality: Literal["fast", "good"] = "fast"

@@ -1,5 +1,6 @@
 """The form of a report, `kabo-task/1`: the keys of each of its objects, and the check of a file against them."""
 
+from collections.abc import Iterator
 from typing import Any, Literal, TypedDict
 
 import msgspec
@@ -7,6 +8,8 @@ import msgspec
 from kabo.errors import Diagnostic, InputError
 
 FORMAT = "kabo-task/1"
+MOST, DEEPEST = 2**53, 1000  # of a count, of a stage's depth: more is no report
+SHOWN = 60  # characters of a path in a message
 
 
 class Told(TypedDict):
@@ -129,6 +132,10 @@ def read_report(content: bytes, file: str) -> Report:
         raise InputError([Diagnostic(file, 1, 1, f"this is no report of planning: {said}", hint)]) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise InputError([Diagnostic(file, 1, 1, f"this is no JSON: {error}", hint)]) from None
+    for where, count, most in _counts(found):
+        if not 0 <= count <= most:
+            message = f"this is no report of planning: {where} is {count:.3e}, not from 0 to {most:.3g}"
+            raise InputError([Diagnostic(file, 1, 1, message, hint)])
     paths = {stage["path"] for stage in found["stages"]}
     for number, run in enumerate(found["runs"]):
         if run["stages"].keys() != paths:
@@ -137,6 +144,17 @@ def read_report(content: bytes, file: str) -> Report:
     if not found["stages"] or not found["runs"]:
         raise InputError([Diagnostic(file, 1, 1, "this is no report of planning: it has no run", hint)])
     return found
+
+
+def _counts(report: Report) -> Iterator[tuple[str, int, int]]:
+    """Every whole number of a report: where it stands, its value, and the most that it can be."""
+    for stage in report["stages"]:
+        yield f'the depth of "{stage["path"][:SHOWN]}"', stage["depth"], DEEPEST
+    for number, run in enumerate(report["runs"]):
+        for path, figures in run["stages"].items():
+            tables = (figures["failures"], figures["mismatches"])
+            for count in (figures["calls"], figures["successes"], *(n for each in tables for n in each.values())):
+                yield f'a count of runs[{number}] for "{path[:SHOWN]}"', count, MOST
 
 
 def schema() -> dict[str, Any]:

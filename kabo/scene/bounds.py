@@ -1,0 +1,90 @@
+"""What the numbers of a loaded scene must be for geometry to keep its promises: near enough, and within limits."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.errors import Diagnostic
+from kabo.language.formulas import Place
+from kabo.language.scene_description import SceneDescription
+from kabo.meshes import Mesh
+from kabo.scene.robots import Robot
+from kabo.scene.tree import PRISMATIC
+
+Array = npt.NDArray[np.float64]
+WIDEST = 500.0  # m: that far from the world's origin the rounding of a gap keeps its share of epsilon, twice over
+SLACK = 1e-9  # rad or m: of a value that stands at its limit
+
+
+def findings(
+    description: SceneDescription,
+    robots: Mapping[str, Robot],
+    meshes: Mapping[str, Mesh],
+    poses: Mapping[str, Array],
+) -> Iterator[Diagnostic]:
+    """Everything that lies too far away, and values of grippers beyond their joints' limits.
+
+    Args:
+        description: what the files say. robots: as loaded. meshes: of the bodies. poses: world_T_body of the bodies.
+    """
+    for name, mesh in meshes.items():
+        far = float(np.linalg.norm(poses[name][:3, 3]) + np.linalg.norm(mesh.vertices, axis=1).max())
+        if not far <= WIDEST:
+            yield _too_far(description.bodies[name].place, f'body "{name}"', far)
+    for name, robot in robots.items():
+        far = _reach(robot)
+        if not far <= WIDEST:
+            yield _too_far(description.robots[name].place, f'robot "{name}"', far)
+        yield from _beyond_limits(description, name, robot)
+
+
+def _too_far(place: Place | None, thing: str, far: float) -> Diagnostic:
+    at = place or Place("scene", 1, 1)
+    said = f"{thing} reaches {far:.4g} m from the world's origin; kabo plans within {WIDEST:g} m"
+    hint = "lengths are metres; place the scene around its origin"
+    return Diagnostic(at.file, at.line, at.column, said, hint, at.length)
+
+
+def _reach(robot: Robot) -> float:
+    """How far any point of the robot may get from the world's origin, at most [m]."""
+    tree = robot.tree
+    steps = np.linalg.norm(tree.placement[:, 9:], axis=1)
+    for joint in range(1, len(steps)):
+        if tree.kind[joint] == PRISMATIC and tree.ratio[joint] != 0.0:
+            source = tree.source[joint]
+            most = max(abs(float(tree.lower[source])), abs(float(tree.upper[source])))
+            steps[joint] += abs(float(tree.ratio[joint])) * most
+        steps[joint] += abs(float(tree.shift[joint])) if tree.kind[joint] == PRISMATIC else 0.0
+        steps[joint] += steps[tree.parent[joint]]
+    far = float(steps.max())
+    for link in robot.links.values():
+        if link.mesh is not None and len(link.mesh.vertices):
+            radius = float(
+                np.linalg.norm(link.mesh.vertices, axis=1).max() + np.linalg.norm(link.joint_T_link[:3, 3])
+            )
+            far = max(far, float(steps[link.joint]) + radius)
+    return far
+
+
+def _beyond_limits(description: SceneDescription, name: str, robot: Robot) -> Iterator[Diagnostic]:
+    """Values of a gripper that its joints cannot have: `open` and `closed`, and what grasp families ask of fingers."""
+    gripper = description.robots[name].gripper
+    limits = dict(zip(robot.joint_names, zip(robot.tree.lower, robot.tree.upper, strict=True), strict=True))
+    given: list[tuple[str, Mapping[str, float], Place | None]] = []
+    if gripper is not None:
+        given += [("open", gripper.open, gripper.place), ("closed", gripper.closed, gripper.place)]
+    for body in description.bodies.values():
+        for family, grasp in body.grasps.items():
+            if grasp.fingers is not None and (not grasp.robots or name in grasp.robots):
+                given.append((f'`fingers` of grasp family "{family}" of "{body.name}"', grasp.fingers, body.place))
+    for what, values, place in given:
+        for joint, value in values.items():
+            if joint not in limits or joint not in robot.gripper_joints:
+                continue
+            low, high = map(float, limits[joint])
+            if not low - SLACK <= value <= high + SLACK:
+                at = place or Place("scene", 1, 1)
+                said = f"{what}: {joint} = {value:.6g} is outside its limits [{low:.6g}, {high:.6g}]"
+                hint = f'they are those of robot "{name}", from its URDF or its `limits`'
+                yield Diagnostic(at.file, at.line, at.column, said, hint, at.length)

@@ -1,0 +1,35 @@
+
+; parcels between depots: trucks inside of a town, one plane between towns
+(define (domain Parcels)
+  (:requirements :strips :typing :equality :conditional-effects :action-costs)
+  (:types depot town - object  truck plane - vehicle  parcel vehicle - thing  thing - object)
+  (:constants base - depot)
+  (:predicates (at ?t - thing ?d - depot) (in ?p - parcel ?v - vehicle) (in-town ?d - depot ?t - town)
+               (has-runway ?d - depot) (grounded))
+  (:functions (total-cost) - number (km ?a ?b - depot) - number)
+  (:action load
+    :parameters (?p - parcel ?v - (either truck plane) ?d - depot)
+    :precondition (and (at ?p ?d) (at ?v ?d))
+    :effect (and (not (at ?p ?d)) (in ?p ?v) (increase (total-cost) 1)))
+  (:action unload
+    :parameters (?p - parcel ?v - vehicle ?d - depot)
+    :precondition (and (in ?p ?v) (at ?v ?d))
+    :effect (and (at ?p ?d) (not (in ?p ?v)) (increase (total-cost) 1)))
+  (:action drive
+    :parameters (?v - truck ?a ?b - depot)
+    :precondition (and (at ?v ?a) (not (= ?a ?b)) (exists (?t - town) (and (in-town ?a ?t) (in-town ?b ?t))))
+    :effect (and (not (at ?v ?a)) (at ?v ?b) (increase (total-cost) (km ?a ?b))))
+  (:action fly
+    :parameters (?v - plane ?a ?b - depot)
+    :precondition (and (at ?v ?a) (has-runway ?a) (has-runway ?b) (not (grounded)))
+    :effect (and (at ?v ?b) (not (at ?v ?a)) (increase (total-cost) (+ 5 (km ?a ?b))))))
+(define (problem Two-Towns) (:domain parcels)
+  (:objects north south - town  yard dock field - depot  van lorry - truck  jet - plane  box crate - parcel)
+  (:init (in-town base north) (in-town yard north) (in-town dock south) (in-town field south)
+         (has-runway base) (has-runway field)
+         (at van yard) (at lorry dock) (at jet base) (at box yard) (at crate dock)
+         (= (total-cost) 0)
+         (= (km base yard) 4) (= (km yard base) 4) (= (km dock field) 3) (= (km field dock) 3)
+         (= (km base field) 90) (= (km field base) 90))
+  (:goal (and (at box dock) (forall (?p - parcel) (or (at ?p dock) (at ?p field)))))
+  (:metric minimize (total-cost)))
