@@ -3,13 +3,14 @@
 Parts are looked up beside the mesh file, then in the cache, else computed by `kabo.geometry.decomposition` and kept.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.children import never
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry import stored_parts
@@ -25,6 +26,7 @@ def enclosing_parts(
     source: Path | None = None,
     cache: Path | None = None,
     seed: int = 0,
+    look: Callable[[], None] = never,
 ) -> Enclosure:
     """Convex parts (V <= 24, 3) whose union covers the solid inside a closed mesh.
 
@@ -36,6 +38,7 @@ def enclosing_parts(
         source: the mesh file; parts stored beside it are used if they were made for this mesh.
         cache: a folder; by default the parts' folder in kabo's cache.
         seed: of CoACD.
+        look: called now and then while parts are made; what it raises ends that.
 
     Raises:
         MeshError: empty, not finite, indices out of range, open, or too fine for the tolerance: with the figures.
@@ -51,7 +54,8 @@ def enclosing_parts(
     found = stored_parts.read(kept, digest).get(float(f"{tolerance:.9g}"))
     if found is not None:
         return found
-    made = _made(vertices, faces, tolerance, seed, name)
+    look()
+    made = _made(vertices, faces, tolerance, seed, name, look=look)
     with suppress(OSError):  # a read-only cache costs time, never an answer
         stored_parts.write(kept, digest, {float(f"{tolerance:.9g}"): made})
     return made
@@ -85,6 +89,7 @@ def _made(
     seed: int,
     name: str,
     pieces: Sequence[Array] = (),
+    look: Callable[[], None] = never,
 ) -> Enclosure:
     from kabo.geometry.decomposition import TooFine, decompose, proven_deviation
     from kabo.geometry.pieces import parts_of_pieces
@@ -93,7 +98,7 @@ def _made(
     solid = Solid(vertices, faces)
     try:
         parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
-            solid, tolerance, seed
+            solid, tolerance, seed, look
         )
     except TooFine as error:
         raise _unusable(

@@ -114,7 +114,11 @@ def way_to(
     samples: int,
     keep: Keep | None = None,
 ) -> list[Array] | Refused:
-    """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along."""
+    """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along.
+
+    Raises:
+        CutOff: time or budget is spent.
+    """
     robot = workspace.robot
     n = robot.planned
     hand = start[n:]
@@ -123,6 +127,7 @@ def way_to(
         return np.concatenate([q, hand])
 
     def free_segment(a: Array, b: Array) -> int:
+        workspace.surroundings.look()
         if keep is not None and not keep.keeps(whole(a), whole(b)):
             return len(workspace.pairs)  # one past the pairs: the constraint
         return workspace.segment_hit(whole(a), whole(b))

@@ -17,6 +17,7 @@ _SPENT = {
     "expansions": "the search has expanded as many nodes as allowed",
     "samples": "procedures were refused, and more samples might help",
     "time": "the time is up",
+    "memory": "the run holds as much memory as allowed",
 }
 
 
