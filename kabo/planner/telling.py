@@ -17,6 +17,7 @@ EXHAUSTED = {
     "expansions": "No plan was found with as many nodes as allowed",
     "samples": "No plan was found",
     "time": "No plan was found before the time was up",
+    "memory": "No plan was found with as much memory as allowed",
 }
 RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found within its share of the budget"}
 

@@ -57,11 +57,9 @@ class Job:
             self.source = islice(source, self.taken, None) if self.taken else source
         if not self.piecemeal:
             return list(self.source), True
-        try:
-            found, finished = pull(self.source)
-        except BaseException:
-            self.source = None  # it would say that there are no more
-            raise
+        source, self.source = self.source, None  # after an error it would say that there are no more
+        found, finished = pull(source)
+        self.source = source
         self.taken += len(found)
         return found, finished
 
