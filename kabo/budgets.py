@@ -74,6 +74,30 @@ def resident_bytes(process: int | None = None) -> int:
     return int(pages) * os.sysconf("SC_PAGE_SIZE")
 
 
+def held_bytes(process: int, enough: float) -> float:
+    """The memory that a process and those that it has forked hold together [bytes], what they share counted once.
+
+    That takes a while to find out, so it is asked only if their sum is above `enough`.
+    """
+    processes = [process]
+    for each in processes:  # grows while it is read
+        try:
+            processes += map(int, Path(f"/proc/{each}/task/{each}/children").read_text().split())
+        except (OSError, ValueError):
+            continue
+    total = sum(map(resident_bytes, processes))
+    return total if total <= enough or len(processes) == 1 else sum(map(_proportional_bytes, processes))
+
+
+def _proportional_bytes(process: int) -> int:
+    """The memory of a process, its part of what others have as well [bytes]."""
+    try:
+        lines = Path(f"/proc/{process}/smaps_rollup").read_text().splitlines()
+        return sum(1024 * int(line.split()[1]) for line in lines if line.startswith("Pss:"))
+    except (OSError, ValueError, IndexError):
+        return 0
+
+
 def default_memory() -> float:
     """The bytes that a run may hold if nobody says otherwise: half of what there is; infinite if that is unknown."""
     found = [] if (machine := _machine_bytes()) is None else [machine]

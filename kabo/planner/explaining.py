@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
+from kabo.budgets import StopFlag, default_memory
 from kabo.errors import InputError
 from kabo.knowledge import ground
 from kabo.knowledge.grounding import Grounding, conjuncts, ground_whole
@@ -35,6 +36,11 @@ if TYPE_CHECKING:
 
 MAX_EXPANSIONS, SECONDS = 2_000_000, 60.0
 
+SPENT = {
+    "expansions": "as many nodes as allowed",
+    "time": "as long as allowed",
+    "memory": "in as much memory as allowed",
+}
 SAME = "For the same reasons as"
 
 Verdict = Literal["solvable", "proved", "exhausted", "invalid"]
@@ -98,6 +104,7 @@ def explain(
     search: str | None = None,
     max_expansions: int | None = None,
     timeout: float | None = None,
+    memory: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     geometry: bool = True,
@@ -110,6 +117,7 @@ def explain(
         search: how plans are looked for if the relaxation does not settle it; as for `solve`.
         max_expansions: nodes that this search expands at most.
         timeout: seconds after which it gives up.
+        memory: bytes that this process may hold before it gives up (None: half of what there is).
         cancelled: asked now and then; True ends it soon.
         procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
             procedure is then taken to succeed.
@@ -120,7 +128,9 @@ def explain(
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
     """
-    began = perf_counter()
+    seconds = SECONDS if timeout is None else timeout
+    bytes_ = default_memory() if memory is None else memory
+    stop = StopFlag(seconds, bytes_, cancelled)
     if procedures:
         problem = Procedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
@@ -133,15 +143,14 @@ def explain(
         verdict: Verdict = "proved"
         summary = _proved(goals)
     else:
-        seconds = SECONDS if timeout is None else timeout
-        late = lambda: perf_counter() - began > seconds or (cancelled is not None and cancelled())  # noqa: E731
         expansions = MAX_EXPANSIONS if max_expansions is None else max_expansions
-        verdict, summary = _searched(problem, search, Limits(expansions, late))
+        verdict, summary = _searched(problem, search, expansions, stop)
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
             from kabo.planner.obstacles import obstacles  # symbolic problems never pay for geometry
 
-            left = max(0.0, seconds - (perf_counter() - began))
-            found = obstacles(problem, left, cancelled, expansions, search=search, **options)
+            left = max(0.0, seconds - (perf_counter() - stop.began))
+            options |= {"search": search, "memory": bytes_}
+            found = obstacles(problem, left, cancelled, expansions, **options)
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
     return Explanation(*said) if found is None else Explanation(*said, found.findings, found.counterfactuals)
@@ -186,19 +195,19 @@ def _proved(goals: list[UnreachableGoal]) -> list[str]:
     return [f"There is no plan, whatever geometry says: {texts} can never hold, whatever is done."]
 
 
-def _searched(problem: Problem, search: str | None, limits: Limits) -> tuple[Verdict, list[str]]:
+def _searched(problem: Problem, search: str | None, expansions: int, stop: StopFlag) -> tuple[Verdict, list[str]]:
     task = ground(problem)
-    found = find_skeleton(task, search=search, limits=limits)
+    found = find_skeleton(task, search=search, limits=Limits(expansions, stop))
     if isinstance(found, Found):
         motions = "" if problem.scene is None else "; whether there are motions for it was not asked"
         return "solvable", [f"There is a plan as far as knowledge goes{motions}."]
     if isinstance(found, Exhausted):
-        spent = "as many nodes as allowed" if found.budget == "expansions" else "as long as allowed"
+        spent = SPENT[stop.spent or found.budget]
         return "exhausted", [
             "Every part of the goal could hold if nothing that is known were ever lost.",
             f"No plan was found in a search that expanded {counted(found.statistics.expanded, 'node')} ({spent}).",
         ]
-    return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, limits.deadline)][:3]
+    return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, stop)][:3]
 
 
 NO_PLAN_BUT_REACHABLE = (

@@ -17,6 +17,7 @@ _SPENT = {
     "expansions": "the search has expanded as many nodes as allowed",
     "samples": "procedures were refused, and more samples might help",
     "time": "the time is up",
+    "interrupted": "the run was interrupted",
     "memory": "the run holds as much memory as allowed",
 }
 
@@ -57,9 +58,9 @@ def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
     return Reason("knowledge", None, text, tuple(dead_ends(task, deadline)))
 
 
-def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]]) -> Reason:
-    """Not proven: what ran out, and what stood in the way until then."""
-    return Reason(None, budget, f"no plan was found: {_SPENT[budget]}", _told(failures))  # type: ignore[arg-type]
+def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]], why: str | None = None) -> Reason:
+    """Not proven: what ran out (`why`, if that says it better), and what stood in the way until then."""
+    return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _told(failures))  # type: ignore[arg-type]
 
 
 def _telling(item: tuple[GroundCall, Failure]) -> tuple[bool, int]:

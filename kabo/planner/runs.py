@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, cast
 from kabo.budgets import StopFlag
 from kabo.knowledge import Task
 from kabo.language.problem import Problem
-from kabo.plan import Plan
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.packed import PackedTask
 from kabo.planner.procedures import Procedures
@@ -76,7 +75,7 @@ class Run:
     certificate: bool = True
     certified: Mapping[str, Any] = field(default_factory=dict)
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
-    on_plan: Callable[[Plan], None] | None = None
+    on_found: Callable[[Result], None] | None = None
 
     def __post_init__(self) -> None:
         self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)
@@ -85,6 +84,11 @@ class Run:
     def began(self) -> float:
         """When it began [s, of `perf_counter`]."""
         return self.stop.began
+
+    @property
+    def certifies(self) -> bool:
+        """Whether a plan gets a certificate."""
+        return self.certificate and self.options.geometry == "bounding"
 
     def note_cut(self, doing: str, lacks: str) -> None:
         """Notes what a plan lacks because something was cut off."""
@@ -136,7 +140,8 @@ def without_plan(
     statistics = statistics_of(run, server)
     failures = failures_of(geometry)
     if isinstance(found, Exhausted):
-        return Result("exhausted", None, statistics, exhausted(found.budget, failures))
+        why = "interrupted" if run.stop.interrupted else found.budget
+        return Result("exhausted", None, statistics, exhausted(found.budget, failures, why))
     proved = geometry is None or geometry.proved()
     if proved:
         return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))

@@ -58,7 +58,7 @@ def solve(
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., bool]] | None = None,
     witness: "Callable[[GeometricProcedures], None] | None" = None,
-    on_plan: Callable[[Plan], None] | None = None,
+    on_found: Callable[[Result], None] | None = None,
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
 
@@ -86,7 +86,7 @@ def solve(
             and with a `seed` if they take one. They answer true for success, or with their value, None if there is
             none. Equal arguments must have equal answers. Tests and calls without a function always succeed.
         witness: given the procedures of geometry before any is called, to look at what came of them afterwards.
-        on_plan: given a plan as soon as it is found, if it is still to be refined or certified.
+        on_found: given the result as soon as there is a plan, if that is still to be refined or certified.
 
     Raises:
         InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
@@ -115,7 +115,7 @@ def solve(
         refuse_without_motion(problem)
     asking = asked.answering() if procedures else problem
     run = Run(asking, options, progress, cancelled, workers, witness=witness, certificate=certificate)
-    run.on_plan = on_plan
+    run.on_found = on_found
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
     if procedures is not None and not has_geometry:
@@ -192,9 +192,9 @@ def _integrated(run: Run, task: Task) -> Result:
         if isinstance(found, Unreachable | Exhausted):
             return without_plan(run, task, found, server, rounds.geometry)
         plan = None
-        if run.on_plan is not None:
+        if run.on_found is not None and (run.options.quality == "good" or run.certifies):
             plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
-            run.on_plan(plan)
+            run.on_found(Result("solved", plan, statistics_of(run, server)))
         if run.options.quality == "good":
             run.tell("refining", sum(server.statistics.calls.values()))
             run.refined, plan = _refined(found, server), None
@@ -208,7 +208,7 @@ def _integrated(run: Run, task: Task) -> Result:
 
 def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
     """The plan with its certificate, if one is asked for and there is time; samples are not drawn any more."""
-    if not run.certificate or run.options.geometry != "bounding":
+    if not run.certifies:
         return plan
     from kabo.planner.certifying import certified
 
