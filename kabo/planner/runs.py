@@ -129,6 +129,16 @@ def failures_of(geometry: "Ledger | Interleaved | None") -> Any:
     return [] if geometry is None else geometry.failures()
 
 
+def _in_the_way(geometry: "Ledger | Interleaved | None", server: "GeometricProcedures | None") -> Any:
+    """The same, and calls that were refused with few samples, before it was cut off that they are asked with more."""
+    found = failures_of(geometry)
+    if server is None:
+        return found
+    known = {call for call, _ in found}
+    more = ((call, record) for call, record in server.records.of.items() if call not in known)
+    return [*found, *((call, each.places[0].failure) for call, each in more if each.places and not each.successes)]
+
+
 def without_plan(
     run: Run,
     task: Task,
@@ -141,7 +151,8 @@ def without_plan(
     failures = failures_of(geometry)
     if isinstance(found, Exhausted):
         why = "interrupted" if run.stop.interrupted else found.budget
-        return Result("exhausted", None, statistics, exhausted(found.budget, failures, why))
+        told = _in_the_way(geometry, server)
+        return Result("exhausted", None, statistics, exhausted(found.budget, told, why))
     proved = geometry is None or geometry.proved()
     if proved:
         return Result("no_plan", None, statistics, no_plan(run.problem, task, failures, run.stop))
