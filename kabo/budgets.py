@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from math import inf
 from pathlib import Path
-from time import perf_counter
+from time import clock_gettime, perf_counter
 from typing import Literal
 
 from kabo.errors import CutOff
@@ -17,6 +17,7 @@ Spent = Literal["expansions", "samples", "time", "memory"]
 SHARE = 0.5  # of the memory that the machine, or the control group, has: what one run may hold by default
 LEAST = 1 << 30  # bytes: what it may hold by default at least
 EVERY_S = 0.05  # between two looks at the memory, which take longer than those at the clock
+CLOCK_BOOTTIME = 7  # of Linux: the clock on which processes are started
 _GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
@@ -63,6 +64,17 @@ class StopFlag:
         """Raises CutOff: it is time to stop."""
         if self():
             raise CutOff
+
+
+def process_began() -> float:
+    """When this process was started, on the clock of `perf_counter` [s]; now, if the system does not tell."""
+    now = perf_counter()
+    try:
+        ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+        lived = clock_gettime(CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError, IndexError):
+        return now
+    return now - max(0.0, lived)
 
 
 def resident_bytes(process: int | None = None) -> int:

@@ -64,11 +64,11 @@ def run(options: argparse.Namespace) -> int:
 
 def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
     """Shows that it was ended by force; the exit code."""
-    from kabo.planner.explaining import Explanation, explanation_to_json
-
-    found = Explanation("exhausted", (f"Nothing is explained: {message}.",))
+    said = f"Nothing is explained: {message}."
     if options.json:
-        print_json(explanation_to_json(found))
+        from kabo.planner.explaining import Explanation, explanation_to_json
+
+        print_json(explanation_to_json(Explanation("exhausted", (said,))))
     else:
-        print(found)
+        print(said)
     return exit_codes.NO_PLAN

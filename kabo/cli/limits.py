@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from kabo.budgets import default_memory, held_bytes
+from kabo.budgets import default_memory, held_bytes, process_began
 from kabo.children import end_with_parent, ended_by
 from kabo.cli import exit_codes
 from kabo.cli.terminal import described, print_json, shown_text, tell
@@ -26,7 +26,7 @@ from kabo.cli.terminal import described, print_json, shown_text, tell
 if TYPE_CHECKING:
     from kabo.planner.result import Progress
 
-GRACE_S = 0.25  # from a limit until what runs is ended by force
+GRACE_S = 0.15  # from a limit until what runs is ended by force
 INTERRUPTED_S = 2.0  # from Ctrl-C until then
 OVER = 1.1  # of the memory limit: from here on it is ended by force
 POLL_S, WEIGH_S = 0.05, 0.25  # between two looks at the clock, and at the memory
@@ -120,7 +120,7 @@ class _ChildDoor(Door):
 
 def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
     """Runs a command within its limits, in a child process; the exit code."""
-    began, parent = perf_counter(), os.getpid()
+    began, parent = process_began(), os.getpid()  # importing kabo took time as well
     options.memory = default_memory() if options.memory is None else options.memory
     here, there = Pipe(duplex=False)
     sys.stdout.flush()
@@ -157,7 +157,7 @@ class _Watch:
         self.child, self.channel, self.options = child, channel, options
         self.deadline = began + (inf if options.timeout is None else options.timeout)
         self.interrupted: float | None = None  # when Ctrl-C was pressed
-        self.doing = "starting"
+        self.doing = "working"
         self.found: tuple[dict[str, Any], bytes] | None = None
         self._weighed = began
 

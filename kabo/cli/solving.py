@@ -100,12 +100,12 @@ def chosen_options(options: argparse.Namespace) -> dict[str, Any]:
 
 def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
     """Shows that a search was ended by force before there was a plan; the exit code."""
-    from kabo.planner.result import Reason, Result, result_to_json
-
-    reason = Reason(None, spent, f"{message}; no file was written")
+    said = f"{message}; no file was written"
     if options.json:
-        print_json(result_to_json(Result("exhausted", None, {}, reason)))
-    tell(f"kabo: {reason.message}")
+        from kabo.planner.result import Reason, Result, result_to_json
+
+        print_json(result_to_json(Result("exhausted", None, {}, Reason(None, spent, said))))
+    tell(f"kabo: {said}")
     return exit_codes.NO_PLAN
 
 

@@ -25,6 +25,7 @@ from kabo.planner.explaining import explain
 from kabo.planner.result import Result
 from kabo.planner.solve import solve
 from kabo.tasks.procedures import GeometricProcedures
+from kabo.verify import verify_plan
 from tests.planner.gantry import gantry_problem
 
 LID = {"lid": ((0.06, 0.06, 0.02), (0.2, 0.0, 0.06))}
@@ -108,6 +109,23 @@ def test_a_run_that_is_cut_off_refuses_and_proves_nothing(name, order, quality, 
     for procedures in asked:
         for key, answer in procedures._answers.items():
             assert key not in answers or answers[key] == answer, f"{key[0][0]}: {answer}"
+
+
+@pytest.mark.parametrize("quality", ["fast", "good"])
+def test_an_interrupt_keeps_a_plan_that_was_found(quality):
+    found: list[Result] = []
+    result = solve(problem("solved"), quality=quality, cancelled=lambda: bool(found), on_found=found.append)
+    assert result.status == "solved" and result.plan is not None and result.plan.certificate is None
+    assert written(result) == written(found[0])
+    doing = ["certifying"] if quality == "fast" else ["refining", "certifying"]
+    assert [sentence.split()[0] for sentence in result.cut_off] == doing
+    assert verify_plan(problem("solved"), result.plan).ok
+
+
+def test_memory_that_ends_is_told_as_memory():
+    for order in ("lazy", "eager"):
+        result = solve(problem("refused"), memory=1.0, geometry_order=order)
+        assert result.status == "exhausted" and result.reason is not None and result.reason.budget == "memory"
 
 
 @given(name=st.sampled_from(["solved", "solved for two"]), samples=st.integers(0, 400))
