@@ -59,6 +59,19 @@ class MeshError(InputError):
     """A mesh that cannot be used: counts and the remedy (exit code 2)."""
 
 
+class CutOff(KaboError):
+    """Work ended before it had an answer, because a budget was spent or somebody asked to stop (exit code 4).
+
+    Raised wherever a stop flag is looked at and says so. Nothing follows from it but that there is no answer: it is no
+    refusal, and nothing is proven by it. The flag says which budget it was.
+    """
+
+    exit_code = 4
+
+    def __init__(self, message: str = "it was cut off") -> None:
+        super().__init__(message)
+
+
 class ServiceError(KaboError):
     """No server in time, a busy one, cancelled, a worker lost: carries the request's id (exit code 6)."""
 

@@ -19,6 +19,7 @@ EDGES = {
     "kabo/cli/own_stages.py",
     "kabo/service/server.py",
     "kabo/service/worker.py",
+    "kabo/children.py",
     "kabo/meshes/reading.py",
     "kabo/tasks/core/planning.py",  # gives the jobs back and raises the same error again
     "kabo/tasks/core/workers.py",

@@ -4,6 +4,7 @@ import argparse
 from typing import Any
 
 from kabo.cli import exit_codes, meshing
+from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output
 
 NAME = "bound"
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="refuse",
         help="what to do with open borders (default: refuse)",
     )
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:

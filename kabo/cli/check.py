@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from kabo.cli import exit_codes
+from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
 NAME = "check"
@@ -14,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo check`."""
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="domain, problem, scene or task files")
     parser.add_argument("--json", action="store_true", help="print the findings as one JSON object")
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:

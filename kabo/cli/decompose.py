@@ -4,6 +4,7 @@ import argparse
 from typing import Any
 
 from kabo.cli import exit_codes, meshing
+from kabo.cli.limits import add_limits
 from kabo.cli.solving import natural
 from kabo.cli.terminal import clean_standard_output
 
@@ -19,6 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--vertices-per-part", type=meshing.at_least(4), metavar="N", help="aim at N vertices a part"
     )
     parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random choices (default: 0)")
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -3,14 +3,16 @@
 import argparse
 
 from kabo.cli import exit_codes
-from kabo.cli.solving import SEARCHES, add_problem_argument, epsilon, natural, positive
-from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.cli.limits import add_limits
+from kabo.cli.solving import SEARCHES, add_problem_argument, epsilon, natural
+from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import InputError
 
 NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
 
-GIVEN = ("search", "seed", "epsilon", "max_expansions", "max_samples", "timeout", "changes")
+GIVEN = ("search", "seed", "epsilon", "max_expansions", "max_samples", "memory", "changes")
+TELLING_S = 0.1  # of a time limit: for saying what was found
 EXIT_CODES = {
     "solvable": exit_codes.DONE,
     "proved": exit_codes.PROVEN_NO_PLAN,
@@ -28,9 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--geometry", choices=("bounding", "none"), help="whether to look for motions, too")
     parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
     parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")
-    parser.add_argument(
-        "--timeout", type=positive, metavar="S", help="seconds after which the search gives up (default: 60)"
-    )
+    add_limits(parser, "60")
+    parser.set_defaults(cut_off=_cut_off)
     parser.add_argument(
         "--changes", type=natural, metavar="N", help="changes tried at most to see whether they help (default: 6)"
     )
@@ -43,10 +44,12 @@ def run(options: argparse.Namespace) -> int:
     from kabo.planner.explaining import explain, explanation_to_json, invalid_explanation
 
     try:
-        with clean_standard_output():
+        with clean_standard_output(), interruptible() as stop:
             problem = load_problem(options.problem, options.domain)
             given = {name: getattr(options, name) for name in GIVEN if getattr(options, name) is not None}
-            found = explain(problem, geometry=options.geometry != "none", **given)
+            if options.timeout is not None:
+                given["timeout"] = max(0.0, options.door.left(options.timeout) - TELLING_S)
+            found = explain(problem, geometry=options.geometry != "none", cancelled=stop, **given)
     except InputError as error:
         found = invalid_explanation(error)
         tell(str(error))
@@ -55,3 +58,15 @@ def run(options: argparse.Namespace) -> int:
     elif found.verdict != "invalid":
         print(found)
     return EXIT_CODES[found.verdict]
+
+
+def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
+    """Shows that it was ended by force; the exit code."""
+    said = f"Nothing is explained: {message}."
+    if options.json:
+        from kabo.planner.explaining import Explanation, explanation_to_json
+
+        print_json(explanation_to_json(Explanation("exhausted", (said,))))
+    else:
+        print(said)
+    return exit_codes.NO_PLAN

@@ -15,6 +15,7 @@ from typing import Any
 
 import kabo
 from kabo.cli import exit_codes
+from kabo.cli.limits import add_limits
 from kabo.cli.solving import natural, output_file
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
@@ -36,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", dest="output", type=output_file, required=True, metavar="FILE", help="the problem file"
     )
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,8 +11,9 @@ from typing import NoReturn
 
 from kabo import __version__
 from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, task, verify
+from kabo.cli.limits import limited
 from kabo.cli.solving import require_writable
-from kabo.errors import InputError, KaboError, ServiceError
+from kabo.errors import CutOff, InputError, KaboError, ServiceError
 
 COMMANDS: tuple[ModuleType, ...] = (
     solve,
@@ -31,7 +32,12 @@ REPORT = "please report it with this text and the files: it is a defect of kabo,
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code; errors are told on standard error, in one place."""
+    """Runs one command and returns its exit code.
+
+    Args:
+        arguments: None: those of the process, as a program; a command with limits then runs in a child process, where
+            it can be ended. Else it runs in this one, and ends where it looks at its limits.
+    """
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         options = parser().parse_args(given)
@@ -41,6 +47,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if _asks_for_json(given):
             print(json.dumps({"code": "bad_request", "message": str(wrong)}))
         raise SystemExit(exit_codes.BAD_INPUT) from None
+    if arguments is None and hasattr(options, "door") and hasattr(os, "fork"):
+        return limited(options, _in_this_process)
+    return _in_this_process(options)
+
+
+def _in_this_process(options: argparse.Namespace) -> int:
+    """Runs a command; errors are told on standard error, in one place."""
     try:
         for name in WRITTEN:
             if (path := getattr(options, name, None)) is not None:
@@ -104,6 +117,8 @@ def _told(error: Exception, *, as_json: bool) -> int:
         code, message, exit_code = "bad_request", f"{error.filename}: {error.strerror}", exit_codes.BAD_INPUT
     elif (remedy := missing_library(error)) is not None:
         code, message, exit_code = "failed", remedy, exit_codes.DEFECT
+    elif isinstance(error, CutOff):
+        code, message, exit_code = "cut_off", str(error), exit_codes.NO_PLAN
     elif isinstance(error, KaboError):
         code, message, exit_code = "failed", str(error), exit_codes.DEFECT
     else:

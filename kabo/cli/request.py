@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kabo.cli.solving import add_search_arguments, chosen_options, finish
-from kabo.cli.terminal import shown_progress, tell
+from kabo.cli.terminal import tell
 from kabo.errors import Diagnostic, InputError
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 NAME = "request"
 HELP = "ask a server to solve a problem file; the same answer as from `kabo solve`"
 DEADLINE_S = 3600.0
-LOADING_S = 60.0  # what a server may need beside the search: reading, compiling once
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,10 +52,10 @@ def _asked(problem: "ProblemFor", identifier: str, options: argparse.Namespace) 
     from kabo.planner.result import Progress
     from kabo.service import Client, client_config
 
-    deadline_s = DEADLINE_S if options.timeout is None else options.timeout + LOADING_S
-    with Client(client_config(options.connect, options.config)) as client, shown_progress() as report:
+    deadline_s = min(DEADLINE_S, options.door.left(options.timeout) or DEADLINE_S)
+    with Client(client_config(options.connect, options.config)) as client, options.door.reporting() as report:
         show = None if report is None else lambda body: report(Progress(**body))
-        chosen = chosen_options(options)
+        chosen = chosen_options(options) | ({} if options.timeout is None else {"timeout": deadline_s})
         try:
             return client.solve(problem, chosen, deadline_s=deadline_s, identifier=identifier, on_progress=show)
         except KeyboardInterrupt:

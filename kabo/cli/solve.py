@@ -2,9 +2,8 @@
 
 import argparse
 
-from kabo.cli import exit_codes
-from kabo.cli.solving import add_search_arguments, chosen_options, finish, natural
-from kabo.cli.terminal import clean_standard_output, print_json, shown_progress, tell
+from kabo.cli.solving import add_search_arguments, chosen_options, finish, natural, told_cut_off
+from kabo.cli.terminal import clean_standard_output, interruptible, tell
 
 NAME = "solve"
 HELP = "find a plan for a problem file, print it as a tree and write it as JSON"
@@ -22,9 +21,15 @@ def run(options: argparse.Namespace) -> int:
 
     chosen = SolveOptions(**chosen_options(options))
     try:
-        with clean_standard_output(), shown_progress() as report:
+        with clean_standard_output(), options.door.reporting() as report, interruptible() as stop:
             answer = solve_file(
-                options.problem, chosen, domain=options.domain, workers=max(1, options.workers), progress=report
+                options.problem,
+                chosen,
+                domain=options.domain,
+                workers=max(1, options.workers),
+                progress=report,
+                cancelled=stop,
+                keep=options.door.keep(),
             )
     except KeyboardInterrupt:
         return _interrupted(options)
@@ -34,11 +39,5 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _interrupted(options: argparse.Namespace) -> int:
-    """Ctrl-C ends a search as a time limit does: without a plan, and without a file."""
-    from kabo.planner.result import Reason, Result, result_to_json
-
-    reason = Reason(None, "time", "interrupted by the user; no file was written")
-    if options.json:
-        print_json(result_to_json(Result("exhausted", None, {}, reason)))
-    tell(f"kabo: {reason.message}")
-    return exit_codes.NO_PLAN
+    """Ctrl-C for the second time ends a search at once: without a plan, and without a file."""
+    return told_cut_off(options, "time", "interrupted by the user")

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from kabo.cli import exit_codes
+from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
 from kabo.errors import Diagnostic, InputError
 
 TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
 OPTIONS = (
     *("search", "seed", "epsilon", "geometry", "geometry_order", "quality"),
-    *("max_expansions", "max_samples", "timeout", "certificate"),
+    *("max_expansions", "max_samples", "timeout", "memory", "certificate"),
 )
 SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening")
 
@@ -47,7 +48,8 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
     parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")
-    parser.add_argument("--timeout", type=positive, metavar="S", help="seconds after which the search gives up")
+    add_limits(parser, "the problem's, else 600")
+    parser.set_defaults(cut_off=told_cut_off)
     parser.add_argument(
         "-o",
         dest="output",
@@ -88,8 +90,23 @@ class _OneOrTwo(argparse.Action):
 
 
 def chosen_options(options: argparse.Namespace) -> dict[str, Any]:
-    """The options of the search that were given, by the names of the message `SolveOptions`."""
-    return {name: getattr(options, name) for name in OPTIONS if getattr(options, name) is not None}
+    """The options of the search that were given, by the names of the message `SolveOptions`.
+
+    `timeout` is what is left of it.
+    """
+    chosen = {name: getattr(options, name) for name in OPTIONS if getattr(options, name) is not None}
+    return chosen if options.timeout is None else chosen | {"timeout": options.door.left(options.timeout)}
+
+
+def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
+    """Shows that a search was ended by force before there was a plan; the exit code."""
+    said = f"{message}; no file was written"
+    if options.json:
+        from kabo.planner.result import Reason, Result, result_to_json
+
+        print_json(result_to_json(Result("exhausted", None, {}, Reason(None, spent, said))))
+    tell(f"kabo: {said}")
+    return exit_codes.NO_PLAN
 
 
 def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namespace) -> int:
@@ -115,6 +132,8 @@ def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namesp
             tell(f"the plan has no certificate: {gaps[0]}{more}; `kabo verify` measures distances instead")
     if not options.json and body["reason"] is not None:
         tell(_no_plan(body))
+    for sentence in body.get("cut_off", ()):
+        tell(f"kabo: {sentence}")
     return exit_codes.BY_STATUS[body["status"]]
 
 

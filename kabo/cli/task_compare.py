@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from kabo.cli import exit_codes
+from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json
 
 NAME = "compare"
@@ -15,6 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("first", type=Path, metavar="A.json", help="a report of `kabo task plan --repeat N -o`")
     parser.add_argument("second", type=Path, metavar="B.json", help="another one")
     parser.add_argument("--json", action="store_true", help="print the comparison as one JSON object")
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,16 +1,16 @@
 """`kabo task plan`: plans the task of a file, once or with several seeds, and reports what each stage found."""
 
 import argparse
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from kabo.budgets import StopFlag
 from kabo.cli import exit_codes
+from kabo.cli.limits import add_limits
 from kabo.cli.own_stages import add_stages_argument, blamed, execute
-from kabo.cli.solving import natural, output_file, positive
-from kabo.cli.terminal import clean_standard_output, print_json, tell
+from kabo.cli.solving import natural, output_file
+from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -37,15 +37,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--max-solutions", type=natural, metavar="N", help="how many (default: the file's, else all)"
     )
-    parser.add_argument(
-        "--timeout", type=positive, metavar="S", help="seconds after which a run ends with what it has"
-    )
     parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random samples (default: 0)")
     parser.add_argument(
         "--repeat", type=natural, default=1, metavar="N", help="runs, with the seeds from --seed on (default: 1)"
     )
     parser.add_argument("--workers", type=natural, metavar="N", help="processes; does not change the solutions")
     add_stages_argument(parser)
+    add_limits(parser, "the file's, for each run, else none")
     parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the report, as JSON")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
 
@@ -64,11 +62,11 @@ def run(options: argparse.Namespace) -> int:
         with interruptible() as stop:
             settings = Settings(
                 options.max_solutions or file.max_solutions,
-                options.timeout or file.timeout,
+                file.timeout if options.timeout is None else None,
                 options.seed,
                 max(1, options.repeat),
                 options.workers or None,
-                stop,
+                StopFlag(options.door.left(options.timeout) or inf, options.memory or inf, stop),
             )
             with blamed(options.stages):
                 runs = plan_file(file, arguments, scene, settings)
@@ -151,25 +149,3 @@ def _scene(file: "TaskFile", arguments: dict[str, Any], path: Path | None) -> "S
     description = load_scene_description(path)
     check_things(file, arguments, description)
     return load_scene(description)
-
-
-@contextmanager
-def interruptible() -> Iterator[Callable[[], bool]]:
-    """A function that says whether Ctrl-C was pressed; planning then ends with what it has. Twice ends the command."""
-    pressed: list[int] = []
-
-    def note(number: int, frame: object) -> None:
-        if pressed:
-            raise KeyboardInterrupt
-        pressed.append(number)
-        tell("kabo: ending with what there is; once more to stop at once")
-
-    try:
-        before = signal.signal(signal.SIGINT, note)
-    except ValueError:  # not the main thread
-        yield lambda: False
-        return
-    try:
-        yield lambda: bool(pressed)
-    finally:
-        signal.signal(signal.SIGINT, before)

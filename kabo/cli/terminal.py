@@ -5,6 +5,7 @@ Standard output carries the answer only (the plan's tree, or one JSON object); a
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -25,19 +26,58 @@ def print_json(answer: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def shown_progress() -> Iterator["Callable[[Progress], None] | None"]:
+def shown_text() -> Iterator["Callable[[str], None] | None"]:
     """A function that shows progress in one line of a terminal; None where standard error is none."""
     if not sys.stderr.isatty():
         yield None
         return
+    bar: list[
+        Any
+    ] = []  # made with the first text: most commands have none to show, and rich takes a while to load
+
+    def show(text: str) -> None:
+        if not bar:
+            bar.extend(_started_bar())
+        bar[0].update(bar[1], description=text)
+
+    try:
+        yield show
+    finally:
+        if bar:
+            bar[0].stop()
+
+
+def _started_bar() -> tuple[Any, Any]:
     from rich.console import Console
     from rich.progress import Progress as Bar
     from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        line = bar.add_task("loading")
-        yield lambda progress: bar.update(line, description=described(progress))
+    made = Bar(*columns, console=Console(stderr=True), transient=True)
+    made.start()
+    return made, made.add_task("loading")
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """A function that says whether Ctrl-C was pressed; the command then ends with what it has. Twice ends it at once."""
+    pressed: list[int] = []
+
+    def note(number: int, frame: object) -> None:
+        if pressed:
+            raise KeyboardInterrupt
+        pressed.append(number)
+        tell("kabo: ending with what there is; once more to stop at once")
+
+    try:
+        before = signal.signal(signal.SIGINT, note)
+    except ValueError:  # not the main thread
+        yield lambda: False
+        return
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def described(progress: "Progress") -> str:

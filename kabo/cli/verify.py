@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from kabo.cli import exit_codes
+from kabo.cli.limits import add_limits
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
@@ -18,6 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--knowledge-only", action="store_true", help="check no motions, only what is known when")
     parser.add_argument("--paranoid", action="store_true", help="check the plan's certificate in exact arithmetic")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
+    add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:

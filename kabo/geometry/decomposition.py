@@ -6,13 +6,14 @@ the solid by construction. Cells whose part sticks out too far are cut again, ne
 stand for both.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.children import made_in_child, never
 from kabo.geometry.cells import Cell, cut, whole
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import enclosing_polytope, hull_planes, solid_points
@@ -42,8 +43,11 @@ class Piece:
     part: Array | None
 
 
-def decompose(solid: Solid, tolerance: float, seed: int) -> list[Array]:
+def decompose(solid: Solid, tolerance: float, seed: int, look: Callable[[], None] = never) -> list[Array]:
     """The parts (V <= 24, 3) [m]; one if the solid is nearly convex.
+
+    What takes long is done in a child process: CoACD cannot be interrupted, and its threads do not survive a fork.
+    `look` is called meanwhile; if it raises, the child is killed.
 
     Raises:
         TooFine: more than 200 cells would be needed.
@@ -52,6 +56,11 @@ def decompose(solid: Solid, tolerance: float, seed: int) -> list[Array]:
     piece = _piece(solid, tolerance, cell.points, cell)
     if piece.part is not None:
         return [piece.part]
+    return made_in_child(lambda: _in_cells(solid, tolerance, seed, cell), look)
+
+
+def _in_cells(solid: Solid, tolerance: float, seed: int, cell: Cell) -> list[Array]:
+    """The parts of a solid that needs several."""
     cuts = proposed_cuts(solid.vertices, solid.faces, seed)
     pieces = _joined(solid, tolerance, list(_settled(solid, tolerance, cell, cuts)))
     return [piece.part for piece in pieces if piece.part is not None]

@@ -5,7 +5,7 @@ What a file says is believed once it is proven [kabo.geometry.believed_parts]. P
 are scaled with it: those with deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.children import never
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry import stored_parts
@@ -33,6 +34,7 @@ def enclosing_parts(
     source: Path | None = None,
     cache: Path | None = None,
     seed: int = 0,
+    look: Callable[[], None] = never,
 ) -> Enclosure:
     """Convex parts (V <= 24, 3) whose union covers the solid inside a closed mesh.
 
@@ -44,6 +46,7 @@ def enclosing_parts(
         source: the mesh file; parts stored beside it are used if they were made for this mesh.
         cache: a folder; by default the parts' folder in kabo's cache.
         seed: of CoACD.
+        look: called now and then while parts are made; what it raises ends that.
 
     Raises:
         MeshError: empty, not finite, indices out of range, open, or too fine for the tolerance: with the figures.
@@ -62,7 +65,8 @@ def enclosing_parts(
     found = _believed(solid, stored_parts.read(kept, digest), tolerance)
     if found is not None:
         return found
-    made = _made(solid, tolerance, seed, name)
+    look()
+    made = _made(solid, tolerance, seed, name, look=look)
     with suppress(OSError):  # a read-only cache costs time, never an answer
         stored_parts.write(kept, digest, {float(f"{tolerance:.9g}"): made})
     return made
@@ -125,7 +129,14 @@ def write_parts(
     stored_parts.write(stored_parts.beside(mesh), digest, enclosures)
 
 
-def _made(solid: "Solid", tolerance: float, seed: int, name: str, pieces: Sequence[Array] = ()) -> Enclosure:
+def _made(
+    solid: "Solid",
+    tolerance: float,
+    seed: int,
+    name: str,
+    pieces: Sequence[Array] = (),
+    look: Callable[[], None] = never,
+) -> Enclosure:
     from kabo.geometry.believed_parts import remember
     from kabo.geometry.decomposition import TooFine, decompose, proven_deviation
     from kabo.geometry.pieces import parts_of_pieces
@@ -136,7 +147,7 @@ def _made(solid: "Solid", tolerance: float, seed: int, name: str, pieces: Sequen
         solid = Solid(turned.vertices, turned.faces)
     try:
         parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
-            solid, tolerance, seed
+            solid, tolerance, seed, look
         )
     except TooFine as error:
         raise _unusable(

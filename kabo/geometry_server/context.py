@@ -6,6 +6,7 @@ from itertools import count, islice
 from time import perf_counter
 from weakref import WeakValueDictionary
 
+from kabo.errors import CutOff
 from kabo.geometry_server.candidates import BATCH, Candidate
 from kabo.geometry_server.surroundings import Surroundings
 from kabo.scene import Scene
@@ -28,7 +29,7 @@ class Context:
     """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
 
     `patience`: how many candidates in a row may be blocked by what can be moved away; None: any number.
-    `stop` says that time or budget is spent; an answer that was cut off is not an answer, and its asker knows.
+    `stop` says that time or budget is spent.
     """
 
     surroundings: Surroundings
@@ -52,7 +53,11 @@ class Context:
         return self.surroundings.scene
 
     def drawn(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
-        """The candidates of a stream, batch by batch, as many as are to be tried; counts the samples."""
+        """The candidates of a stream, batch by batch, as many as are to be tried; counts the samples.
+
+        Raises:
+            CutOff: time or budget is spent: that there are no more candidates would be no answer.
+        """
         batches, statistics = islice(stream, self.batches), self.surroundings.statistics
         while True:
             began = perf_counter()
@@ -62,6 +67,10 @@ class Context:
                 return
             statistics.drawn(BATCH)
             for candidate in batch:
-                if self.stop():
-                    return
+                self.look()
                 yield candidate
+
+    def look(self) -> None:
+        """Raises CutOff: time or budget is spent."""
+        if self.stop():
+            raise CutOff

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from kabo.errors import CutOff
 from kabo.geometry import Budget
 from kabo.geometry_server.answers import Statistics
 from kabo.geometry_server.context import Context
@@ -48,7 +49,13 @@ class GeometryServer:
     def __post_init__(self) -> None:
         self.budget = Budget.share(self.scene.epsilon if self.epsilon is None else self.epsilon)
         self.surroundings = Surroundings(self.scene, self.budget, self.exact, self.statistics)
+        self.surroundings.look = self.look
         self.identifiers = IdentifierMap()
+
+    def look(self) -> None:
+        """Raises CutOff: time or budget is spent."""
+        if self.stop():
+            raise CutOff
 
     # ---------------------------------------------------------------------------------------------- predicates
     def collides(self, first: str, second: str | Sequence[float], state: GeometricState | None = None) -> bool:

@@ -155,7 +155,11 @@ def way_to(
     samples: int,
     keep: Keep | None = None,
 ) -> list[Array] | Refused:
-    """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along."""
+    """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along.
+
+    Raises:
+        CutOff: time or budget is spent.
+    """
     robot = workspace.robot
     for q, where in ((start, "where it begins"), (goal, "where it ends")):
         broken = None if keep is None else keep.broken(q)
@@ -168,6 +172,7 @@ def way_to(
         return np.concatenate([q, hand])
 
     def free_segment(a: Array, b: Array) -> int:
+        workspace.surroundings.look()
         if keep is not None and not keep.keeps(whole(a), whole(b)):
             return len(workspace.pairs)  # one past the pairs: the constraint
         return workspace.segment_hit(whole(a), whole(b))

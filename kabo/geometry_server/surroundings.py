@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kabo.children import never
 from kabo.errors import InputError
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
 from kabo.geometry_server.answers import Pair, Statistics
@@ -22,10 +23,10 @@ REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about 
 
 
 class _Known:
-    """A mesh by what it is and where it came from, to be remembered by."""
+    """A mesh by what it is and where it came from, to be remembered by; `look` only while its parts are asked for."""
 
-    def __init__(self, mesh: Mesh) -> None:
-        self.mesh, self._key = mesh, (mesh.digest, mesh.path)
+    def __init__(self, mesh: Mesh, look: Callable[[], None]) -> None:
+        self.mesh, self.look, self._key = mesh, look, (mesh.digest, mesh.path)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Known) and self._key == other._key
@@ -40,7 +41,7 @@ def _enclosed(known: _Known, tolerance: float) -> Enclosure:
     from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
 
     mesh = known.mesh
-    return enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path)
+    return enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=known.look)
 
 
 class Surroundings:
@@ -48,6 +49,7 @@ class Surroundings:
 
     def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
+        self.look: Callable[[], None] = never  # called while parts are made; what it raises ends that
         # Parts are made once for a scene: servers come and go with seeds.
         self._enclosures: dict[str, Enclosure] = scene.memory.setdefault(("enclosures", budget.geometry), {})
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
@@ -110,7 +112,11 @@ class Surroundings:
     def enclosed(self, mesh: Mesh) -> Enclosure:
         """The convex parts that enclose a mesh, made once."""
         if mesh.digest not in self._enclosures:
-            self._enclosures[mesh.digest] = _enclosed(_Known(mesh), self.budget.geometry)
+            known = _Known(mesh, self.look)
+            try:
+                self._enclosures[mesh.digest] = _enclosed(known, self.budget.geometry)
+            finally:
+                known.look = never  # what is remembered keeps no run alive
         return self._enclosures[mesh.digest]
 
     def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:

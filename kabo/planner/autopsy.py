@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from kabo.errors import CutOff
 from kabo.geometry_server import GeometryServer, Pair, Shortfall, Stream, shortfall_of
 from kabo.language.formulas import GroundCall
 from kabo.tasks.procedures import GeometricProcedures
@@ -93,10 +94,11 @@ def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Findi
     ranked = sorted(failed, key=lambda item: _rank(item[0], item[1], asked))
     examiner = _Examiner(asked, stop)
     found = []
-    for call, record in ranked[:MOST_CALLS]:
-        if stop():
+    for call, record in () if stop() else ranked[:MOST_CALLS]:
+        try:
+            found.append(examiner.finding(call, record))
+        except CutOff:
             break
-        found.append(examiner.finding(call, record))
     return found
 
 
@@ -143,7 +145,7 @@ class _Examiner:
 
     def __init__(self, asked: GeometricProcedures, stop: Callable[[], bool]) -> None:
         given = asked.server
-        own = GeometryServer(given.scene, given.budget.epsilon, given.seed, given.surroundings.exact, self.enough)
+        own = GeometryServer(given.scene, given.budget.epsilon, given.seed, given.surroundings.exact, stop)
         self.asked, self.scene, self.stop, self.seen = asked, given.scene, stop, _Seen()
         self.procedures = GeometricProcedures(own, asked.folder)
         self.context = own.context()
@@ -155,7 +157,7 @@ class _Examiner:
         where = record.places[0]
         seen = self.seen = _Seen()
         if where.effort != FORESEEN:
-            self.procedures.again(call, where.situation, where.attempt, 0, seen.observe)
+            self.procedures.again(call, where.situation, where.attempt, 0, seen.observe, self.enough)
         if not seen.attempts:  # there was nothing to try
             seen.attempts.append((where.failure.reason, None, None))
         nearer, robot = self._nearer(call, where, seen)

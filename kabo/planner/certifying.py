@@ -4,7 +4,7 @@ It works from the plan alone, as whoever checks it will: what is proven is what 
 several values, each of them is a place of its own.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from kabo.children import never
+from kabo.errors import CutOff
 from kabo.geometry.certificate import Course, Parts, Placed, Prover, Unproven, Witness, ordered
 from kabo.geometry_server.surroundings import Surroundings
 from kabo.plan import (
@@ -63,15 +65,18 @@ class Gap:
         return f"{self.node}: {first} and {second} are not proven apart ({where}, gap {self.gap:.3g} m)"
 
 
-def certified(plan: Plan, surroundings: Surroundings) -> tuple[Plan, dict[str, Any]]:
+def certified(
+    plan: Plan, surroundings: Surroundings, look: Callable[[], None] = never
+) -> tuple[Plan, dict[str, Any]]:
     """The plan with its certificate, and figures for the statistics: how long it took, and what it cannot prove.
 
-    A plan that it cannot prove whole comes back with the gaps instead: it is then checked without a certificate.
+    A plan that it cannot prove whole, or not in time, comes back with the gaps instead: it is then checked without a
+    certificate. `look` is called now and then; CutOff ends it.
     """
     began = perf_counter()
     try:
-        made: Certificate | list[Any] = certify(plan, surroundings)
-    except ValueError as error:
+        made: Certificate | list[Any] = certify(plan, surroundings, look=look)
+    except (ValueError, CutOff) as error:
         made = [str(error)]
     gaps = [str(gap) for gap in made] if isinstance(made, list) else []
     figures = {"certificate_s": perf_counter() - began, "certificate_gaps": gaps}
@@ -80,22 +85,26 @@ def certified(plan: Plan, surroundings: Surroundings) -> tuple[Plan, dict[str, A
     return replace(plan, certificate=made), figures
 
 
-def certify(plan: Plan, surroundings: Surroundings, near: float | None = None) -> Certificate | list[Gap]:
+def certify(
+    plan: Plan, surroundings: Surroundings, near: float | None = None, look: Callable[[], None] = never
+) -> Certificate | list[Gap]:
     """The certificate of a plan, or what of it cannot be proven.
 
     Args:
         plan: as it will be written.
         surroundings: the scene with the parts that the plan was made with.
         near: pairs farther apart than this need no axis [m]; epsilon if None.
+        look: called now and then; what it raises ends it.
 
     Raises:
         ValueError: the plan moves what may be in several places, or says nothing of its start.
     """
-    return _Certifying(plan, surroundings, near or surroundings.budget.epsilon).made()
+    return _Certifying(plan, surroundings, near or surroundings.budget.epsilon, look).made()
 
 
 class _Certifying:
-    def __init__(self, plan: Plan, surroundings: Surroundings, near: float) -> None:
+    def __init__(self, plan: Plan, surroundings: Surroundings, near: float, look: Callable[[], None]) -> None:
+        self.look = look
         order = topological_order(plan)
         if order is None:
             raise ValueError("the plan has a cycle")
@@ -185,6 +194,7 @@ class _Certifying:
         moving = list(dict.fromkeys(segment.robot for segment in node.motion))
         situation = MotionSituation.at(name, self.values, self.scene, moving)
         for stretch in stretches(node.motion, dict(self.scene.robots), situation.q):
+            self.look()
             yield self._stretch(name, node, stretch, situation)
             for i in stretch.ending:
                 situation.end(node.motion[i])
@@ -236,6 +246,7 @@ class _Certifying:
         things, count = [*first.things, *second.things], len(first.things)
         pairs, rows = self.choice.across(first.things, second.things)
         for cut in CUTS:
+            self.look()
             course = every_couple(first.course, second.course, rows, cut)
             found = self.prover.prove(course)
             if not isinstance(found, Unproven) or len(course.waypoints) > MOST:

@@ -11,6 +11,7 @@ ancestors that stood in the way (see `failures.py`), and only those that need no
 
 from collections.abc import Generator, Hashable
 
+from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
 from kabo.planner.delay import delay_sensing
 from kabo.planner.explanation import Explanation
@@ -82,6 +83,8 @@ def find_skeleton(
                 return Found(Skeleton(outcome.node), counter.statistics)
     except BudgetSpent as spent:
         return Exhausted(counter.statistics, spent.budget)
+    except CutOff:  # geometry was asked on the way
+        return Exhausted(counter.statistics, "time")
     return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
 
 

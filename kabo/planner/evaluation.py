@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from kabo.errors import CutOff
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.ledger import Trace
@@ -47,10 +48,14 @@ class Refused:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """All variants in an order in which each comes before what follows it; refused calls, if any."""
+    """All variants in an order in which each comes before what follows it; refused calls, if any.
+
+    `whole`: every procedure was asked that can be; else time or budget was spent before, and only refusals are of use.
+    """
 
     variants: tuple[Variant, ...]
     refused: tuple[Refused, ...]
+    whole: bool = True
 
 
 @dataclass(frozen=True)
@@ -76,13 +81,21 @@ class Evaluator:
 
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
         """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
+        variants: list[Variant] = []
+        refused: list[Refused] = []
+        whole = True
+        try:
+            self._walk(root, trace, variants, refused)
+        except CutOff:
+            whole = False
+        return Evaluation(tuple(variants), tuple(refused), whole)
+
+    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[Refused]) -> None:
         order = in_order(root)
         live = self._live(order)
         arrivals: dict[SkeletonNode, list[_Arrival]] = {node: [] for node in order}
         start = Situation.of(self.server.scene.start)
         arrivals[root].append(_Arrival(None, None, start, frozenset([trace])))
-        variants: list[Variant] = []
-        refused: list[Refused] = []
         ways_in = Counter(after for node in order for after in successors(node).values())
         for node in order:
             for group in self._meet(arrivals[node], live[node]):
@@ -96,11 +109,10 @@ class Evaluator:
                     else:
                         self._depart(variant, arrivals)
                     if self.stop():
-                        return Evaluation(tuple(variants), tuple(refused))
+                        raise CutOff
             after = Counter(successors(node).values())
             ways_in -= after
             self._expect((each for each in after if not ways_in[each]), arrivals, live)
-        return Evaluation(tuple(variants), tuple(refused))
 
     def _expect(
         self,

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
+from kabo.budgets import StopFlag, default_memory
 from kabo.errors import InputError
 from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
@@ -40,6 +41,11 @@ MAX_EXPANSIONS, SECONDS = 2_000_000, 60.0
 
 SHOWN_GAPS = 3  # constructs beyond kabo's reasoning that the summary names
 
+SPENT = {
+    "expansions": "as many nodes as allowed",
+    "time": "as long as allowed",
+    "memory": "in as much memory as allowed",
+}
 SAME = "For the same reasons as"
 
 Verdict = Literal["solvable", "proved", "exhausted", "invalid"]
@@ -108,6 +114,7 @@ def explain(
     search: str | None = None,
     max_expansions: int | None = None,
     timeout: float | None = None,
+    memory: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     geometry: bool = True,
@@ -120,6 +127,7 @@ def explain(
         search: how plans are looked for if the relaxation does not settle it; as for `solve`.
         max_expansions: nodes that this search expands at most.
         timeout: seconds after which it gives up.
+        memory: bytes that this process may hold before it gives up (None: half of what there is).
         cancelled: asked now and then; True ends it soon.
         procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
             procedure is then taken to succeed.
@@ -130,7 +138,9 @@ def explain(
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
     """
-    began = perf_counter()
+    seconds = SECONDS if timeout is None else timeout
+    bytes_ = default_memory() if memory is None else memory
+    stop = StopFlag(seconds, bytes_, cancelled)
     if procedures:
         problem = Procedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
@@ -145,15 +155,14 @@ def explain(
         verdict: Verdict = "proved" if unproved is None else "exhausted"
         summary = _proved(goals) if unproved is None else _unproved(unproved, goals)
     else:
-        seconds = SECONDS if timeout is None else timeout
-        late = lambda: perf_counter() - began > seconds or (cancelled is not None and cancelled())  # noqa: E731
         expansions = MAX_EXPANSIONS if max_expansions is None else max_expansions
-        verdict, summary = _searched(problem, judged, search, Limits(expansions, late))
+        verdict, summary = _searched(problem, judged, search, expansions, stop)
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
             from kabo.planner.obstacles import obstacles  # symbolic problems never pay for geometry
 
-            left = max(0.0, seconds - (perf_counter() - began))
-            found = obstacles(problem, left, cancelled, expansions, search=search, **options)
+            left = max(0.0, seconds - (perf_counter() - stop.began))
+            options |= {"search": search, "memory": bytes_}
+            found = obstacles(problem, left, cancelled, expansions, **options)
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
     more = ((), ()) if found is None else (found.findings, found.counterfactuals)
@@ -206,14 +215,16 @@ def _unproved(unproved: Reason, goals: list[UnreachableGoal]) -> list[str]:
     return [first, f"What kabo does not follow: {where}."]
 
 
-def _searched(problem: Problem, judged: Judged, search: str | None, limits: Limits) -> tuple[Verdict, list[str]]:
+def _searched(
+    problem: Problem, judged: Judged, search: str | None, expansions: int, stop: StopFlag
+) -> tuple[Verdict, list[str]]:
     task = ground(problem)
-    found = find_skeleton(task, search=search, limits=limits)
+    found = find_skeleton(task, search=search, limits=Limits(expansions, stop))
     if isinstance(found, Found):
         motions = "" if problem.scene is None else "; whether there are motions for it was not asked"
         return "solvable", [f"There is a plan as far as knowledge goes{motions}."]
     if isinstance(found, Exhausted):
-        spent = "as many nodes as allowed" if found.budget == "expansions" else "as long as allowed"
+        spent = SPENT[stop.spent or found.budget]
         return "exhausted", [
             "Every part of the goal could hold if nothing that is known were ever lost.",
             f"No plan was found in a search that expanded {counted(found.statistics.expanded, 'node')} ({spent}).",
@@ -221,7 +232,7 @@ def _searched(problem: Problem, judged: Judged, search: str | None, limits: Limi
     unproved = beyond_reasoning(judged)
     if unproved is not None:
         return "exhausted", _unproved(unproved, [])
-    return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, limits.deadline)][:3]
+    return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, stop)][:3]
 
 
 NO_PLAN_BUT_REACHABLE = (

@@ -14,6 +14,7 @@ from kabo.planner.telling import main_finding, summary
 from kabo.tasks.procedures import GeometricProcedures
 
 SAMPLES = 40_000  # of procedures, by default; each change may use a part of as many
+KNOWN, OPEN = "There is a plan as far as knowledge goes", "; whether there are motions for it is open"
 SOLVING, LOOKING = 0.5, 0.65  # the parts of the time after which solving and looking are cut off
 
 
@@ -79,6 +80,10 @@ def obstacles(
     )
     if result.reason is None:
         return Obstacles("solvable", ("There is a plan, with a motion for every action.",))
+    if not asked:  # cut off before any procedure could be asked
+        return Obstacles(
+            "exhausted", (f"{KNOWN}; whether there are motions for it is open: {result.reason.message}.",)
+        )
     findings = examined(asked[0], clock.stop)
     surroundings, used = asked[0].server.surroundings, asked[0].statistics.samples
     others = tried(
@@ -96,7 +101,8 @@ def _told(result: Result, findings: list[Finding], others: list[Counterfactual],
     main, reason = main_finding(findings, others), result.reason
     if main is None or reason is None:
         text = "" if reason is None else f": {reason.message}"
-        return Obstacles(verdict, (f"There is a plan as far as knowledge goes, but not for geometry{text}.",))
+        found = ", but not for geometry" if verdict == "proved" else OPEN
+        return Obstacles(verdict, (f"{KNOWN}{found}{text}.",))
     lines = summary(verdict, reason.budget, main, others, epsilon)
     ordered = (main, *(finding for finding in findings if finding is not main))
     return Obstacles(verdict, tuple(lines), ordered, tuple(others))

@@ -22,6 +22,8 @@ _SPENT = {
     "expansions": "the search has expanded as many nodes as allowed",
     "samples": "procedures were refused, and more samples might help",
     "time": "the time is up",
+    "interrupted": "the run was interrupted",
+    "memory": "the run holds as much memory as allowed",
 }
 
 
@@ -74,9 +76,9 @@ def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Fail
     return Reason(None, "reasoning", BEYOND, (*told, *_told(failures)))
 
 
-def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]]) -> Reason:
-    """Not proven: what ran out, and what stood in the way until then."""
-    return Reason(None, budget, f"no plan was found: {_SPENT[budget]}", _told(failures))  # type: ignore[arg-type]
+def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]], why: str | None = None) -> Reason:
+    """Not proven: what ran out (`why`, if that says it better), and what stood in the way until then."""
+    return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _told(failures))  # type: ignore[arg-type]
 
 
 def _telling(item: tuple[GroundCall, Failure]) -> tuple[bool, int]:

@@ -6,11 +6,13 @@ possible there.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
 from kabo.planner.evaluation import Variant
 from kabo.planner.refining_choice import Choice, Draft
@@ -73,7 +75,7 @@ def refine(variants: tuple[Variant, ...], server: "GeometricProcedures", *, samp
     for stop in stops:
         stop.keep(choice.draft.situations[stop], choice.draft.answers[stop])
     for stretch in stretches:
-        if not server.stop():
+        with suppress(CutOff):
             _refine(stretch, server)
     _retime(stops, server)
     if longest(stops, seconds_of) > found.seconds + BETTER or longest(stops, length_of) > found.length + BETTER:
@@ -93,7 +95,12 @@ def freedoms_of(stop: Stop, server: "GeometricProcedures") -> Freedoms:
 
 # ------------------------------------------------------------------------------------------------------ refinement
 def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
-    """The stretch with shorter motion."""
+    """The stretch with shorter motion.
+
+    Raises:
+        CutOff: time or budget is spent; the stretch is as it was.
+    """
+    server.server.look()
     acts = [
         Act((), {}, NONE)
         if (answer := stop.answer) is None
@@ -113,13 +120,15 @@ def _retime(stops: Sequence[Stop], server: "GeometricProcedures") -> None:
     """New times for all motion."""
     for stop in stops:
         if stop.answer is not None:
-            stop.keep(stop.situation, _timed(stop, stop.answer, server))
+            with suppress(CutOff):
+                stop.keep(stop.situation, _timed(stop, stop.answer, server))
 
 
 def _timed(stop: Stop, answer: Success, server: "GeometricProcedures") -> Success:
     """A node's motion with new times, if it is proven with them."""
     context = server.server.context()
-    if not answer.motion or server.stop() or legs_of(context, stop.situation, answer.motion) is None:
+    server.server.look()
+    if not answer.motion or legs_of(context, stop.situation, answer.motion) is None:
         return answer
     made = tuple(timed(context, stop.situation, answer.motion, round_corners=find_spec("toppra") is not None))
     return replace(answer, motion=made) if proven(context, stop.situation, made) else answer

@@ -7,9 +7,11 @@ asked anew, and the sum over the whole plan decides.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
 from kabo.planner.refining_stops import Stop
@@ -74,15 +76,16 @@ class Choice:
         if self.spent or _is_held(stretch):
             return
         best = self.draft
-        for way in self._ways(stretch)[:ENDS]:
-            forced = dict(zip(stretch, way.answers, strict=True))
-            if all(forced[stop] is self.draft.answers[stop] for stop in stretch):
-                continue
-            found = self._settled(forced, best.cost - GAIN)
-            if found is not None:
-                best = found
-            if self.spent:
-                break
+        with suppress(CutOff):  # what is better until then is taken
+            for way in self._ways(stretch)[:ENDS]:
+                forced = dict(zip(stretch, way.answers, strict=True))
+                if all(forced[stop] is self.draft.answers[stop] for stop in stretch):
+                    continue
+                found = self._settled(forced, best.cost - GAIN)
+                if found is not None:
+                    best = found
+                if self.spent:
+                    break
         self.draft = best
 
     # ---------------------------------------------------------------------------------------------- one stretch

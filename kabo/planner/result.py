@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
+from kabo.budgets import Spent
 from kabo.errors import Diagnostic, InputError
 from kabo.plan import Plan, plan_hash, plan_statistics
 
@@ -38,7 +39,7 @@ class Reason:
     """
 
     proved: Literal["knowledge", "refusals"] | None
-    budget: Literal["expansions", "reasoning", "samples", "time"] | None
+    budget: Spent | Literal["reasoning"] | None
     message: str
     details: tuple[str, ...] = ()
 
@@ -65,6 +66,7 @@ class Result:
     plan: Plan | None
     statistics: Mapping[str, Any] = field(default_factory=dict)
     reason: Reason | None = None
+    cut_off: tuple[str, ...] = ()  # what the plan lacks because time or memory was spent after it was found
 
 
 def result_to_json(
@@ -77,7 +79,7 @@ def result_to_json(
         plan_path: where the plan file was written; None if it was not.
         diagnostics: warnings about a problem that is nevertheless valid.
     """
-    return {
+    body: dict[str, Any] = {
         "status": result.status,
         "plan": plan_path if result.plan is not None else None,
         "plan_hash": None if result.plan is None else plan_hash(result.plan),
@@ -85,6 +87,7 @@ def result_to_json(
         "reason": None if result.reason is None else _reason(result.reason),
         "diagnostics": [diagnostic_to_json(diagnostic) for diagnostic in diagnostics],
     }
+    return body | {"cut_off": list(result.cut_off)} if result.cut_off else body
 
 
 def invalid_to_json(error: InputError) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
+from kabo.errors import CutOff
 from kabo.knowledge import Task
 from kabo.planner.evaluation import Evaluation, Evaluator, Expect, Variant
 from kabo.planner.interleaved import Interleaved
@@ -40,6 +41,12 @@ class Rounds:
 
     def played(self) -> Variants | Unreachable | Exhausted:
         """The variants of a skeleton without a refusal; the proof that there is none; or the budget that was spent."""
+        try:
+            return self._played()
+        except CutOff:
+            return Exhausted(self.run.searched, self.run.stop.spent or "time")
+
+    def _played(self) -> Variants | Unreachable | Exhausted:
         if self.geometry is self.ledger:
             self._note_proofs()
         while True:
@@ -53,8 +60,6 @@ class Rounds:
                 continue
             self._tell("moving")
             variants = self._with_repairs(found.skeleton)
-            if self._is_over():
-                return Exhausted(found.statistics, "time" if self.run.stop() else "samples")
             if variants is not None:
                 return variants
             self._vain += 1
@@ -76,9 +81,6 @@ class Rounds:
             left = self.run.searched.expanded < self.run.options.max_expansions
             return found.budget == "expansions" and left and self.geometry.try_harder()
         return not self.geometry.proved() and self.geometry.try_harder()
-
-    def _is_over(self) -> bool:
-        return self.run.stop() or self.server.statistics.samples > self.run.options.max_samples
 
     def _tell(self, doing: str) -> None:
         self.run.tell(doing, sum(self.server.statistics.calls.values()))
@@ -108,7 +110,7 @@ class Rounds:
         """The variants of the skeleton; where plans branch, other answers are tried before another skeleton is."""
         for _ in range(1 + REPAIRS):
             evaluation = self._evaluated(skeleton)
-            if not evaluation.refused or self._is_over():
+            if not evaluation.refused:
                 break
             mendable = bool(self.task.branchings) and self.geometry is self.ledger
             found = repaired(skeleton, evaluation.refused, self.ledger) if mendable else None
@@ -118,7 +120,11 @@ class Rounds:
         return None if evaluation.refused else evaluation.variants
 
     def _evaluated(self, skeleton: Skeleton) -> Evaluation:
-        """The evaluation of the skeleton, its refusals noted."""
+        """The evaluation of the skeleton, its refusals noted.
+
+        Raises:
+            CutOff: time or budget was spent before all was asked.
+        """
         began, geometry = perf_counter(), self.geometry
         lazy = isinstance(geometry, Ledger)
         advance: Callable[..., Any] = geometry.came if isinstance(geometry, Ledger) else _as_it_is
@@ -128,6 +134,8 @@ class Rounds:
             for refused in evaluation.refused:
                 geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)
         self.run.geometric_s += perf_counter() - began
+        if not evaluation.whole:
+            raise CutOff
         return evaluation
 
 

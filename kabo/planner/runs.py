@@ -1,10 +1,12 @@
 """One run of the planner: its options, what it has done so far, and how it says that there is no plan."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
+from kabo.budgets import StopFlag
 from kabo.knowledge import Task, verdict_of
 from kabo.language.problem import Problem
 from kabo.planner.contingent import find_skeleton
@@ -36,6 +38,7 @@ class Options:
     max_samples: int
     timeout: float
     quality: str = DEFAULT_QUALITY
+    memory: float = inf  # bytes
 
     def written(self) -> dict[str, str | float | int | None]:
         """The options as the plan keeps them: what it depends on."""
@@ -61,7 +64,7 @@ class Run:
     progress: Callable[[Progress], None] | None
     cancelled: Callable[[], bool] | None
     workers: int = 1
-    began: float = field(default_factory=perf_counter)
+    stop: StopFlag = field(init=False)
     symbolic_s: float = 0.0
     geometric_s: float = 0.0
     load_s: float = 0.0
@@ -71,11 +74,26 @@ class Run:
     witness: "Callable[[GeometricProcedures], None] | None" = None
     certificate: bool = True
     certified: Mapping[str, Any] = field(default_factory=dict)
+    cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
+    on_found: Callable[[Result], None] | None = None
 
-    def stop(self) -> bool:
-        """Whether time is up or somebody asked to stop."""
-        late = perf_counter() - self.began > self.options.timeout
-        return late or (self.cancelled is not None and self.cancelled())
+    def __post_init__(self) -> None:
+        self.stop = StopFlag(self.options.timeout, self.options.memory, self.cancelled)
+
+    @property
+    def began(self) -> float:
+        """When it began [s, of `perf_counter`]."""
+        return self.stop.began
+
+    @property
+    def certifies(self) -> bool:
+        """Whether a plan gets a certificate."""
+        return self.certificate and self.options.geometry == "bounding"
+
+    def note_cut(self, doing: str, lacks: str) -> None:
+        """Notes what a plan lacks because something was cut off."""
+        why = "it was interrupted" if self.stop.interrupted else f"{self.stop.spent} exhausted"
+        self.cut_off.append(f"{doing} was cut off ({why}): {lacks}")
 
     def tell(self, doing: str, calls: int = 0) -> None:
         """Sends progress to whoever asked for it."""
@@ -99,6 +117,8 @@ def search_once(
         limits=limits,
         packed=run.packed,
     )
+    if isinstance(found, Exhausted) and found.budget != "expansions" and run.stop.spent is not None:
+        found = replace(found, budget=run.stop.spent)  # the search knows only that it was to stop
     run.searched += found.statistics
     run.symbolic_s += perf_counter() - began
     return found
@@ -107,6 +127,16 @@ def search_once(
 def failures_of(geometry: "Ledger | Interleaved | None") -> Any:
     """Every call that was refused, with its first failure."""
     return [] if geometry is None else geometry.failures()
+
+
+def _in_the_way(geometry: "Ledger | Interleaved | None", server: "GeometricProcedures | None") -> Any:
+    """The same, and calls that were refused with few samples, before it was cut off that they are asked with more."""
+    found = failures_of(geometry)
+    if server is None:
+        return found
+    known = {call for call, _ in found}
+    more = ((call, record) for call, record in server.records.of.items() if call not in known)
+    return [*found, *((call, each.places[0].failure) for call, each in more if each.places and not each.successes)]
 
 
 def without_plan(
@@ -120,7 +150,9 @@ def without_plan(
     statistics = statistics_of(run, server)
     failures = failures_of(geometry)
     if isinstance(found, Exhausted):
-        return Result("exhausted", None, statistics, exhausted(found.budget, failures))
+        why = "interrupted" if run.stop.interrupted else found.budget
+        told = _in_the_way(geometry, server)
+        return Result("exhausted", None, statistics, exhausted(found.budget, told, why))
     proved = geometry is None or geometry.proved()
     unproved = beyond_reasoning(verdict_of(run.problem), failures) if proved else None
     if unproved is not None:

@@ -6,8 +6,9 @@ leaves, with a single goal node [LANGUAGE section 6].
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Literal, Protocol
+from typing import Protocol
 
+from kabo.budgets import Spent
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
 
@@ -165,7 +166,7 @@ class Exhausted:
     """Nothing is known: the budget named ended the search."""
 
     statistics: Statistics
-    budget: Literal["expansions", "samples", "time"]
+    budget: Spent
 
 
 SearchResult = Found | Unreachable | Exhausted

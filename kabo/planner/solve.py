@@ -11,6 +11,8 @@ from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+from kabo.budgets import default_memory
+from kabo.errors import CutOff
 from kabo.knowledge import Task, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.plan import Plan
@@ -48,6 +50,7 @@ def solve(
     max_expansions: int | None = None,
     max_samples: int | None = None,
     timeout: float | None = None,
+    memory: float | None = None,
     quality: str = DEFAULT_QUALITY,
     certificate: bool = True,
     workers: int = 1,
@@ -55,10 +58,12 @@ def solve(
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., bool]] | None = None,
     witness: "Callable[[GeometricProcedures], None] | None" = None,
+    on_found: Callable[[Result], None] | None = None,
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
 
-    The same problem, options and seed give the same plan for any number of workers.
+    The same problem, options and seed give the same plan for any number of workers. Time, memory and whoever cancels
+    only cut off. A plan that was found by then is kept: what it lacks for that stands in `Result.cut_off`.
 
     Args:
         problem: what to solve.
@@ -69,7 +74,8 @@ def solve(
         geometry_order: when procedures are asked: `lazy` along a finished plan, `eager` in the search, or `adaptive`.
         max_expansions: search nodes expanded at most.
         max_samples: samples of procedures at most.
-        timeout: seconds after which the search gives up.
+        timeout: seconds after which the run gives up; infinite for no limit.
+        memory: bytes that this process may hold before the run gives up (None: half of what there is).
         quality: `fast`: the motion as it was found; `good`: refined afterwards, which may take longer than finding it.
         certificate: whether the plan carries what proves its motions free; with `geometry` `bounding` only.
         workers: processes that ask procedures of geometry; one: this one does.
@@ -80,6 +86,7 @@ def solve(
             and with a `seed` if they take one. They answer true for success, or with their value, None if there is
             none. Equal arguments must have equal answers. Tests and calls without a function always succeed.
         witness: given the procedures of geometry before any is called, to look at what came of them afterwards.
+        on_found: given the result as soon as there is a plan, if that is still to be refined or certified.
 
     Raises:
         InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
@@ -102,11 +109,13 @@ def solve(
         _first(max_samples, given.max_samples, MAX_SAMPLES),
         _first(timeout, given.seconds, SECONDS),
         quality if has_geometry else DEFAULT_QUALITY,
+        default_memory() if memory is None else memory,
     )
     if has_geometry:
         refuse_without_motion(problem)
     asking = asked.answering() if procedures else problem
     run = Run(asking, options, progress, cancelled, workers, witness=witness, certificate=certificate)
+    run.on_found = on_found
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
     if procedures is not None and not has_geometry:
@@ -164,19 +173,20 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
             return Result("no_plan", None, statistics, no_plan(run.problem, task, [], run.stop))
         text = f"no plan reaches the goal without one of {len(told)} calls that their procedures refused"
         return Result("no_plan", None, statistics, Reason("refusals", None, text, told[:12]))
-    budget = found.budget if isinstance(found, Exhausted) else "time"
+    budget = found.budget if isinstance(found, Exhausted) else run.stop.spent or "time"
     return Result("exhausted", None, statistics, exhausted(budget, []))
 
 
 def _integrated(run: Run, task: Task) -> Result:
-    from kabo.planner.assembly import assemble, files_read
-    from kabo.planner.granting import granted
     from kabo.planner.rounds import Rounds
     from kabo.planner.workers import Workers
 
     assert run.problem.scene is not None
     run.tell("loading the scene")
-    server = _server(run)
+    try:
+        server = _server(run)
+    except CutOff:
+        return without_plan(run, task, Exhausted(run.searched, run.stop.spent or "time"), None)
     if run.witness is not None:
         run.witness(server)
     with Workers(server, run.workers, run.stop) as workers:
@@ -184,22 +194,42 @@ def _integrated(run: Run, task: Task) -> Result:
         found = rounds.played()
         if isinstance(found, Unreachable | Exhausted):
             return without_plan(run, task, found, server, rounds.geometry)
+        plan = None
+        if run.on_found is not None and (run.options.quality == "good" or run.certifies):
+            plan = _assembled(run, found, server)
+            run.on_found(Result("solved", plan, statistics_of(run, server)))
         if run.options.quality == "good":
             run.tell("refining", sum(server.statistics.calls.values()))
-            run.refined = _refined(found, server)
-        plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
-        plan = granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
-        return Result("solved", _certified(run, plan, server), statistics_of(run, server))
+            run.refined, plan = _refined(found, server), None
+            if server.stop():
+                run.note_cut("refining", "some of its motion is as it was found")
+        if plan is None:
+            plan = _assembled(run, found, server)
+        plan = _certified(run, plan, server)
+        return Result("solved", plan, statistics_of(run, server), None, tuple(run.cut_off))
+
+
+def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
+    """The plan as it is written, with what grants its contacts."""
+    from kabo.planner.assembly import assemble, files_read
+    from kabo.planner.granting import granted
+
+    assert run.problem.scene is not None
+    plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
+    return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
 
 
 def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
-    """The plan with its certificate, if one is asked for."""
-    if not run.certificate or run.options.geometry != "bounding":
+    """The plan with its certificate, if one is asked for and there is time; samples are not drawn any more."""
+    if not run.certifies:
         return plan
     from kabo.planner.certifying import certified
 
     run.tell("certifying", sum(server.statistics.calls.values()))
-    plan, run.certified = certified(plan, server.server.surroundings)
+    run.stop = server.server.stop = run.stop.timely()
+    plan, run.certified = certified(plan, server.server.surroundings, run.stop.look)
+    if plan.certificate is None and run.stop.spent is not None:
+        run.note_cut("certifying", "the plan has no certificate")
     return plan
 
 
@@ -217,10 +247,11 @@ def _server(run: Run) -> "GeometricProcedures":
 
     if run.problem.scene is None:
         raise ValueError("only a problem with a scene has geometry")
-    scene = load_scene(run.problem.scene)
+    scene = load_scene(run.problem.scene, run.stop.look)
     exact = run.options.geometry == "exact"
     server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
-    server.stop = lambda: run.stop() or server.statistics.samples > run.options.max_samples
+    run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
+    server.stop = run.stop
     run.load_s = perf_counter() - began
     domain = run.problem.domain.path
     return GeometricProcedures(server, None if domain is None else domain.parent)

@@ -18,6 +18,7 @@ EXHAUSTED = {
     "reasoning": "No plan was found (which is no proof: kabo does not reason by cases, and here a plan may need to)",
     "samples": "No plan was found",
     "time": "No plan was found before the time was up",
+    "memory": "No plan was found with as much memory as allowed",
 }
 RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found, and that is no proof"}
 

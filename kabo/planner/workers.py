@@ -6,6 +6,7 @@ order, and says early what it is going to ask; its answers, counts and identifie
 same plan, byte for byte, with any number of workers: they change when an answer is there, never which.
 """
 
+import os
 import signal
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -15,6 +16,7 @@ from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
+from kabo.children import end_with_parent
 from kabo.geometry_server import Answer, Situation, Statistics
 from kabo.language.formulas import GroundCall
 
@@ -166,15 +168,16 @@ class Workers:
         # Forked: scenes, decompositions and compiled kernels are there at once, and nothing has to be sent.
         context = get_context("fork")
         here, there = context.Pipe()
-        process = context.Process(target=_work, args=(there, self._procedures), daemon=True)
+        process = context.Process(target=_work, args=(there, self._procedures, os.getpid()), daemon=True)
         process.start()
         there.close()
         return _Worker(process, here)
 
 
-def _work(channel: Connection, procedures: "GeometricProcedures") -> None:
+def _work(channel: Connection, procedures: "GeometricProcedures", parent: int) -> None:
     """Answers questions until the planner is gone, or one fails: then the planner asks it itself, and says why."""
     procedures.elsewhere = None
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the planner is asked to stop, and ends this process
     with suppress(Exception):
         while True:

@@ -1,7 +1,7 @@
 """The scene: robots, bodies and regions placed in the world, what may touch, and the first geometric state."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kabo.children import never
 from kabo.errors import Diagnostic, InputError
 from kabo.language.formulas import Place
 from kabo.language.scene_description import (
@@ -125,8 +126,8 @@ def world_T(scene: Scene, state: GeometricState, name: str) -> Array:
 class _Loader:
     """Places everything: frames may be chained through bodies, regions and links, in any order of the file."""
 
-    def __init__(self, description: SceneDescription) -> None:
-        self.description = description
+    def __init__(self, description: SceneDescription, look: Callable[[], None]) -> None:
+        self.description, self.look = description, look
         self.robots: dict[str, Robot] = {}
         self.files: list[Path] = []
         self.findings: list[Diagnostic] = []
@@ -179,6 +180,7 @@ class _Loader:
     def collect(self, make, items):  # type: ignore[no-untyped-def]
         result = {}
         for name, item in items.items():
+            self.look()
             try:
                 result[name] = make(item)
             except InputError as error:
@@ -186,13 +188,13 @@ class _Loader:
         return result
 
 
-def load_scene(description: SceneDescription) -> Scene:
-    """The scene of a description, with every URDF and mesh loaded.
+def load_scene(description: SceneDescription, look: Callable[[], None] = never) -> Scene:
+    """The scene of a description, with every URDF and mesh loaded; `look` is called before each.
 
     Raises:
         InputError: everything that does not load, at the places in the scene file that name it.
     """
-    loader = _Loader(description)
+    loader = _Loader(description, look)
     robots = loader.collect(lambda robot: loader.robot(robot.name), description.robots)
     bodies = loader.collect(loader.body, description.bodies)
     regions = {} if loader.findings else loader.collect(loader.region, description.regions)

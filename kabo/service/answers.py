@@ -39,6 +39,7 @@ def solve_file(
     within: Path | None = None,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
+    keep: Callable[[Mapping[str, Any], bytes], None] | None = None,
 ) -> Answer:
     """Solves the problem in a file; bad input is an answer, too (status "invalid").
 
@@ -49,7 +50,8 @@ def solve_file(
         workers: processes that the planner may use; does not change the answer.
         within: if given, no file outside of this folder is opened.
         progress: called now and then.
-        cancelled: asked now and then; True ends planning soon, with status "exhausted".
+        cancelled: asked now and then; True ends planning soon, with status "exhausted", or with the plan that was found.
+        keep: given the object and the plan file's bytes once a plan is found, before it is refined and certified.
     """
     from kabo.plan import plan_to_json
     from kabo.planner.solve import solve
@@ -57,7 +59,8 @@ def solve_file(
     try:
         problem = read_problem(path, within, domain)
         chosen = msgspec.structs.asdict(options)
-        result = solve(problem, **chosen, workers=workers, progress=progress, cancelled=cancelled)
+        found = None if keep is None else lambda result: keep(result_to_json(result), plan_to_json(result.plan))
+        result = solve(problem, **chosen, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
     except InputError as error:
         return Answer(invalid_to_json(error), error=error)
     return Answer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))

@@ -45,6 +45,7 @@ class SolveOptions(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tru
     max_expansions: Annotated[int, msgspec.Meta(ge=0)] | None = None
     max_samples: Annotated[int, msgspec.Meta(ge=0)] | None = None
     timeout: Annotated[float, msgspec.Meta(ge=0)] | None = None
+    memory: Annotated[float, msgspec.Meta(gt=0)] | None = None  # bytes
 
 
 class InlineFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

@@ -5,6 +5,8 @@ it changes. Asked again, it gives the task's next solution. It fails with what i
 
 `GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): what was asked before, or in which
 process, changes when an answer is there, never which. So answers may be made elsewhere, ahead of time.
+
+A call that is cut off has no answer: it raises CutOff, and nothing is remembered of it, counted or learnt.
 """
 
 from collections.abc import Callable
@@ -113,6 +115,9 @@ class GeometricProcedures:
         """The answer of a procedure for every value that the situation leaves open, remembered.
 
         `attempt` counts the successes to pass over: the task is planned on from where it was left.
+
+        Raises:
+            CutOff: time or budget was spent before there was an answer.
         """
         key = (call, effort, situation.key)
         if (key, attempt) not in self._answers:
@@ -124,8 +129,7 @@ class GeometricProcedures:
                 answer = made[0]
                 self.statistics.add(made[1])
             self._answers[key, attempt] = answer
-            if isinstance(answer, Success) or not self.stop():  # what was cut off is no answer
-                self.records.note(call, situation, attempt, effort, answer)
+            self.records.note(call, situation, attempt, effort, answer)
             if isinstance(answer, Success):
                 self.identify(situation.replace(answer.changes).first)
         return self._answers[key, attempt]
@@ -142,7 +146,7 @@ class GeometricProcedures:
             asked = self._asked_on((*key, hasty), call, situation, attempt, effort, hasty)
             if attempt < len(asked.successes):
                 return asked.successes[attempt]
-            if asked.successes or not asked.refusals.count("no_path") or self.stop():
+            if asked.successes or not asked.refusals.count("no_path"):
                 break
         failure = self._failure(call, situation, asked.refusals, bool(asked.successes))
         blamed = asked.task.explain()
@@ -166,9 +170,6 @@ class GeometricProcedures:
         At first with short searches for ways: where one is hard to find, another grasp or place may be easy to reach.
         """
         asked = self._asked.pop(key, None) or self._ask(call)
-        self._asked[key] = asked
-        if len(self._asked) > REMEMBERED:
-            del self._asked[next(iter(self._asked))]
         most = (HASTY_WAYS if hasty else WAYS) * MORE_WAYS**effort
 
         def stop() -> bool:
@@ -182,6 +183,11 @@ class GeometricProcedures:
             if told is None:
                 raise
             raise told from error
+        if len(found) <= attempt:
+            self.server.look()  # if it was cut off, what was refused until then says nothing
+        self._asked[key] = asked
+        if len(self._asked) > REMEMBERED:
+            del self._asked[next(iter(self._asked))]
         for solution in found[len(asked.successes) :]:
             motion = segments(solution, self.scene, call.procedure)
             asked.successes.append(Success(motion, changed(solution), asked.refusals.movable(self.scene)))
@@ -204,8 +210,20 @@ class GeometricProcedures:
         """Every call that anything was asked about, in order."""
         return self._bindings.calls
 
-    def again(self, call: GroundCall, situation: Situation, attempt: int, effort: int, observe: Observe) -> int:
-        """Makes a call afresh, every refused attempt told to `observe`; how many solutions there were. Kept nowhere."""
+    def again(
+        self,
+        call: GroundCall,
+        situation: Situation,
+        attempt: int,
+        effort: int,
+        observe: Observe,
+        enough: Callable[[], bool],
+    ) -> int:
+        """Makes a call afresh, every refused attempt told to `observe`; how many solutions there were. Kept nowhere.
+
+        Raises:
+            CutOff: time or budget was spent; `enough`, asked between attempts, ends it without that.
+        """
         refused = self._refuted(call, situation)
         if refused is not None:
             observe(*refused)
@@ -213,7 +231,7 @@ class GeometricProcedures:
         bound = self.bind(call)
         task = bound.file.task(bound.arguments, seed=self.server.seed)
         task.lazy, task.observe = True, observe
-        return len(task.plan(TaskScene.of(self.server.context(effort), situation), attempt + 1, stop=self.stop))
+        return len(task.plan(TaskScene.of(self.server.context(effort), situation), attempt + 1, stop=enough))
 
     def wanted(self, call: GroundCall, situation: Situation) -> list[Stream]:
         """What the stages of a call would sample in a situation, within reach or not."""

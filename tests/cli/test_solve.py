@@ -68,7 +68,8 @@ def test_bad_input_is_exit_2_with_every_finding(kabo, parcels):
         ["one.yaml", "--epsilon", "nan"],
         ["one.yaml", "--seed", "-1"],
         ["one.yaml", "--search", "fastest"],
-        ["one.yaml", "--timeout", "0"],
+        ["one.yaml", "--timeout", "-1"],
+        ["one.yaml", "--memory", "much"],
         [],
     ],
 )

@@ -49,7 +49,7 @@ class Job:
     key: tuple[Any, ...] = ()
 
     def run(self, function: Callable[..., Answers]) -> tuple[list[Answer], bool]:
-        """The next answers, and whether there are no more."""
+        """The next answers, and whether there are no more; what an error breaks off is begun anew, and found again."""
         if isinstance(self.arguments, UndefinedProperty):
             return [Failure("property", str(self.arguments))], True
         if self.source is None:
@@ -57,7 +57,9 @@ class Job:
             self.source = islice(source, self.taken, None) if self.taken else source
         if not self.piecemeal:
             return list(self.source), True
-        found, finished = pull(self.source)
+        source, self.source = self.source, None  # after an error it would say that there are no more
+        found, finished = pull(source)
+        self.source = source
         self.taken += len(found)
         return found, finished
 

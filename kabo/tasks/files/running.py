@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from kabo.errors import InputError, did_you_mean
+from kabo.errors import CutOff, InputError, did_you_mean
 from kabo.language.findings import Findings
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
@@ -69,10 +69,14 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
         if scene is not None:
             _check(task, scene, first)
         while settings.max_solutions is None or len(found) < settings.max_solutions:
-            solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
-            if len(solutions) == len(found):
+            try:
+                solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
+            except CutOff:
+                solutions = task.solutions
+            new = solutions[len(found) :]
+            found += [(perf_counter() - began, each.cost) for each in new]
+            if not new:
                 break
-            found += [(perf_counter() - began, each.cost) for each in solutions[len(found) :]]
     except (InitialisationError, ValueError) as error:
         told = told_at_stage(file, task, error)
         if told is None:

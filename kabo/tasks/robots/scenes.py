@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
+from weakref import ref
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +31,7 @@ class TaskScene:
     situation: Situation
     permitted: Contacts = frozenset()
     extras: tuple[Extra, ...] = ()
-    _known: Mapping[str, Workspace] = field(default_factory=dict, compare=False, repr=False)
+    _known: "Mapping[str, ref[Workspace]]" = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
     def of(cls, context: Context, state: GeometricState | Situation) -> "TaskScene":
@@ -69,12 +70,17 @@ class TaskScene:
         return robot if dot else None
 
     def workspace(self, robot: str) -> Workspace:
-        """Everything that moves with a robot, and everything that it may hit."""
+        """Everything that moves with a robot, and everything that it may hit.
+
+        Scenes are kept by thousands, and a workspace takes a megabyte: the surroundings keep the last ones, and a scene
+        that is asked again later has it made once more, the same.
+        """
         known = self._known.get(robot)
-        if known is None:
-            known = workspace_of(self.context.surroundings, robot, self.situation, self.permitted, self.extras)
-            object.__setattr__(self, "_known", {**self._known, robot: known})
-        return known
+        found = None if known is None else known()
+        if found is None:
+            found = workspace_of(self.context.surroundings, robot, self.situation, self.permitted, self.extras)
+            object.__setattr__(self, "_known", {**self._known, robot: ref(found)})
+        return found
 
     def hit(self, robot: str) -> Pair | None:
         """The first pair of things that is not proven apart where the robot stands."""

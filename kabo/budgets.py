@@ -1,0 +1,128 @@
+"""Budgets of a run: seconds, memory, samples; and the flag that says that one of them is spent.
+
+A budget only cuts off: what has been decided until then does not depend on the clock or on the memory.
+"""
+
+import os
+from collections.abc import Callable
+from math import inf
+from pathlib import Path
+from time import clock_gettime, perf_counter
+from typing import Literal
+
+from kabo.errors import CutOff
+
+Spent = Literal["expansions", "samples", "time", "memory"]
+
+SHARE = 0.5  # of the memory that the machine, or the control group, has: what one run may hold by default
+LEAST = 1 << 30  # bytes: what it may hold by default at least
+EVERY_S = 0.05  # between two looks at the memory, which take longer than those at the clock
+CLOCK_BOOTTIME = 7  # of Linux: the clock on which processes are started
+_GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+
+
+class StopFlag:
+    """Says whether to stop; once it has said so it goes on saying so, and `spent` names the budget that ended first.
+
+    Args:
+        seconds: from now on. memory: bytes that this process may hold. Both may be infinite.
+        cancelled: asked at each look; true: somebody wants the run to end, which counts as time.
+    """
+
+    def __init__(
+        self, seconds: float = inf, memory: float = inf, cancelled: Callable[[], bool] | None = None
+    ) -> None:
+        self.began = perf_counter()
+        self.seconds, self.memory, self.cancelled = seconds, memory, cancelled
+        self.samples: Callable[[], bool] | None = None  # whether too many were drawn, once there is who draws
+        self.spent: Spent | None = None
+        self.interrupted = False  # somebody asked to stop
+        self._look = self.began
+
+    def __call__(self) -> bool:
+        """Whether to stop."""
+        if self.spent is None:
+            now = perf_counter()
+            if self.cancelled is not None and self.cancelled():
+                self.spent, self.interrupted = "time", True
+            elif now - self.began > self.seconds:
+                self.spent = "time"
+            elif self.samples is not None and self.samples():
+                self.spent = "samples"
+            elif self.memory < inf and now >= self._look:
+                self._look = now + EVERY_S
+                self.spent = "memory" if resident_bytes() > self.memory else None
+        return self.spent is not None
+
+    def timely(self) -> "StopFlag":
+        """The same limits but for samples, to be looked at afresh."""
+        flag = StopFlag(self.seconds, self.memory, self.cancelled)
+        flag.began = self.began
+        return flag
+
+    def look(self) -> None:
+        """Raises CutOff: it is time to stop."""
+        if self():
+            raise CutOff
+
+
+def process_began() -> float:
+    """When this process was started, on the clock of `perf_counter` [s]; now, if the system does not tell."""
+    now = perf_counter()
+    try:
+        ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+        lived = clock_gettime(CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError, IndexError):
+        return now
+    return now - max(0.0, lived)
+
+
+def resident_bytes(process: int | None = None) -> int:
+    """The memory that a process holds (None: this one) [bytes]; 0 if it has ended, or the system does not tell."""
+    try:
+        pages = Path(f"/proc/{process or 'self'}/statm").read_text().split()[1]
+    except (OSError, IndexError):
+        return 0
+    return int(pages) * os.sysconf("SC_PAGE_SIZE")
+
+
+def held_bytes(process: int, enough: float) -> float:
+    """The memory that a process and those that it has forked hold together [bytes], what they share counted once.
+
+    That takes a while to find out, so it is asked only if their sum is above `enough`.
+    """
+    processes = [process]
+    for each in processes:  # grows while it is read
+        try:
+            processes += map(int, Path(f"/proc/{each}/task/{each}/children").read_text().split())
+        except (OSError, ValueError):
+            continue
+    total = sum(map(resident_bytes, processes))
+    return total if total <= enough or len(processes) == 1 else sum(map(_proportional_bytes, processes))
+
+
+def _proportional_bytes(process: int) -> int:
+    """The memory of a process, its part of what others have as well [bytes]."""
+    try:
+        lines = Path(f"/proc/{process}/smaps_rollup").read_text().splitlines()
+        return sum(1024 * int(line.split()[1]) for line in lines if line.startswith("Pss:"))
+    except (OSError, ValueError, IndexError):
+        return 0
+
+
+def default_memory() -> float:
+    """The bytes that a run may hold if nobody says otherwise: half of what there is; infinite if that is unknown."""
+    found = [] if (machine := _machine_bytes()) is None else [machine]
+    for path in _GROUPS:
+        try:
+            found.append(int(Path(path).read_text()))
+        except (OSError, ValueError):  # no such group, or it has no limit
+            continue
+    return max(LEAST, SHARE * min(found)) if found else inf
+
+
+def _machine_bytes() -> int | None:
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError):
+        return None

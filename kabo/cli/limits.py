@@ -1,0 +1,259 @@
+"""The limits of a command, time and memory, and the edge that keeps them whatever the command does meanwhile.
+
+As a program, a command with limits runs in a child process. It ends by itself when it looks at its stop flag; what
+looks at none (libraries, compilers, files on a slow disk) is ended from here, a little later. The terminal, Ctrl-C and
+Ctrl-Z stay here, and so does a plan that was found, until the child has written it.
+"""
+
+import argparse
+import os
+import re
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from math import inf, isfinite
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from kabo.budgets import default_memory, held_bytes, process_began
+from kabo.children import end_with_parent, ended_by
+from kabo.cli import exit_codes
+from kabo.cli.terminal import described, print_json, shown_text, tell
+
+if TYPE_CHECKING:
+    from kabo.planner.result import Progress
+
+GRACE_S = 0.15  # from a limit until what runs is ended by force
+INTERRUPTED_S = 2.0  # from Ctrl-C until then
+OVER = 1.1  # of the memory limit: from here on it is ended by force
+POLL_S, WEIGH_S = 0.05, 0.25  # between two looks at the clock, and at the memory
+UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
+NOTHING = ("none", "0")
+
+Keep = Callable[[Mapping[str, Any], bytes], None]
+
+
+def add_limits(parser: argparse.ArgumentParser, default: str = "none") -> None:
+    """`--timeout` and `--memory`, the same for every command; `default`: the seconds if nothing is said."""
+    parser.add_argument(
+        "--timeout",
+        type=seconds,
+        metavar="S",
+        help=f"seconds after which the command ends, whatever it does; none: without limit (default: {default})",
+    )
+    parser.add_argument(
+        "--memory",
+        type=memory,
+        metavar="SIZE",
+        help="memory that it may hold, as 500M or 4G; none: without limit (default: half of what there is)",
+    )
+    parser.set_defaults(door=Door())
+
+
+def seconds(text: str) -> float:
+    """A span of time above 0; infinite for `none` and 0."""
+    value = inf if text in NOTHING else _number(text)
+    if value is None or value <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0, or none")
+    return value
+
+
+def memory(text: str) -> float:
+    """Bytes: a number with K, M, G or T behind it; infinite for `none` and 0."""
+    if text in NOTHING:
+        return inf
+    found = re.fullmatch(r"([\d.]+)\s*([kmgt]?)i?b?", text.strip(), re.IGNORECASE)
+    value = None if found is None else _number(found[1])
+    if found is None or value is None or value <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size: write 500M, 4G or none")
+    return value * UNITS[found[2].lower()]
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if isfinite(value) else None
+
+
+class Door:
+    """What a command has of the world around it: how long it may go on, who sees its progress, who keeps its plan."""
+
+    def __init__(self) -> None:
+        self.began = perf_counter()
+
+    def left(self, timeout: float | None) -> float | None:
+        """The seconds that are left of a limit; None if none was given."""
+        return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
+
+    @contextmanager
+    def reporting(self) -> "Iterator[Callable[[Progress], None] | None]":
+        """A function that shows progress; None if nobody looks."""
+        with shown_text() as show:
+            yield None if show is None else lambda progress: show(described(progress))
+
+    def keep(self) -> Keep | None:
+        """Who takes a plan that is found, with its result, before it is refined and certified; None: nobody has to."""
+        return None
+
+
+class _ChildDoor(Door):
+    """The same in a child process: the parent shows and keeps."""
+
+    def __init__(self, channel: Connection, began: float) -> None:
+        self.began, self._channel = began, channel
+
+    @contextmanager
+    def reporting(self) -> "Iterator[Callable[[Progress], None] | None]":
+        def report(progress: "Progress") -> None:
+            self._channel.send(("doing", progress.doing, described(progress)))
+
+        yield report
+
+    def keep(self) -> Keep | None:
+        return lambda body, plan: self._channel.send(("found", body, plan))
+
+
+def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
+    """Runs a command within its limits, in a child process; the exit code."""
+    began, parent = process_began(), os.getpid()  # importing kabo took time as well
+    options.memory = default_memory() if options.memory is None else options.memory
+    here, there = Pipe(duplex=False)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    child = os.fork()
+    if child == 0:
+        here.close()
+        options.door = _ChildDoor(there, began)
+        _work(options, run, parent)
+    there.close()
+    return _Watch(child, here, options, began).exit_code()
+
+
+def _work(options: argparse.Namespace, run: Callable[[argparse.Namespace], int], parent: int) -> None:
+    """The whole life of the child: never returns."""
+    code = exit_codes.DEFECT
+    try:
+        os.setpgid(0, 0)  # Ctrl-C is the parent's business
+        signal.signal(signal.SIGTTOU, signal.SIG_IGN)
+        end_with_parent(parent)
+        code = run(options)
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except BrokenPipeError:
+        code = exit_codes.DONE
+    finally:
+        os._exit(code)
+
+
+class _Watch:
+    """The parent's eye on the child: what it said last, what it keeps for it, and when to end it."""
+
+    def __init__(self, child: int, channel: Connection, options: argparse.Namespace, began: float) -> None:
+        self.child, self.channel, self.options = child, channel, options
+        self.deadline = began + (inf if options.timeout is None else options.timeout)
+        self.interrupted: float | None = None  # when Ctrl-C was pressed
+        self.doing = "working"
+        self.found: tuple[dict[str, Any], bytes] | None = None
+        self._weighed = began
+
+    def exit_code(self) -> int:
+        """Waits for the child, or ends it and says so."""
+        before = {number: signal.signal(number, act) for number, act in self._signals().items()}
+        try:
+            with shown_text() as show:
+                why = self._watched(show)
+            if why is not None:
+                self._kill()
+            _, status = os.waitpid(self.child, 0)
+        finally:
+            for number, act in before.items():
+                signal.signal(number, act)
+        if why is None and not os.WIFSIGNALED(status):
+            return os.waitstatus_to_exitcode(status)
+        return self._cut_off(why, status)
+
+    def _signals(self) -> dict[signal.Signals, Callable[[int, Any], None]]:
+        def interrupt(_: int, __: Any) -> None:
+            self.interrupted = self.interrupted or perf_counter()
+            self._send(signal.SIGINT)
+
+        def pause(_: int, __: Any) -> None:
+            self._send(signal.SIGSTOP)
+            os.kill(os.getpid(), signal.SIGSTOP)
+            self._send(signal.SIGCONT)
+
+        return {signal.SIGINT: interrupt, signal.SIGTSTP: pause}
+
+    def _send(self, number: signal.Signals) -> None:
+        with suppress(ProcessLookupError):
+            os.kill(self.child, number)
+
+    def _kill(self) -> None:
+        for end in (os.killpg, os.kill):  # the child may not have a group of its own yet
+            with suppress(ProcessLookupError, PermissionError):
+                end(self.child, signal.SIGKILL)
+
+    def _watched(self, show: Callable[[str], None] | None) -> str | None:
+        """None when the child has ended; else which limit it did not keep."""
+        while True:
+            try:
+                if self.channel.poll(POLL_S):
+                    self._take(self.channel.recv(), show)
+            except (EOFError, OSError):
+                os.waitid(os.P_PID, self.child, os.WEXITED | os.WNOWAIT)
+                return None
+            if os.waitid(os.P_PID, self.child, os.WEXITED | os.WNOWAIT | os.WNOHANG) is not None:
+                self._rest(show)
+                return None
+            now = perf_counter()
+            if now > self.deadline + GRACE_S:
+                return "time"
+            if self.interrupted is not None and now > self.interrupted + INTERRUPTED_S:
+                return "interrupted"
+            if now > self._weighed + WEIGH_S:
+                self._weighed = now
+                if held_bytes(self.child, OVER * self.options.memory) > OVER * self.options.memory:
+                    return "memory"
+
+    def _rest(self, show: Callable[[str], None] | None) -> None:
+        try:
+            while self.channel.poll(0):
+                self._take(self.channel.recv(), show)
+        except (EOFError, OSError):
+            return
+
+    def _take(self, message: tuple[Any, ...], show: Callable[[str], None] | None) -> None:
+        kind, first, second = message
+        if kind == "found":
+            self.found = dict(first), second
+        else:
+            self.doing = first
+            if show is not None:
+                show(second)
+
+    def _cut_off(self, why: str | None, status: int) -> int:
+        """Says what was cut off; a plan that was found is written all the same."""
+        if why is None:
+            said = f"the process that worked was ended by {ended_by(status)}, while {self.doing}"
+            code, spent = exit_codes.DEFECT, None
+        else:
+            ended = "interrupted" if why == "interrupted" else f"{why} exhausted"
+            said, spent = f"cut off while {self.doing} ({ended})", "time" if why == "interrupted" else why
+            code = exit_codes.INTERRUPTED if why == "interrupted" else exit_codes.NO_PLAN
+        if self.found is not None:
+            from kabo.cli.solving import finish
+
+            body, plan = self.found
+            return finish({**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options)
+        told = getattr(self.options, "cut_off", None)
+        if told is not None and spent is not None:
+            return int(told(self.options, spent, said))
+        tell(f"kabo: {said}; nothing was written")
+        if getattr(self.options, "json", False):
+            print_json({"code": "failed" if spent is None else "cut_off", "message": said})
+        return code

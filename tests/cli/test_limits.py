@@ -1,0 +1,205 @@
+"""Time, memory and Ctrl-C end every command, whatever it does; what was found by then is kept; no process is left."""
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from kabo.budgets import StopFlag, default_memory, held_bytes
+from kabo.cli.limits import add_limits, limited, memory, seconds
+from kabo.cli.solving import add_search_arguments
+from kabo.cli.terminal import interruptible
+from kabo.plan import plan_to_json, schema
+from kabo.planner.result import result_to_json
+from kabo.planner.solve import solve
+from tests.planner.gantry import gantry_problem
+
+RESULT = schema("kabo-result-1")
+LONG_S = 600.0
+
+
+def options(*arguments: str, search: bool = False) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    if search:
+        add_search_arguments(parser)
+    else:
+        parser.add_argument("--json", action="store_true")
+        add_limits(parser)
+    return parser.parse_args([*(["problem.yaml"] if search else []), *arguments])
+
+
+def endless(_: argparse.Namespace) -> int:
+    time.sleep(LONG_S)
+    return 0
+
+
+def held(_: argparse.Namespace) -> int:
+    kept = bytearray(400 << 20)
+    kept[:: 1 << 12] = b"x" * len(kept[:: 1 << 12])
+    return endless(_)
+
+
+@pytest.mark.parametrize(
+    ("run", "limits", "spent"), [(endless, ("--timeout", "0.2"), "time"), (held, ("--memory", "200M"), "memory")]
+)
+def test_a_limit_ends_what_looks_at_no_flag(run, limits, spent, capfd):
+    assert limited(options("--json", *limits), run) == 4
+    said, told = capfd.readouterr()
+    assert json.loads(said)["code"] == "cut_off" and f"{spent} exhausted" in json.loads(said)["message"]
+    assert told.count("\n") == 1
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+
+
+def test_a_command_within_its_limits_has_its_own_exit_code():
+    assert limited(options("--timeout", "60", "--memory", "none"), lambda _: 5) == 5
+
+
+def test_a_search_that_is_ended_by_force_has_a_result(capfd):
+    assert limited(options("--json", "--timeout", "0.2", search=True), endless) == 4
+    said = json.loads(capfd.readouterr().out)
+    jsonschema.validate(said, RESULT)
+    assert said["status"] == "exhausted" and said["reason"]["budget"] == "time" and not said["reason"]["proved"]
+
+
+@pytest.mark.parametrize("ended", ["time", "interrupt", "crash"])
+def test_a_plan_that_was_found_is_written_however_its_certificate_ends(ended, tmp_path, capfd):
+    result = solve(gantry_problem(tmp_path), certificate=False)
+    body, plan = result_to_json(result), plan_to_json(result.plan)
+
+    def run(options: argparse.Namespace) -> int:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        options.door.keep()(body, plan)
+        if ended == "interrupt":
+            os.kill(os.getppid(), signal.SIGINT)
+        elif ended == "crash":
+            os.kill(os.getpid(), signal.SIGKILL)
+        return endless(options)
+
+    output = tmp_path / "found.json"
+    limits = ["--timeout", "0.5"] if ended == "time" else []
+    assert limited(options("-o", str(output), "--json", *limits, search=True), run) == 0
+    assert output.read_bytes() == plan
+    said = json.loads(capfd.readouterr().out)
+    jsonschema.validate(said, RESULT)
+    assert said["status"] == "solved" and said["plan"] == str(output) and len(said["cut_off"]) == 1
+
+
+def test_an_interrupt_ends_the_child_with_what_it_has(capfd):
+    def run(_: argparse.Namespace) -> int:
+        with interruptible() as stop:
+            os.kill(os.getppid(), signal.SIGINT)
+            while not stop():
+                time.sleep(0.01)
+        return 7
+
+    assert limited(options(), run) == 7
+    assert "ending with what there is" in capfd.readouterr().err
+
+
+def test_a_child_that_crashes_is_told(capfd):
+    assert limited(options(), lambda _: os.kill(os.getpid(), signal.SIGKILL)) == 1
+    assert "SIGKILL" in capfd.readouterr().err
+
+
+COMMANDS = {
+    "solve": ["FIFO"],
+    "explain": ["FIFO"],
+    "verify": ["FIFO", "plan.json"],
+    "check": ["FIFO"],
+    "task plan": ["FIFO"],
+    "task compare": ["FIFO", "FIFO"],
+    "bound": ["ring.off", "--epsilon", "1e-6", "-o", "out.off"],
+    "decompose": ["ring.off", "--epsilon", "1e-6", "-o", "out.off"],
+    "generate": ["slow", "--n", "1", "-o", "problem.yaml"],
+    "request": ["FIFO"],
+}
+
+
+def ring(path: Path, size: int = 200) -> None:
+    """A torus of so many triangles that nothing is done with it in a second."""
+    u, v = np.meshgrid(*(2 * np.pi * np.arange(size) / size,) * 2, indexing="ij")
+    corners = np.stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)], axis=-1).reshape(
+        -1, 3
+    )
+    i, j = (each.ravel() for each in np.meshgrid(np.arange(size), np.arange(size), indexing="ij"))
+    a, b = i * size + j, (i + 1) % size * size + j
+    c, d = (i + 1) % size * size + (j + 1) % size, i * size + (j + 1) % size
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    lines = [f"{x} {y} {z}" for x, y, z in corners.tolist()] + [f"3 {x} {y} {z}" for x, y, z in faces.tolist()]
+    path.write_text("\n".join(["OFF", f"{len(corners)} {len(faces)} 0", *lines]) + "\n")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_ends_at_its_time_limit_in_a_file_that_never_ends(command, tmp_path):
+    """A pipe that nobody writes into blocks whoever opens it, in the system: no flag is looked at there."""
+    os.mkfifo(tmp_path / "FIFO")
+    ring(tmp_path / "ring.off")
+    (tmp_path / "slow").mkdir()
+    (tmp_path / "slow" / "generate.py").write_text("import time\ndef problem(n, home): time.sleep(600)\n")
+    arguments = [sys.executable, "-m", "kabo.cli", *command.split(), *COMMANDS[command], "--timeout", "0.5"]
+    done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 4, done
+    assert "time exhausted" in done.stderr + done.stdout and "Traceback" not in done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["FIFO", "ring.off", "slow"]
+
+
+def test_nothing_lives_on_when_kabo_is_killed(tmp_path):
+    os.mkfifo(tmp_path / "FIFO")
+    with subprocess.Popen([sys.executable, "-m", "kabo.cli", "check", str(tmp_path / "FIFO")]) as process:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        until = time.monotonic() + 30
+        while not (found := children.read_text().split()) and time.monotonic() < until:
+            time.sleep(0.02)
+        process.kill()
+    assert found
+    while is_alive(int(found[0])) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not is_alive(int(found[0]))
+
+
+def is_alive(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("10", 10.0), ("0.5", 0.5), ("none", float("inf")), ("0", float("inf"))],
+)
+def test_spans_of_time(text, value):
+    assert seconds(text) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("500M", 500 << 20), ("4G", 4 << 30), ("1.5 GiB", 1.5 * (1 << 30)), ("2048", 2048), ("none", float("inf"))],
+)
+def test_sizes(text, value):
+    assert memory(text) == value
+
+
+@pytest.mark.parametrize("text", ["-1", "nan", "inf", "much", ""])
+def test_what_is_no_limit_is_refused(text):
+    for read in (seconds, memory):
+        with pytest.raises(argparse.ArgumentTypeError):
+            read(text)
+
+
+def test_a_flag_that_has_said_stop_goes_on_saying_so():
+    answers = iter([False, True, False])
+    flag = StopFlag(cancelled=lambda: next(answers))
+    assert [flag(), flag(), flag()] == [False, True, True]
+    assert flag.spent == "time" and flag.interrupted
+    assert StopFlag(memory=1.0)() and not StopFlag(seconds=60.0, memory=default_memory())()
+    assert held_bytes(os.getpid(), 0.0) > 1 << 20
