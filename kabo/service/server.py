@@ -100,6 +100,10 @@ class Server:
         # Last, because from now on clients come.
         self._token = self._session.liveliness().declare_token(keys.verb(self.name, "alive"))
 
+    def worker_processes(self) -> list[int]:
+        """The ids of the worker processes that there are now."""
+        return self._pool.processes()
+
     def close(self, patience_s: float = 10.0) -> None:
         """Takes no more requests, lets the running ones end for a while, turns the rest away, and closes."""
         self._stopping = True  # the token stays: clients give up what they asked of a server without one

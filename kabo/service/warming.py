@@ -1,6 +1,6 @@
 """Warmth: what a worker loads and compiles before its first job, so that a deadline need not pay for it.
 
-A problem that kabo brings along is planned once, as if it had been asked for, which loads every room, the libraries and
+Two problems that kabo brings along are planned, as if they had been asked for, which loads every room, the libraries and
 the kernels of geometry; the kernels of large symbolic searches are called once by themselves.
 """
 
@@ -9,7 +9,10 @@ from pathlib import Path
 import kabo
 from kabo.finite_domain import Effect, FiniteTask, Operator, Variable
 
-PROBLEM = Path("stacked", "n2.yaml")  # two blocks, a robot of meshes, tasks that pick and place
+PROBLEMS = (
+    Path("doors", "n3.yaml"),  # branches on what is sensed
+    Path("stacked", "n2.yaml"),  # two blocks, a robot of meshes, tasks that pick and place
+)
 _LIGHTS = FiniteTask(
     (Variable("first light", 2), Variable("second light", 2)),
     (0, 0),
@@ -19,14 +22,14 @@ _LIGHTS = FiniteTask(
 
 
 def plan_once() -> None:
-    """Plans a small geometric problem, and runs each compiled search on a task of two states."""
+    """Plans a small symbolic and a small geometric problem, and runs each compiled search on a task of two lights."""
     from kabo.service.answers import solve_file
     from kabo.service.messages import SolveOptions
 
     _search_once()
-    problem = _domains() / PROBLEM
-    if problem.is_file():
-        solve_file(problem, SolveOptions())
+    for problem in (_domains() / each for each in PROBLEMS):
+        if problem.is_file():
+            solve_file(problem, SolveOptions())
 
 
 def _domains() -> Path:

@@ -64,6 +64,10 @@ class Pool:
         """The number of workers."""
         return len(self._attendants)
 
+    def processes(self) -> list[int]:
+        """The ids of the worker processes that there are now."""
+        return [attendant.process for attendant in self._attendants if attendant.process is not None]
+
     @property
     def running(self) -> int:
         """The number of workers that have a job."""
@@ -170,6 +174,11 @@ class _Attendant(threading.Thread):
             if job.outcome is None:  # else cancelled or overdue while it waited
                 self._serve(job)
         self._discard()
+
+    @property
+    def process(self) -> int | None:
+        """The id of the worker process, if there is one now."""
+        return None if self._worker is None else self._worker.process.pid
 
     def end(self) -> None:
         """Makes the thread end soon, and its process with it."""
