@@ -22,8 +22,37 @@ EDGES = {
     "kabo/children.py",
     "kabo/meshes/reading.py",
     "kabo/tasks/core/planning.py",  # gives the jobs back and raises the same error again
+    "kabo/service/workers.py",
     "kabo/tasks/core/workers.py",
 }
+# What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
+REMEMBERED = {
+    "kabo/compilation.py": {"_sources_digest", "_numba"},  # of this installation
+    "kabo/finite_domain/blind_search.py": {"_kernels"},  # loaded code
+    "kabo/finite_domain/landmark_bound.py": {"_kernel"},
+    "kabo/finite_domain/novelty_search.py": {"_compiled"},
+    "kabo/finite_domain/relaxation.py": {"_load"},
+    "kabo/geometry/exact.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
+    "kabo/geometry/motions.py": {"_STANDING"},  # for as long as the body is there
+    "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
+    "kabo/geometry_server/spreading.py": {"_TURNS"},  # by content
+    "kabo/geometry_server/surroundings.py": {"_ENCLOSURES"},  # by content
+    "kabo/knowledge/refusals.py": {"_parts_of"},  # of classes of kabo
+    "kabo/language/procedures.py": {"library_names", "library_signature"},  # of this installation
+    "kabo/language/syntax.py": {"_parser"},
+    "kabo/linking.py": {"whole_compiler", "part_compiler"},
+    "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
+    "kabo/scene/robots.py": {"_SHARED"},  # as contexts
+    "kabo/tasks/binding.py": {"library_task"},  # of this installation
+    "kabo/tasks/core/workers.py": {"_FUNCTIONS"},  # of one run, in its own processes
+    "kabo/tasks/files/costs.py": {"_registered"},  # by modules that a person names on the command line
+    "kabo/tasks/files/registry.py": {"_registered"},
+    "kabo/verify/certificate_exact.py": {"_pi"},  # a constant
+    "kabo/verify/certificate_parts.py": {"_COVERED"},  # by content
+    "kabo/verify/draft.py": {"_spelled"},  # by value
+    "kabo/verify/knowledge.py": {"symbols_of", "in_order"},  # by value
+}
+MEMORIES = {"Remembered", "OrderedDict", "defaultdict", "deque", "dict", "list", "set"}
 
 
 def relative(path: Path) -> str:
@@ -97,3 +126,40 @@ def test_the_version_has_its_entry_in_the_changelog():
 def test_every_name_of_the_facade_exists():
     missing = [name for name in kabo.__all__ if not hasattr(kabo, name)]
     assert not missing
+
+
+def called(node: ast.expr) -> str:
+    """The last word of what is called or named: `cache` of `functools.cache`, `Remembered` of `Remembered[int](…)`."""
+    while isinstance(node, ast.Call | ast.Subscript):
+        node = node.func if isinstance(node, ast.Call) else node.value
+    return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""
+
+
+def remembers(value: ast.expr | None) -> bool:
+    """Whether a module's variable begins as an empty container, or as a memory."""
+    if isinstance(value, ast.Dict | ast.List):
+        return not (value.keys if isinstance(value, ast.Dict) else value.elts)
+    if not isinstance(value, ast.Call):
+        return False
+    kind = called(value)
+    return kind.startswith("Weak") or kind == "Remembered" or (kind in MEMORIES and not value.args)
+
+
+def remembered_in(tree: ast.Module) -> set[str]:
+    """The functions and variables by which a module remembers something beyond a call."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            found |= {node.name for each in node.decorator_list if called(each) in ("cache", "lru_cache")}
+        elif isinstance(node, ast.Global):
+            found |= set(node.names)
+    for node in tree.body:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and remembers(node.value):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            found |= {each.id for each in targets if isinstance(each, ast.Name)}
+    return found
+
+
+def test_whatever_is_remembered_beyond_a_call_is_known_to_be_nobody_elses_answer():
+    found = {relative(path): remembered_in(ast.parse(path.read_text())) for path in SOURCES}
+    assert {name: names for name, names in found.items() if names} == REMEMBERED

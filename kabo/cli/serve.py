@@ -12,6 +12,7 @@ from kabo.cli.terminal import tell
 NAME = "serve"
 HELP = "answer requests over zenoh; without endpoints, on the loopback default"
 PATIENCE_S = 10.0
+LATE_S = 5.0  # after which a person is told why there is no server yet
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +37,15 @@ def run(options: argparse.Namespace) -> int:
     from kabo.service import Server, Settings, server_config
 
     config = server_config(options.listen, options.connect, options.config)
-    server = Server(config, Settings(workers=max(1, options.workers), root=options.root))
+    late = threading.Timer(
+        LATE_S, tell, ("kabo: warming up; the first time on a machine, this compiles for a minute",)
+    )
+    late.daemon = True
+    late.start()
+    try:
+        server = Server(config, Settings(workers=max(1, options.workers), root=options.root))
+    finally:
+        late.cancel()
     told = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: told.set())

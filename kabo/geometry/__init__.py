@@ -32,6 +32,7 @@ _HOMES = {
     "bounding_mesh": "bounding_mesh",
     "collides": "predicates",
     "contains": "inclusion",
+    "digest_beside": "stored_parts",
     "crossing_faces": "crossings",
     "distance": "predicates",
     "enclosing_parts": "enclosure",

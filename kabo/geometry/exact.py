@@ -8,7 +8,7 @@ never overlooked.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 
 import fcl
 import numpy as np
@@ -22,10 +22,12 @@ from kabo.geometry.kernels.tracks import motion, turning
 from kabo.geometry.parts import Array, FixedGroup, Mesh, MovingGroup, poses_of
 from kabo.geometry.solids import Solid
 from kabo.geometry.views import FREE, Counters
+from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
 
 SLACK = 1e-12  # metres: what rounding may take from a box
+TRIANGLE_BYTES = 1000  # of a surface for each triangle: two nodes of fcl's tree, the solid's tree, arrays
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class _Arrays:
-    """A mesh that equals itself only: what `_surface` remembers."""
+    """A mesh that equals itself only: by this surfaces are remembered, as arrays of meshes never change."""
 
     mesh: Mesh
 
@@ -52,10 +54,9 @@ class _Arrays:
         return isinstance(other, _Arrays) and all(a is b for a, b in zip(self.mesh, other.mesh, strict=True))
 
 
-@lru_cache(maxsize=256)
-def _surface(arrays: _Arrays) -> Surface:
-    vertices = np.ascontiguousarray(arrays.mesh[0], np.float64)
-    faces = np.ascontiguousarray(arrays.mesh[1], np.int64)
+def _surface(mesh: Mesh) -> Surface:
+    vertices = np.ascontiguousarray(mesh[0], np.float64)
+    faces = np.ascontiguousarray(mesh[1], np.int64)
     model = fcl.BVHModel()
     model.beginModel(len(vertices), len(faces))
     model.addSubModel(vertices, faces)
@@ -67,9 +68,12 @@ def _surface(arrays: _Arrays) -> Surface:
     return Surface(model, vertices.min(axis=0), vertices.max(axis=0), corners, Solid(vertices, faces))
 
 
+_SURFACES: Remembered[Surface] = Remembered(64 << 20, lambda made: TRIANGLE_BYTES * len(made.solid.faces))
+
+
 def surface_of(mesh: Mesh) -> Surface:
     """The surface of a mesh, made once for each pair of arrays."""
-    return _surface(_Arrays(mesh))
+    return _SURFACES.of(_Arrays(mesh), lambda: _surface(mesh))
 
 
 def surrounds(outer: Surface, points: Array) -> bool:

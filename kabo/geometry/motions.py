@@ -4,8 +4,9 @@ Links, tools and what a gripper holds are all bodies on a joint; a body that sta
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -132,14 +133,19 @@ def placed(body: MovingGroup) -> Placed:
     return Placed(blocks, packed.sizes, extents, radii, packed.diameters)
 
 
-@lru_cache(maxsize=1024)
+_STANDING: "WeakKeyDictionary[FixedGroup, Placed]" = WeakKeyDictionary()
+
+
 def standing_parts(body: FixedGroup) -> Placed:
-    """The parts of a standing body in the world; the bodies asked for last are remembered.
+    """The parts of a standing body in the world, made once for as long as the body is there.
 
     Raises:
         ValueError: as `placed`.
     """
-    return placed(MovingGroup(0, body.world_T_group, body.enclosure))
+    known = _STANDING.get(body)
+    if known is None:
+        known = _STANDING[body] = placed(MovingGroup(0, body.world_T_group, body.enclosure))
+    return known
 
 
 def _nothing() -> KinematicTree:

@@ -38,6 +38,11 @@ class Enclosure:
         if not self.deviation >= 0.0:
             raise ValueError(f"an enclosure deviates by {self.deviation:g} m, which is no distance")
 
+    @property
+    def nbytes(self) -> int:
+        """The bytes of the parts, and of their blocks for the kernels."""
+        return sum(part.nbytes for part in self.parts) + len(self.parts) * 8 * (3 * COLUMNS + 2)
+
     @cached_property
     def packed(self) -> Packed:
         """The parts in blocks.

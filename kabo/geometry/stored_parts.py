@@ -42,6 +42,16 @@ def beside(mesh: Path) -> Path:
     return mesh.with_name(f"{mesh.name}.parts")
 
 
+def digest_beside(mesh: Path | None) -> str | None:
+    """The SHA-256 of what lies in the place for the parts of a mesh file; None if nothing can be read there."""
+    if mesh is None:
+        return None
+    try:
+        return hashlib.sha256(beside(mesh).read_bytes()).hexdigest()
+    except OSError:
+        return None
+
+
 def read(path: Path, digest: str) -> dict[float, Enclosure]:
     """The stored enclosures of the mesh by tolerance [m]; none if the file is missing, foreign, old or damaged.
 

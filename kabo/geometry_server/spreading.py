@@ -4,7 +4,7 @@ Projection from random seeds covers the turn, but unevenly. Here it is found fro
 and where it fulfils the rows, an azimuth that they say nothing about has a gradient of its own.
 """
 
-from functools import lru_cache
+import hashlib
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from kabo.geometry_server.frames import Frame
 from kabo.kinematics import FREE_BODY, FrameFeature, jacobian, rows_of, sample, stacked, stream_key, values
 from kabo.kinematics.kernels import rows as columns
+from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 
 Array = npt.NDArray[np.float64]
@@ -32,7 +33,8 @@ def open_turn(rows: Array, moving: Frame) -> Array | None:
         return None
     flying = rows.copy()
     flying[:, (columns.FIRST, columns.SECOND)] = np.where(joints == 0, 0, MOVED_TWICE.size)
-    found = _found(flying.tobytes(), moving.joint_T_frame.tobytes())
+    key = hashlib.sha256(flying.tobytes() + moving.joint_T_frame.tobytes()).digest(), len(flying)
+    found = _TURNS.of(key, lambda: _found(flying, moving.joint_T_frame))
     if found is None:
         return None
     direction, axis = found
@@ -57,11 +59,11 @@ MOVED_TWICE = _moved_twice()
 FLYING = np.arange(MOVED_TWICE.size) < FREE_BODY.size
 
 
-@lru_cache(maxsize=1024)
-def _found(flying: bytes, joint_T_frame: bytes) -> tuple[_Direction, _Direction] | None:
+_TURNS: Remembered[tuple[_Direction, _Direction] | None] = Remembered(1 << 20, lambda _: 0)
+
+
+def _found(rows: Array, pose: Array) -> tuple[_Direction, _Direction] | None:
     """What is turned, in the joint's frame, and about which axis of the world."""
-    rows = np.frombuffer(flying).reshape(-1, columns.WIDTH)
-    pose = np.frombuffer(joint_T_frame).reshape(4, 4)
     tree = MOVED_TWICE
     Q, right = sample(tree, rows, stream_key("open"), 0, PLACES, tree.lower, tree.upper, FLYING)
     if not right.any():

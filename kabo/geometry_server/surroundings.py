@@ -3,7 +3,7 @@
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
 from kabo.geometry_server.answers import Pair, Statistics
 from kabo.geometry_server.situation import Situation
 from kabo.meshes import hull_of
+from kabo.remembering import Remembered
 from kabo.scene import Configuration, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
@@ -22,26 +23,17 @@ Array = npt.NDArray[np.float64]
 REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
 
 
-class _Known:
-    """A mesh by what it is and where it came from, to be remembered by; `look` only while its parts are asked for."""
-
-    def __init__(self, mesh: Mesh, look: Callable[[], None]) -> None:
-        self.mesh, self.look, self._key = mesh, look, (mesh.digest, mesh.path)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Known) and self._key == other._key
-
-    def __hash__(self) -> int:
-        return hash(self._key)
+_ENCLOSURES: Remembered[Enclosure] = Remembered(16 << 20, lambda made: made.nbytes)
 
 
-@lru_cache(maxsize=256)
-def _enclosed(known: _Known, tolerance: float) -> Enclosure:
-    """The parts of a mesh: scenes come and go, meshes stay."""
-    from kabo.geometry import enclosing_parts  # mesh libraries load only where parts are made
+def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
+    """The parts of a mesh: scenes come and go, meshes stay, and what lies beside their files may change."""
+    from kabo.geometry import digest_beside, enclosing_parts  # mesh libraries load only where parts are made
 
-    mesh = known.mesh
-    return enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=known.look)
+    key = mesh.digest, digest_beside(mesh.path), tolerance
+    return _ENCLOSURES.of(
+        key, lambda: enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
+    )
 
 
 class Surroundings:
@@ -112,11 +104,7 @@ class Surroundings:
     def enclosed(self, mesh: Mesh) -> Enclosure:
         """The convex parts that enclose a mesh, made once."""
         if mesh.digest not in self._enclosures:
-            known = _Known(mesh, self.look)
-            try:
-                self._enclosures[mesh.digest] = _enclosed(known, self.budget.geometry)
-            finally:
-                known.look = never  # what is remembered keeps no run alive
+            self._enclosures[mesh.digest] = _enclosed(mesh, self.budget.geometry, self.look)
         return self._enclosures[mesh.digest]
 
     def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:

@@ -4,10 +4,10 @@ Readers of many formats believe what a file says of itself, so `kabo.meshes.head
 before anything is allocated.
 """
 
+import hashlib
 import logging
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,15 @@ from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
 from kabo.meshes.plain_off import plain_triangles
 from kabo.meshes.refusals import EXPORT, refuse, require_numbers, unusable
 from kabo.meshes.words import counted
+from kabo.remembering import Remembered
 
 FORMATS = ("dae", "glb", "obj", "off", "ply", "stl")
 LARGEST_FILE = 2 * 1024**3  # bytes
 _SAID = 160  # characters of what a parser says
+_TRIANGLES: Remembered[tuple[Vertices, Faces]] = Remembered(16 << 20, lambda made: made[0].nbytes + made[1].nbytes)
+
+# What trimesh complains of, kabo says itself.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def load_mesh(
@@ -53,7 +58,8 @@ def load_mesh(
     factors = (float(scale),) * 3 if isinstance(scale, (int, float)) else tuple(map(float, scale))
     if len(factors) != 3 or not all(math.isfinite(factor) and factor != 0.0 for factor in factors):
         raise refuse(place, f"a mesh cannot be scaled by {scale!r}", "write a number, e.g. 0.001 for millimetres")
-    mesh = _read(path, factors, _seen(path, place), place)
+    _require_readable(path, place)
+    mesh = _read(path, factors, place)
     if repair:
         from kabo.meshes.repair import repaired
 
@@ -61,8 +67,8 @@ def load_mesh(
     return mesh
 
 
-def _seen(path: Path, place: Place) -> tuple[int, int]:
-    """Size and time of the last change of a file that is there and can be meant."""
+def _require_readable(path: Path, place: Place) -> None:
+    """Refuses what is not there, is no file, or is too large to be meant."""
     try:
         status = path.stat()
     except (OSError, ValueError):  # ValueError: a null byte in the name
@@ -71,12 +77,10 @@ def _seen(path: Path, place: Place) -> tuple[int, int]:
         raise refuse(place, f'mesh file "{path.name}" is not a file')
     if status.st_size > LARGEST_FILE:
         raise refuse(place, f'mesh file "{path.name}" is larger than 2 GiB', "simplify the mesh before")
-    return status.st_mtime_ns, status.st_size
 
 
-@lru_cache(maxsize=256)
-def _read(path: Path, scale: tuple[float, float, float], seen: tuple[int, int], place: Place) -> Mesh:
-    """Reads a file that was last changed at `seen`; two arms of one kind share their links."""
+def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
+    """The mesh of a file; files of equal bytes share their arrays, as two arms of one kind do."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         known = [f".{name}" for name in FORMATS]
@@ -86,6 +90,15 @@ def _read(path: Path, scale: tuple[float, float, float], seen: tuple[int, int], 
         data = path.read_bytes()
     except OSError as error:
         raise refuse(place, f'mesh file "{path.name}" cannot be read: {error.strerror}') from None
+    key = hashlib.sha256(data).digest(), kind, scale
+    vertices, faces = _TRIANGLES.of(key, lambda: _triangles(data, kind, scale, path, place))
+    return Mesh(vertices, faces, path)
+
+
+def _triangles(
+    data: bytes, kind: str, scale: tuple[float, float, float], path: Path, place: Place
+) -> tuple[Vertices, Faces]:
+    """The triangles of a file's bytes; its path and place are for errors only."""
     data = readable(data, kind)
     why = misleading(kind, data)
     if why is not None:
@@ -98,7 +111,7 @@ def _read(path: Path, scale: tuple[float, float, float], seen: tuple[int, int], 
     if not len(mesh.faces):
         said = f"has {counted(len(faces), 'triangle')}, none of which has three different vertices"
         raise unusable(mesh, place, said, EXPORT)
-    return mesh
+    return mesh.vertices, mesh.faces
 
 
 def readable(data: bytes, kind: str) -> bytes:
@@ -141,7 +154,6 @@ def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
         return [plain]
     import trimesh
 
-    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # what it complains of, we say ourselves
     with np.errstate(all="ignore"):
         scene = trimesh.load_scene(BytesIO(data), file_type=kind, process=False)
         found = []

@@ -19,7 +19,7 @@ import zenoh
 
 from kabo.errors import ServiceError
 from kabo.service import keys
-from kabo.service.messages import Status
+from kabo.service.messages import Cancelled, Failure, Status
 from kabo.service.session import open_session
 
 ELSEWHERE = frozenset({"busy", "shutting_down", "worker_died"})  # another server, or the same one later, may do it
@@ -49,12 +49,24 @@ class _Lost:
     retry_after_s: float = 0.02
 
 
+def _foreign(server: str) -> _Lost:
+    return _Lost("unavailable", f"{server} answers in words that are not of this protocol")
+
+
+def _decoded(answer: "zenoh.Sample | zenoh.ReplyError", kind: Any) -> Any:
+    """What was answered, as a kind of message; None if it is none: the server is not one of kabo's."""
+    try:
+        return msgspec.json.decode(answer.payload.to_bytes(), type=kind)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
+        return None
+
+
 class Client:
     """A session that watches which servers are alive, and asks them.
 
     Args:
         config: of the zenoh session.
-        patience_s: how long it is endured that there is no server, or only busy ones.
+        patience_s: how long to wait for a server, or for one that is not busy.
     """
 
     def __init__(self, config: zenoh.Config, patience_s: float = 5.0) -> None:
@@ -83,19 +95,16 @@ class Client:
             return sorted(self._load)
 
     def status(self, server: str) -> Status | None:
-        """What a server says of itself; None if it does not answer."""
+        """What a server says of itself; None if it does not answer, or not in the words of this protocol."""
         answer = self._ask(server, "status", b"", STATUS_TIMEOUT_S)
-        return (
-            msgspec.json.decode(answer.payload.to_bytes(), type=Status)
-            if isinstance(answer, zenoh.Sample)
-            else None
-        )
+        return _decoded(answer, Status) if isinstance(answer, zenoh.Sample) else None
 
     def cancel(self, identifier: str) -> bool:
-        """Cancels the request with this id wherever it is; whether any server knew it."""
+        """Cancels the request with this id wherever it is; whether any server was still working on it."""
         payload = msgspec.json.encode({"id": identifier})
         answers = [self._ask(server, "cancel", payload, STATUS_TIMEOUT_S) for server in self.servers()]
-        return any(isinstance(a, zenoh.Sample) and json.loads(a.payload.to_bytes())["known"] for a in answers)
+        told = (_decoded(answer, Cancelled) for answer in answers if isinstance(answer, zenoh.Sample))
+        return any(each is not None and each.known for each in told)
 
     def solve(
         self,
@@ -155,15 +164,18 @@ class Client:
             raise ServiceError("too_large", f"the request has {limit}", request=identifier)
         with self._progress(server, identifier, on_progress):
             answer = self._ask(server, "solve", payload, message["deadline_s"] + ANSWER_MARGIN_S)
-        if isinstance(answer, zenoh.Sample):
-            plan = None if answer.attachment is None else answer.attachment.to_bytes()
-            return Reply(json.loads(answer.payload.to_bytes()), plan, server)
         if answer is None or str(answer.encoding) != "application/json":  # zenoh's own: the time is up
             return _Lost("unavailable", f"the server {server} was lost")
-        error = json.loads(answer.payload.to_bytes())
-        if error["code"] in ELSEWHERE:
-            return _Lost(error["code"], error["message"], error.get("retry_after_s", 0.02))
-        raise ServiceError(error["code"], error["message"], request=identifier)
+        if isinstance(answer, zenoh.Sample):
+            plan = None if answer.attachment is None else answer.attachment.to_bytes()
+            body = _decoded(answer, dict[str, Any])
+            return _foreign(server) if body is None else Reply(body, plan, server)
+        error = _decoded(answer, Failure)
+        if error is None:
+            return _foreign(server)
+        if error.code in ELSEWHERE:
+            return _Lost(error.code, error.message, 0.02 if error.retry_after_s is None else error.retry_after_s)
+        raise ServiceError(error.code, error.message, request=identifier)
 
     def _progress(self, server: str, identifier: str, on_progress: OnProgress | None) -> Any:
         """A subscription to the progress of a request, or nothing, as a context."""

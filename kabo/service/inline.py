@@ -18,6 +18,7 @@ from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable
 
+MAX_FILES = 10_000
 _PROBLEM = re.compile(r"^problem\s*:|\(\s*define\s*\(\s*problem\b|<problem\b", re.MULTILINE | re.IGNORECASE)
 
 
@@ -101,15 +102,23 @@ def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
             yield urdf.parent / name.removeprefix("file://")
 
 
-def unpack_problem(problem: ProblemFiles, folder: Path) -> PurePosixPath:
+def unpack_problem(
+    problem: ProblemFiles, folder: Path, between: Callable[[], None] = lambda: None
+) -> PurePosixPath:
     """Writes the inline files below `folder`; returns the problem file's path from there.
+
+    Args:
+        between: called before each file; may raise, to end this.
 
     Raises:
         Forbidden: a name is absolute or leads out of the folder.
-        Unreadable: a file cannot be written, or it is not clear which of them is the problem.
+        Unreadable: too many files, one cannot be written, or it is not clear which of them is the problem.
     """
     files = problem.files or {}
+    if len(files) > MAX_FILES:
+        raise Unreadable(f"`$.problem.files` holds up to {MAX_FILES} files; these are {len(files)}")
     for name, content in files.items():
+        between()
         target = folder / safe_name(name)
         try:
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,10 +1,10 @@
 """Jobs and their outcomes: one run for equal requests, however often and by whomever they are sent.
 
-An id belongs to the bytes of its request. Who asks again joins the running job or gets the stored outcome; the
-store is bounded by bytes, so that a server may run for ever.
+An id belongs to the problem and options of its request. Who asks again joins the running job, with its deadline, or
+gets the stored outcome. Requests that wait and outcomes that are stored are bounded by bytes, so that a server may run
+for ever.
 """
 
-import hashlib
 import threading
 import time
 from collections import OrderedDict
@@ -36,7 +36,7 @@ Deliver = Callable[[Outcome], None]
 
 @dataclass(eq=False)
 class Job:
-    """A request on its way: `deadline` in seconds of this process' monotonic clock."""
+    """A request on its way: `deadline` in seconds of this process' monotonic clock, `digest` of what is asked."""
 
     identifier: str
     request: bytes
@@ -60,28 +60,30 @@ class Job:
 
 
 class JobStore:
-    """All jobs by their ids: those on their way, and the outcomes of the last ones, oldest forgotten first."""
+    """All jobs by their ids: those on their way, and the outcomes of the last ones, oldest forgotten first.
 
-    def __init__(self, max_bytes: int = 64 << 20) -> None:
+    Args:
+        max_bytes: of stored outcomes.
+        max_request_bytes: of the requests that are on their way; a single one is let in, however large.
+    """
+
+    def __init__(self, max_bytes: int = 64 << 20, max_request_bytes: int = 128 << 20) -> None:
         self._lock = threading.Lock()
-        self._jobs: OrderedDict[str, Job] = OrderedDict()
+        self._unfinished: dict[str, Job] = {}
+        self._finished: OrderedDict[str, Job] = OrderedDict()
         self._max_bytes, self._bytes = max_bytes, 0
+        self._max_request_bytes, self._request_bytes = max_request_bytes, 0
 
     def admit(self, job: Job, deliver: Deliver, enqueue: Callable[[Job], str | None]) -> str | None:
         """Lets a request in: joins an equal one, delivers a stored outcome, or enqueues a new job.
 
         Returns:
-            None, or the code of the error with which it was turned away (of `enqueue`, or `id_reused`).
+            None, or the code of the error with which it was turned away (of `enqueue`, `busy` or `id_reused`).
         """
-        job.digest = hashlib.sha256(job.request).digest()
         with self._lock:
-            known = self._jobs.get(job.identifier)
+            known = self._unfinished.get(job.identifier) or self._finished.get(job.identifier)
             if known is None:
-                refused = enqueue(job)
-                if refused is None:
-                    self._jobs[job.identifier] = job
-                    job.waiting.append(deliver)
-                return refused
+                return self._let_in(job, deliver, enqueue)
             if known.digest != job.digest:
                 return "id_reused"
             if known.outcome is None:
@@ -90,40 +92,48 @@ class JobStore:
         deliver(known.outcome)
         return None
 
-    def find(self, identifier: str) -> Job | None:
-        """The job with this id, if it is still known."""
+    def _let_in(self, job: Job, deliver: Deliver, enqueue: Callable[[Job], str | None]) -> str | None:
+        size = len(job.request)
+        if self._unfinished and self._request_bytes + size > self._max_request_bytes:
+            return "busy"
+        refused = enqueue(job)
+        if refused is None:
+            self._unfinished[job.identifier] = job
+            self._request_bytes += size
+            job.waiting.append(deliver)
+        return refused
+
+    def cancel(self, identifier: str) -> bool:
+        """Makes the job with this id end soon; whether there is one that has no outcome yet."""
         with self._lock:
-            return self._jobs.get(identifier)
+            job = self._unfinished.get(identifier)
+        if job is not None:
+            job.cancelled.set()
+        return job is not None
 
     def unfinished(self) -> list[Job]:
         """The jobs that have no outcome yet, in the order of their arrival."""
         with self._lock:
-            return [job for job in self._jobs.values() if job.outcome is None]
+            return list(self._unfinished.values())
 
     def finish(self, job: Job, outcome: Outcome) -> None:
         """Gives a job its outcome, once; whoever waits for it gets it now."""
         with self._lock:
             if job.outcome is not None:
                 return
+            if self._unfinished.pop(job.identifier, None) is not None:
+                self._request_bytes -= len(job.request)
             job.outcome, job.request = outcome, b""
             waiting, job.waiting = job.waiting, []
-            if outcome.code in NOT_STORED:
-                self._jobs.pop(job.identifier, None)
-            else:
+            if outcome.code not in NOT_STORED:
+                self._finished[job.identifier] = job
                 self._bytes += outcome.size
                 self._forget()
         for deliver in waiting:
             deliver(outcome)
 
     def _forget(self) -> None:
-        finished = (
-            [job for job in self._jobs.values() if job.outcome is not None]
-            if self._bytes > self._max_bytes
-            else []
-        )
-        for job in finished[:-1]:  # the last one stays, however large
-            if self._bytes <= self._max_bytes:
-                return
-            assert job.outcome is not None
-            self._bytes -= job.outcome.size
-            del self._jobs[job.identifier]
+        while self._bytes > self._max_bytes and len(self._finished) > 1:  # the last one stays, however large
+            _, oldest = self._finished.popitem(last=False)
+            assert oldest.outcome is not None
+            self._bytes -= oldest.outcome.size

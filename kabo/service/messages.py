@@ -4,6 +4,7 @@
 that a large request does not hold up the others.
 """
 
+import hashlib
 import math
 import re
 from typing import Annotated, Any, Literal
@@ -19,7 +20,7 @@ DEFAULT_DEADLINE_S = 300.0
 Code = Literal[
     "bad_request",  # the message cannot be read; says where
     "id_reused",  # this id belongs to another request
-    "busy",  # the queue is full; retry_after_s says when to ask again
+    "busy",  # the queue is full, by number or bytes; retry_after_s says when to ask again
     "deadline",
     "cancelled",
     "failed",  # a defect of kabo
@@ -82,11 +83,32 @@ class Envelope(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     deadline_s: float = DEFAULT_DEADLINE_S
     options: msgspec.Raw = msgspec.Raw(b"{}")
 
+    def digest(self) -> bytes:
+        """What the id belongs to: the bytes of problem and options, whatever the deadline."""
+        digest = hashlib.sha256(len(memoryview(self.problem)).to_bytes(8, "big"))
+        digest.update(self.problem)
+        digest.update(self.options)
+        return digest.digest()
+
 
 class CancelRequest(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """A request to stop the job with this id."""
 
     id: str
+
+
+class Cancelled(msgspec.Struct, frozen=True):
+    """The reply to `cancel`: whether the id is that of a job whose outcome was still open, which now ends."""
+
+    known: bool
+
+
+class Failure(msgspec.Struct, frozen=True):
+    """An error reply."""
+
+    code: str
+    message: str
+    retry_after_s: float | None = None
 
 
 class Status(msgspec.Struct, frozen=True):

@@ -17,13 +17,23 @@ import zenoh
 from kabo import __version__
 from kabo.service import keys
 from kabo.service.jobs import Job, JobStore, Outcome
-from kabo.service.messages import PROTOCOL, CancelRequest, Envelope, Status, Unreadable, error_body, read
+from kabo.service.messages import (
+    PROTOCOL,
+    Cancelled,
+    CancelRequest,
+    Envelope,
+    Status,
+    Unreadable,
+    error_body,
+    read,
+)
 from kabo.service.session import max_request_bytes, open_session
 from kabo.service.workers import Pool
 
 JSON = "application/json"
 RETRY_AFTER_S = 0.2
 MAX_REQUEST_BYTES = 32 << 20
+QUEUE_BYTES = 128 << 20
 TURNED_AWAY = {
     "busy": "the queue is full",
     "id_reused": "this id belongs to another request",
@@ -34,10 +44,20 @@ Handler = Callable[[zenoh.Query], None]
 
 @dataclass(frozen=True)
 class Settings:
-    """How a server works: `work` is `module:function`; requests may name paths below `root`, if it is given."""
+    """How a server works.
+
+    Args:
+        workers: processes.
+        bound: how many requests may wait.
+        queue_bytes: of all requests that wait or are worked on; one is let in, however large.
+        store_bytes: of the outcomes that are kept for those who ask again.
+        root: requests may name paths below this folder, if it is given.
+        work: `module:function`; a function `warm_up` of that module is called in each worker before its first job.
+    """
 
     workers: int = 2
     bound: int = 64
+    queue_bytes: int = QUEUE_BYTES
     store_bytes: int = 64 << 20
     root: Path | None = None
     work: str = "kabo.service.worker:solve_work"
@@ -46,8 +66,10 @@ class Settings:
 class Server:
     """A planning service on one zenoh session; answers from the moment it is made until `close`.
 
+    Making it takes until all workers are warm: only then clients see the server.
+
     Raises:
-        ServiceError: an endpoint cannot be used.
+        ServiceError: an endpoint cannot be used, or the workers die while they start.
     """
 
     def __init__(self, config: zenoh.Config, settings: Settings = Settings(), name: str | None = None) -> None:
@@ -55,7 +77,7 @@ class Server:
         self._settings, self._stopping = settings, False
         self._limit = min(MAX_REQUEST_BYTES, max_request_bytes(config))
         self._session = open_session(config)
-        self._store = JobStore(settings.store_bytes)
+        self._store = JobStore(settings.store_bytes, settings.queue_bytes)
         self._pool = Pool(
             settings.work,
             self._store,
@@ -64,6 +86,12 @@ class Server:
             root=None if settings.root is None else settings.root.resolve(),
             on_progress=self._put_progress,
         )
+        try:
+            self._pool.warm_up()
+        except BaseException:  # a worker's fault, or Ctrl-C
+            self._pool.close()
+            self._session.close()
+            raise
         verbs = {"solve": self._solve, "cancel": self._cancel, "status": self._status}
         self._queryables = [
             self._session.declare_queryable(keys.verb(self.name, verb), partial(_answered, handler))
@@ -71,6 +99,10 @@ class Server:
         ]
         # Last, because from now on clients come.
         self._token = self._session.liveliness().declare_token(keys.verb(self.name, "alive"))
+
+    def worker_processes(self) -> list[int]:
+        """The ids of the worker processes that there are now."""
+        return self._pool.processes()
 
     def close(self, patience_s: float = 10.0) -> None:
         """Takes no more requests, lets the running ones end for a while, turns the rest away, and closes."""
@@ -93,17 +125,15 @@ class Server:
         envelope = read(Envelope, raw)
         if self._stopping:
             return _refuse(query, "shutting_down", "try another server", envelope.id)
-        job = Job(envelope.id, raw, time.monotonic() + envelope.deadline_s)
+        job = Job(envelope.id, raw, time.monotonic() + envelope.deadline_s, envelope.digest())
         refused = self._store.admit(job, partial(self._deliver, query), self._pool.enqueue)
         if refused is not None:
             _refuse(query, refused, TURNED_AWAY[refused], envelope.id)
         return None
 
     def _cancel(self, query: zenoh.Query) -> None:
-        job = self._store.find(read(CancelRequest, _payload(query)).id)
-        if job is not None:
-            job.cancelled.set()
-        self._reply(query, "cancel", msgspec.json.encode({"known": job is not None}))
+        known = self._store.cancel(read(CancelRequest, _payload(query)).id)
+        self._reply(query, "cancel", msgspec.json.encode(Cancelled(known)))
 
     def _status(self, query: zenoh.Query) -> None:
         root = self._settings.root

@@ -1,9 +1,15 @@
 """The worker process: one job at a time, told and answered through a pipe; zenoh is never loaded here.
 
 The process is spawned, so nothing of the server's state crosses over. It ends by itself when the server is gone,
-even in the middle of a long kernel call. What it sends: ready, progress, done, stopped, refused or failed.
+even in the middle of a long kernel call. What it sends: ready, progress, done, stopped, refused or failed; ready for
+the first time when it is warm.
+
+What it answers is a function of the request's bytes: whatever it remembers from one job to the next is keyed by content
+[kabo.remembering], and its memory is collected and given back between jobs [docs/decisions/026-worker-purity.md].
 """
 
+import ctypes
+import gc
 import importlib
 import os
 import signal
@@ -65,6 +71,16 @@ class Ticker:
                 self.stopped = "deadline"
         return self.stopped is not None
 
+    def check(self) -> None:
+        """Looks whether the job must stop.
+
+        Raises:
+            Stopped: it must.
+        """
+        if self.cancelled():
+            assert self.stopped is not None
+            raise Stopped(self.stopped)
+
     def progress(self, progress: Progress) -> None:
         """Sends how far the work has come."""
         now = time.monotonic()
@@ -90,13 +106,14 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
         message = read(SolveRequest, request)
         with tempfile.TemporaryDirectory(prefix="kabo-", ignore_cleanup_errors=True) as own:
             if message.problem.files is not None:
-                folder, path = Path(own), inline.unpack_problem(message.problem, Path(own))
+                folder, path = Path(own), inline.unpack_problem(message.problem, Path(own), ticker.check)
             elif message.problem.path is not None and root is not None:
                 folder, path = root, inline.below(root, message.problem.path)
             else:
                 code = "bad_request" if message.problem.path is None else "forbidden"
                 raise Refused(code, "this server reads no paths: send all files in `$.problem.files`")
             domain = None if message.problem.domain is None else Path(inline.below(folder, message.problem.domain))
+            ticker.check()
             with _working_in(folder):
                 answer = solve_file(
                     Path(path),
@@ -115,9 +132,16 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
     return msgspec.json.encode({**answer.body, "id": message.id}), answer.plan
 
 
+def warm_up() -> None:
+    """Loads and compiles what requests need, and makes the caches of what never changes."""
+    from kabo.service.warming import plan_once
+
+    plan_once()
+
+
 @contextmanager
 def _working_in(folder: Path) -> Iterator[None]:
-    """Makes `folder` the current one, so that findings name files as the client does."""
+    """Makes `folder` the current one, so that findings name files as the client does; no other thread plans here."""
     before = os.getcwd()
     os.chdir(folder)
     try:
@@ -127,20 +151,55 @@ def _working_in(folder: Path) -> Iterator[None]:
 
 
 def worker_main(connection: Connection, work_name: str, root: Path | None) -> None:
-    """The main function of a worker: `work_name` is `module:function`, of the type `Work`."""
+    """The main function of a worker: `work_name` is `module:function`, of the type `Work`.
+
+    A function `warm_up` of that module is called first, once.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's business
     threading.Thread(target=_end_with_the_server, daemon=True).start()
     module, _, function = work_name.partition(":")
-    work: Work = getattr(importlib.import_module(module), function)
+    loaded = importlib.import_module(module)
+    work: Work = getattr(loaded, function)
+    _warmed(getattr(loaded, "warm_up", None))
     try:
         while True:
             connection.send(("ready", None, None))
-            while (job := connection.recv()) == STOP:  # it came too late for the last job
-                pass
-            request, remaining_s = job
-            connection.send(_worked(work, request, root, Ticker(connection, remaining_s)))
+            _answer_one(connection, work, root)
+            _tidy()
     except (EOFError, OSError):
         return  # the server is gone: so are we
+
+
+def _warmed(warm_up: Callable[[], None] | None) -> None:
+    """Calls `warm_up`, and sets all that is there apart from later collections."""
+    try:
+        if warm_up is not None:
+            warm_up()
+    except Exception:  # noqa: BLE001 - the outer edge of a worker; requests that meet the same will say so
+        traceback.print_exc()
+    _tidy()
+    gc.freeze()
+
+
+def _answer_one(connection: Connection, work: Work, root: Path | None) -> None:
+    """Waits for a job and answers it; nothing of it is held afterwards."""
+    while (job := connection.recv()) == STOP:  # it came too late for the last job
+        pass
+    request, remaining_s = job
+    connection.send(_worked(work, request, root, Ticker(connection, remaining_s)))
+
+
+def _tidy() -> None:
+    """Collects garbage and gives memory back: parsers of meshes leave megabytes in cycles for each job."""
+    gc.collect()
+    give_back()
+
+
+def give_back() -> None:
+    """Gives free memory back to the system, where the C library can (glibc)."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
 
 
 def _worked(

@@ -25,7 +25,7 @@ _PREPOSITIONS = ("robot", "body", "region")
 
 @lru_cache(maxsize=64)
 def library_task(name: str) -> TaskFile:
-    """A task file of the library."""
+    """A task file of the library; a task beside a domain is read anew for every problem."""
     return load_task_file(LIBRARY / f"{name}.yaml")
 
 
@@ -105,6 +105,7 @@ class Bindings:
         self._scene, self._folder = scene, folder
         self._bound: dict[GroundCall, Bound] = {}
         self._looked: dict[str, _Looked] = {}
+        self._files: dict[str, TaskFile] = {}
 
     @property
     def calls(self) -> tuple[GroundCall, ...]:
@@ -137,8 +138,10 @@ class Bindings:
         return self._looked[call.procedure].refuting(arguments)
 
     def _file(self, name: str) -> TaskFile:
-        own = None if self._folder is None else self._folder / FOLDER / f"{name}.yaml"
-        return library_task(name) if own is None or not own.exists() else _task_file(own)
+        if name not in self._files:
+            own = None if self._folder is None else self._folder / FOLDER / f"{name}.yaml"
+            self._files[name] = library_task(name) if own is None or not own.exists() else load_task_file(own)
+        return self._files[name]
 
     def _arguments(self, file: TaskFile, call: GroundCall) -> dict[str, Any]:
         kinds = {each.name: each.kind for each in file.inputs}
@@ -149,11 +152,6 @@ class Bindings:
             if kept and each.default not in self._scene.motion_constraints:
                 arguments[each.name] = ""
         return arguments
-
-
-@lru_cache(maxsize=64)
-def _task_file(path: Path) -> TaskFile:
-    return load_task_file(path)
 
 
 def _argument(value: str | float, kind: str | None) -> Any:

@@ -16,7 +16,10 @@ Array = npt.NDArray[np.float64]
 FAR = 1e6  # [m] a vertex farther away is no part of a scene
 
 
-_COVERED: dict[tuple[str, str], int | None] = {}  # what was looked at in this process, by mesh and parts
+_COVERED: dict[
+    tuple[str, str], int | None
+] = {}  # what was looked at in this process, by digests of mesh and parts
+MOST_COVERED = 4096  # entries, of which each has some 400 bytes
 
 
 class Parts:
@@ -77,6 +80,8 @@ class Parts:
         """The first triangle of a mesh that the parts do not cover, or None; told again without looking."""
         key = mesh.digest, hashlib.sha256(self.vertices.tobytes() + self.starts.tobytes()).hexdigest()
         if key not in _COVERED:
+            if len(_COVERED) >= MOST_COVERED:
+                _COVERED.clear()
             parts = [self.range(i, i + 1) for i in range(len(self.lower))]
             _COVERED[key] = uncovered(mesh.vertices, mesh.faces, parts)
         return _COVERED[key]

@@ -108,7 +108,7 @@ def server(shell: Shell) -> Iterator[str]:
         text=True,
         executable=str(shell.folder / "bin" / "kabo"),
     ) as process:
-        assert process.stderr is not None and "is ready" in process.stderr.readline()
+        assert process.stderr is not None and any("is ready" in line for line in process.stderr)
         yield endpoint
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == 0

@@ -10,6 +10,16 @@ from kabo.planner.result import Progress
 from kabo.service.worker import Refused, Stopped, Ticker
 
 
+def warm_up() -> None:
+    """Waits, dies or notes that it was here, as the environment says."""
+    if os.environ.get("STUB_COLD_DEATH"):
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(float(os.environ.get("STUB_WARM_S", "0")))
+    if "STUB_WARM_LOG" in os.environ:
+        with Path(os.environ["STUB_WARM_LOG"]).open("a") as log:
+            log.write(f"{os.getpid()}\n")
+
+
 def work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes, bytes | None]:
     """Waits `for_s`, dies while the file `die_if` exists, raises, or returns the square of `x`."""
     message = json.loads(request)

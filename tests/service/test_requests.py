@@ -29,7 +29,7 @@ def endpoint() -> Iterator[str]:
     command = [sys.executable, "-m", "kabo.cli", "serve", "--listen", chosen, "--workers", "1"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT) as server:
         assert server.stderr is not None
-        assert "is ready" in server.stderr.readline()
+        assert any("is ready" in line for line in server.stderr)
         yield chosen
         server.send_signal(signal.SIGTERM)
         assert server.wait(15) == 0

@@ -89,7 +89,9 @@ def test_equal_requests_run_once_and_get_equal_answers(serve, tmp_path):
         client._pick(set(), time.monotonic() + 5)
         answers = list(threads.map(lambda _: raw(client, server.name, "solve", payload), range(5)))
         answers.append(raw(client, server.name, "solve", payload))  # after it ended: from the store
-        other = raw(client, server.name, "solve", payload.replace(b"20", b"21"))
+        later = raw(client, server.name, "solve", payload.replace(b'"deadline_s":20', b'"deadline_s":21'))
+        other = raw(client, server.name, "solve", payload.replace(b'"x":5', b'"x":6'))
+    assert later == answers[0], "the deadline is not part of what is asked"
     assert answers == [("ok", {"id": "same", "square": 25})] * 6
     assert log.read_text().split()[::2] == ["same"]
     assert other[0] == "error" and other[1]["code"] == "id_reused"
@@ -253,12 +255,13 @@ def test_without_a_server_the_client_gives_up_in_a_few_seconds():
     assert time.monotonic() - began < 4.0
 
 
-def test_stored_outcomes_are_bounded_by_bytes(serve):
+def test_stored_outcomes_are_bounded_by_bytes(serve, tmp_path):
     """The store of the test server holds 100,000 bytes; 300 answers are more, and the oldest are run again."""
-    server = serve(workers=1)
+    server, log = serve(workers=1), tmp_path / "log"
     with server.client() as client:
         for k in range(300):
-            ask(client, identifier=f"job{k}")
-        _, answer = raw(client, server.name, "cancel", b'{"id": "job0"}')
-        _, last = raw(client, server.name, "cancel", b'{"id": "job299"}')
-    assert (answer["known"], last["known"]) == (False, True)
+            ask(client, identifier=f"job{k}", log=str(log))
+        ask(client, identifier="job299", log=str(log))
+        ask(client, identifier="job0", log=str(log))
+    assert log.read_text().split()[::2].count("job299") == 1
+    assert log.read_text().split()[::2].count("job0") == 2

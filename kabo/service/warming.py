@@ -1,0 +1,47 @@
+"""Warmth: what a worker loads and compiles before its first job, so that a deadline need not pay for it.
+
+Two problems that kabo brings along are planned, as if they had been asked for, which loads every room, the libraries and
+the kernels of geometry; the kernels of large symbolic searches are called once by themselves.
+"""
+
+from pathlib import Path
+
+import kabo
+from kabo.finite_domain import Effect, FiniteTask, Operator, Variable
+
+PROBLEMS = (
+    Path("doors", "n3.yaml"),  # branches on what is sensed
+    Path("stacked", "n2.yaml"),  # two blocks, a robot of meshes, tasks that pick and place
+)
+_LIGHTS = FiniteTask(
+    (Variable("first light", 2), Variable("second light", 2)),
+    (0, 0),
+    tuple(Operator(f"switch {n}", (), (Effect((), n, 1),)) for n in (0, 1)),
+    ((0, (1,)), (1, (1,))),
+)
+
+
+def plan_once() -> None:
+    """Plans a small symbolic and a small geometric problem, and runs each compiled search on a task of two lights."""
+    from kabo.service.answers import solve_file
+    from kabo.service.messages import SolveOptions
+
+    _search_once()
+    for problem in (_domains() / each for each in PROBLEMS):
+        if problem.is_file():
+            solve_file(problem, SolveOptions())
+
+
+def _domains() -> Path:
+    """The domains that kabo brings along: inside an installed package, or beside a checked-out one."""
+    package = Path(kabo.__file__).parent
+    installed = package / "data" / "domains"
+    return installed if installed.is_dir() else package.parent / "domains"
+
+
+def _search_once() -> None:
+    from kabo.finite_domain import CompiledTask, RelaxedOperator, RelaxedTask, astar, bfws, breadth_first
+
+    for search in (bfws, breadth_first, astar):
+        search(CompiledTask(_LIGHTS), plain_work=0)
+    RelaxedTask(2, [RelaxedOperator((0,), (1,))], [1], engine="compiled").evaluate([0])
