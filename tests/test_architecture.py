@@ -21,17 +21,24 @@ EDGES = {
     "kabo/service/worker.py",
     "kabo/children.py",
     "kabo/meshes/reading.py",
-    "kabo/tasks/core/planning.py",  # gives the jobs back and raises the same error again
+    "kabo/tasks/core/task.py",  # gives the jobs back and raises the same error again
     "kabo/service/workers.py",
     "kabo/tasks/core/workers.py",
 }
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
 REMEMBERED = {
-    "kabo/compilation.py": {"_sources_digest", "_numba"},  # of this installation
+    "kabo/compilation.py": {
+        "_sources_digest",
+        "_numba",
+        "_links",
+        "_private_folder",
+        "_warn_of",
+    },  # of this installation
     "kabo/finite_domain/blind_search.py": {"_kernels"},  # loaded code
     "kabo/finite_domain/landmark_bound.py": {"_kernel"},
     "kabo/finite_domain/novelty_search.py": {"_compiled"},
     "kabo/finite_domain/relaxation.py": {"_load"},
+    "kabo/geometry/believed_parts.py": {"_PROVEN"},  # by content
     "kabo/geometry/exact.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
     "kabo/geometry/motions.py": {"_STANDING"},  # for as long as the body is there
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
@@ -49,8 +56,8 @@ REMEMBERED = {
     "kabo/tasks/files/registry.py": {"_registered"},
     "kabo/verify/certificate_exact.py": {"_pi"},  # a constant
     "kabo/verify/certificate_parts.py": {"_COVERED"},  # by content
-    "kabo/verify/draft.py": {"_spelled"},  # by value
-    "kabo/verify/knowledge.py": {"symbols_of", "in_order"},  # by value
+    "kabo/verify/knowledge/replay/draft.py": {"_spelled"},  # by value
+    "kabo/verify/knowledge/replay/states.py": {"symbols_of", "in_order"},  # by value
 }
 MEMORIES = {"Remembered", "OrderedDict", "defaultdict", "deque", "dict", "list", "set"}
 

@@ -10,6 +10,7 @@ write compiled code there as well.
 import hashlib
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import QhullError
@@ -20,12 +21,13 @@ from kabo.geometry.parts import Array
 from kabo.geometry.pieces import uncovered
 from kabo.geometry.reduction import hull_planes
 from kabo.geometry.solids import Solid
+from kabo.remembering import Remembered
 
 METHOD = 1  # to be counted up when what is proven, or how, changes
 MOST_PARTS = 2000  # more are never made; what a file may announce is bounded before anything is computed
-REMEMBERED = "proven"  # the folder of the cache that remembers proofs by their names
+NOTED = "proven"  # the folder of the cache that remembers proofs by their names
 
-_proven: set[str] = set()
+_PROVEN: Remembered[bool] = Remembered(1 << 20, lambda _: len(hashlib.sha256().hexdigest()))
 
 
 def believed(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
@@ -36,8 +38,10 @@ def believed(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) 
     if not _sensible(solid, parts, deviations):
         return False
     name = _name(solid, parts, deviations)
-    if _remembered(name):
-        return True
+    return _PROVEN.of(name, lambda: _noted(name).is_file() or _proven(solid, parts, deviations, name))
+
+
+def _proven(solid: Solid, parts: Sequence[Array], deviations: Sequence[float], name: str) -> bool:
     try:
         holds = not uncovered(solid, parts) and all(
             _near(solid, *each) for each in zip(parts, deviations, strict=True)
@@ -45,13 +49,15 @@ def believed(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) 
     except (QhullError, ValueError):  # a flat part encloses nothing
         return False
     if holds:
-        _remember(name)
+        _note(name)
     return holds
 
 
 def remember(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> None:
     """Notes that parts were proven while they were made, so that they need not be proven when they are read again."""
-    _remember(_name(solid, parts, deviations))
+    name = _name(solid, parts, deviations)
+    _note(name)
+    _PROVEN.of(name, lambda: True)
 
 
 def _sensible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
@@ -80,15 +86,13 @@ def _name(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> 
     return digest.hexdigest()
 
 
-def _remembered(name: str) -> bool:
-    if name not in _proven and (cache_folder() / REMEMBERED / name).is_file():
-        _proven.add(name)
-    return name in _proven
+def _noted(name: str) -> Path:
+    """The empty file in the cache that says that a proof was found."""
+    return cache_folder() / NOTED / name
 
 
-def _remember(name: str) -> None:
-    _proven.add(name)
+def _note(name: str) -> None:
     with suppress(OSError):  # a full disk costs time, never an answer
-        folder = cache_folder() / REMEMBERED
-        folder.mkdir(mode=0o700, exist_ok=True)
-        (folder / name).touch()
+        noted = _noted(name)
+        noted.parent.mkdir(mode=0o700, exist_ok=True)
+        noted.touch()

@@ -205,7 +205,7 @@ def test_parts_that_stick_out_too_far_or_are_mirrored_are_made_anew(
     angle: Mesh, tmp_path: Path, scale: float | tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert angle.path is not None
-    monkeypatch.setattr(enclosure, "_made", lambda *_: Enclosure((BOX,), 0.0))
+    monkeypatch.setattr(enclosure, "_made", lambda *_, **__: Enclosure((BOX,), 0.0))
     assert loaded(load_mesh(angle.path, scale), tmp_path / "cache").parts == (BOX,)
 
 

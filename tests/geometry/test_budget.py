@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from kabo.geometry.budget import LARGEST, SMALLEST, Budget
+from kabo.geometry.budget import Budget
+from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
 
 
-@pytest.mark.parametrize("epsilon", [SMALLEST, 1e-4, 2e-3, 5e-3, 0.02, LARGEST])
+@pytest.mark.parametrize("epsilon", [SMALLEST_EPSILON, 1e-4, 2e-3, 5e-3, 0.02, LARGEST_EPSILON])
 def test_the_parts_sum_up_to_epsilon(epsilon):
     budget = Budget.share(epsilon)
     assert budget.epsilon == pytest.approx(epsilon, rel=1e-12)
@@ -14,7 +15,7 @@ def test_the_parts_sum_up_to_epsilon(epsilon):
     assert budget.geometry == pytest.approx(0.4 * epsilon)
 
 
-@pytest.mark.parametrize("epsilon", [0.0, -0.01, np.nan, np.inf, SMALLEST / 2, LARGEST * 1.01])
+@pytest.mark.parametrize("epsilon", [0.0, -0.01, np.nan, np.inf, SMALLEST_EPSILON / 2, LARGEST_EPSILON * 1.01])
 def test_an_epsilon_that_makes_no_sense_is_refused(epsilon):
     with pytest.raises(ValueError, match="epsilon must lie between"):
         Budget.share(epsilon)
