@@ -7,6 +7,7 @@ stand for both.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.geometry.cells import Cell, cut, whole
+from kabo.geometry.coacd_process import hulls_of
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import enclosing_polytope, hull_planes, solid_points
 from kabo.geometry.solids import Solid
+from kabo.meshes.topology import edges_of, repeating
 
 COARSE_CONCAVITY = 0.15  # CoACD's threshold, of a mesh scaled to [-1, 1]
 MOST_PARTS = 200  # cells; a mesh that needs more is refused
@@ -60,13 +63,15 @@ def decompose(solid: Solid, tolerance: float, seed: int) -> list[Array]:
 def proposed_cuts(vertices: Array, faces: NDArray[np.int64], seed: int) -> list[Cut]:
     """Planes between neighbouring hulls of a coarse CoACD decomposition of the mesh.
 
-    Its search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes.
+    Its search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes. There are none
+    for a mesh that is no manifold: CoACD does not expect one, and may crash.
     """
-    import coacd
-
-    coacd.set_log_level("off")
-    hulls = coacd.run_coacd(
-        coacd.Mesh(vertices, faces),
+    edges = edges_of(faces)
+    if edges.crowded.any() or repeating(np.sort(faces, axis=1)).any():
+        return []
+    hulls = hulls_of(
+        vertices,
+        faces,
         threshold=COARSE_CONCAVITY,
         preprocess_mode="off",
         resolution=200,
@@ -75,8 +80,11 @@ def proposed_cuts(vertices: Array, faces: NDArray[np.int64], seed: int) -> list[
         mcts_max_depth=1,
         seed=seed,
     )
-    points = [np.asarray(hull[0], np.float64) for hull in hulls]
-    planes = [hull_planes(each) for each in points]
+    points, planes = [], []
+    for hull in hulls:
+        with suppress(QhullError):  # a flat one has no faces to cut along
+            planes.append(hull_planes(hull))
+            points.append(hull)
     cuts = []
     for i in range(len(points)):
         for j in range(i):
