@@ -13,7 +13,7 @@ import trimesh
 
 from kabo.cli.main import main
 from kabo.errors import InputError, MeshError
-from kabo.geometry import enclosing_parts
+from kabo.geometry import coacd_process, enclosing_parts
 from kabo.geometry_server import GeometryServer
 from kabo.language import load_problem, load_scene_description
 from kabo.meshes import load_mesh
@@ -241,3 +241,31 @@ def test_null_is_a_type_without_subtypes(tmp_path: Path) -> None:
         "domain: d\ntypes: {a: null, b: null, c: ~}\npredicates: {p: [a], q: [b]}\nactions: {}\n"
     )
     assert not [finding for finding in check_files([tmp_path / "domain.yaml"]) if "twice" in finding.message]
+
+
+# ------------------------------------------------------------------------------------------------ libraries in C++
+def test_faces_that_stand_twice_and_turned_crash_nothing(tmp_path: Path) -> None:
+    """CoACD ends with a segmentation fault on this box."""
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    faces = np.vstack([box.faces, np.array(box.faces)[:, ::-1]])
+    assert enclosing_parts(np.array(box.vertices), faces, 0.004, cache=tmp_path).deviation <= 0.004
+
+
+def test_a_library_that_dies_proposes_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    vertices, faces = np.array(box.vertices), np.array(box.faces)
+    assert len(coacd_process.hulls_of(vertices, faces, seed=0)) == 1
+    dying = tmp_path / "dying.py"
+    dying.write_text("import os\nos.abort()\n")
+    monkeypatch.setattr(coacd_process, "__file__", str(dying))
+    assert coacd_process.hulls_of(vertices, faces, seed=0) == []
+
+
+def test_faces_without_area_warn_of_nothing(tmp_path: Path) -> None:
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    vertices, faces = np.array(box.vertices), np.array(box.faces)
+    a, b, c = faces[0]
+    middle, new = (vertices[a] + vertices[b]) / 2, len(vertices)
+    split = np.vstack([faces[1:], [[a, new, c], [new, b, c], [a, b, new]]])
+    with np.errstate(all="raise"):
+        assert len(enclosing_parts(np.vstack([vertices, middle]), split, 0.004, cache=tmp_path).parts) == 1
