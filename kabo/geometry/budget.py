@@ -12,7 +12,8 @@ Both sides of the collision predicate, for two bodies whose enclosing parts stic
 
 from dataclasses import dataclass
 
-from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
+from kabo.language.scene_description import LARGEST_EPSILON as LARGEST
+from kabo.language.scene_description import SMALLEST_EPSILON as SMALLEST
 
 LOWER_NUMERIC = 4e-10  # of `numeric`: rounding of a gap (at most 2e-10, asserted at load) and of world vertices
 
@@ -46,9 +47,7 @@ class Budget:
         Raises:
             ValueError: `epsilon` is not between a micrometre and 0.3 m.
         """
-        if not SMALLEST_EPSILON <= epsilon <= LARGEST_EPSILON:
-            raise ValueError(
-                f"epsilon must lie between {SMALLEST_EPSILON:g} and {LARGEST_EPSILON:g} m, but is {epsilon:g} m"
-            )
+        if not SMALLEST <= epsilon <= LARGEST:
+            raise ValueError(f"epsilon must lie between {SMALLEST:g} and {LARGEST:g} m, but is {epsilon:g} m")
         numeric = 1e-9
         return cls(geometry=0.4 * epsilon, sweep=0.1 * epsilon, clearance=0.1 * epsilon - numeric, numeric=numeric)

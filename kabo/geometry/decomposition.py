@@ -6,20 +6,26 @@ the solid by construction. Cells whose part sticks out too far are cut again, ne
 stand for both.
 """
 
+import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.children import made_in_child, never
+from kabo.errors import KaboError
 from kabo.geometry.cells import Cell, cut, whole
 from kabo.geometry.parts import Array
 from kabo.geometry.reduction import enclosing_polytope, hull_planes, solid_points
 from kabo.geometry.solids import Solid
+from kabo.meshes.topology import edges_of, repeating
 
 COARSE_CONCAVITY = 0.15  # CoACD's threshold, of a mesh scaled to [-1, 1]
+COACD_S = 120  # of processor time, of which the shipped meshes take 30 at most
 MOST_PARTS = 200  # cells; a mesh that needs more is refused
 POSITIONS = np.linspace(0.0, 1.0, 8)[1:-1]  # where a cell may be cut, along each direction
 THINNED, FINALISTS = 400, 3  # segments that rank the planes; planes that are compared in earnest
@@ -69,13 +75,15 @@ def _in_cells(solid: Solid, tolerance: float, seed: int, cell: Cell) -> list[Arr
 def proposed_cuts(vertices: Array, faces: NDArray[np.int64], seed: int) -> list[Cut]:
     """Planes between neighbouring hulls of a coarse CoACD decomposition of the mesh.
 
-    Its search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes.
+    Its search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes. There are none
+    for a mesh that is no manifold: CoACD does not expect one, and may crash.
     """
-    import coacd
-
-    coacd.set_log_level("off")
-    hulls = coacd.run_coacd(
-        coacd.Mesh(vertices, faces),
+    edges = edges_of(faces)
+    if edges.crowded.any() or repeating(np.sort(faces, axis=1)).any():
+        return []
+    hulls = _hulls(
+        vertices,
+        faces,
         threshold=COARSE_CONCAVITY,
         preprocess_mode="off",
         resolution=200,
@@ -84,8 +92,12 @@ def proposed_cuts(vertices: Array, faces: NDArray[np.int64], seed: int) -> list[
         mcts_max_depth=1,
         seed=seed,
     )
-    points = [np.asarray(hull[0], np.float64) for hull in hulls]
-    planes = [hull_planes(each) for each in points]
+    points: list[Array] = []
+    planes: list[Array] = []
+    for hull in hulls:
+        with suppress(QhullError):  # a flat one has no faces to cut along
+            planes.append(hull_planes(hull))
+            points.append(hull)
     cuts = []
     for i in range(len(points)):
         for j in range(i):
@@ -132,6 +144,30 @@ def _may_do(solid: Solid, points: Array, tolerance: float) -> bool:
     )
     largest = hull.simplices[np.argsort(-areas, kind="stable")[:64]]
     return bool((solid.outside_distances(points[largest].mean(axis=1)) <= tolerance).all())
+
+
+def _hulls(vertices: Array, faces: NDArray[np.int64], **parameters: Any) -> list[Array]:
+    """The corners (V, 3) of the hulls into which CoACD cuts a mesh; none if it crashes, or does not come to an end.
+
+    It is C++ that does so on meshes that it does not expect; that costs parts, never a proof.
+    """
+    try:
+        return made_in_child(lambda: _by_coacd(vertices, faces, parameters))
+    except KaboError:
+        return []
+
+
+def _by_coacd(vertices: Array, faces: NDArray[np.int64], parameters: dict[str, Any]) -> list[Array]:
+    with suppress(ImportError):  # a system without such limits
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CPU, (COACD_S, COACD_S))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    os.dup2(2, 1)  # what the library says is no answer of a command
+    import coacd
+
+    coacd.set_log_level("off")
+    return [np.asarray(hull[0], np.float64) for hull in coacd.run_coacd(coacd.Mesh(vertices, faces), **parameters)]
 
 
 def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Iterator[Piece]:

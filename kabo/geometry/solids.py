@@ -67,8 +67,12 @@ class Solid:
         if len(self.faces) * len(self.vertices) > MANY:
             return False
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-        heights = normals @ self.vertices.T - np.einsum("ij,ij->i", normals, corners[:, 0])[:, None]
+        lengths = np.linalg.norm(normals, axis=1)
+        area = lengths > 0.0  # a face without area has no front
+        if not area.any():
+            return False
+        normals = normals[area] / lengths[area, None]
+        heights = normals @ self.vertices.T - np.einsum("ij,ij->i", normals, corners[area, 0])[:, None]
         return bool(np.nanmax(heights) <= FLAT)
 
     def proves_within(self, part: Array, planes: Array, limit: float) -> bool:

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ import trimesh
 
 from kabo.cli.main import main
 from kabo.errors import InputError, MeshError
-from kabo.geometry import enclosing_parts
+from kabo.geometry import decomposition, enclosing_parts
 from kabo.geometry_server import GeometryServer
 from kabo.language import load_problem, load_scene_description
 from kabo.meshes import load_mesh
@@ -241,3 +242,29 @@ def test_null_is_a_type_without_subtypes(tmp_path: Path) -> None:
         "domain: d\ntypes: {a: null, b: null, c: ~}\npredicates: {p: [a], q: [b]}\nactions: {}\n"
     )
     assert not [finding for finding in check_files([tmp_path / "domain.yaml"]) if "twice" in finding.message]
+
+
+# ------------------------------------------------------------------------------------------------ libraries in C++
+def test_faces_that_stand_twice_and_turned_crash_nothing(tmp_path: Path) -> None:
+    """CoACD ends with a segmentation fault on this box."""
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    faces = np.vstack([box.faces, np.array(box.faces)[:, ::-1]])
+    assert enclosing_parts(np.array(box.vertices), faces, 0.004, cache=tmp_path).deviation <= 0.004
+
+
+def test_a_library_that_dies_proposes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    vertices, faces = np.array(box.vertices), np.array(box.faces)
+    assert len(decomposition._hulls(vertices, faces, seed=0)) == 1
+    monkeypatch.setattr(decomposition, "_by_coacd", lambda *_: os.kill(os.getpid(), signal.SIGSEGV))
+    assert decomposition._hulls(vertices, faces, seed=0) == []
+
+
+def test_faces_without_area_warn_of_nothing(tmp_path: Path) -> None:
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    vertices, faces = np.array(box.vertices), np.array(box.faces)
+    a, b, c = faces[0]
+    middle, new = (vertices[a] + vertices[b]) / 2, len(vertices)
+    split = np.vstack([faces[1:], [[a, new, c], [new, b, c], [a, b, new]]])
+    with np.errstate(all="raise"):
+        assert len(enclosing_parts(np.vstack([vertices, middle]), split, 0.004, cache=tmp_path).parts) == 1

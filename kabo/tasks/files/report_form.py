@@ -134,7 +134,7 @@ def read_report(content: bytes, file: str) -> Report:
         raise InputError([Diagnostic(file, 1, 1, f"this is no JSON: {error}", hint)]) from None
     for where, count, most in _counts(found):
         if not 0 <= count <= most:
-            message = f"this is no report of planning: {where} is {count:.3e}, not from 0 to {most:.3g}"
+            message = f"this is no report of planning: {where} is not from 0 to {most}"
             raise InputError([Diagnostic(file, 1, 1, message, hint)])
     paths = {stage["path"] for stage in found["stages"]}
     for number, run in enumerate(found["runs"]):
