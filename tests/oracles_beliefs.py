@@ -49,7 +49,9 @@ def outcomes(act: Act, belief: Belief) -> list[Belief] | None:
     if not all(holds(act.precondition, world) for world in belief):
         return None
     moved = [after(act, world) for world in belief]
-    return [frozenset(w for w in moved if _seen(act, w) == each) for each in sorted({_seen(act, w) for w in moved})]
+    return [
+        frozenset(w for w in moved if _seen(act, w) == each) for each in sorted({_seen(act, w) for w in moved})
+    ]
 
 
 def _seen(act: Act, world: World) -> tuple[bool, ...]:
