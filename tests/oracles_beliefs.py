@@ -49,10 +49,16 @@ def outcomes(act: Act, belief: Belief) -> list[Belief] | None:
     if not all(holds(act.precondition, world) for world in belief):
         return None
     moved = [after(act, world) for world in belief]
-    seen = {tuple(atom in world for atom in act.observes) for world in moved}
     return [
-        frozenset(w for w in moved if tuple(atom in w for atom in act.observes) == each) for each in sorted(seen)
+        frozenset(w for w in moved if _seen(act, w) == each) for each in sorted({_seen(act, w) for w in moved})
     ]
+
+
+def _seen(act: Act, world: World) -> tuple[bool, ...]:
+    """What an action shows of a world."""
+    if act.whether:
+        return (all((atom in world) == truth for atom, truth in act.whether),)
+    return tuple(atom in world for atom in act.observes)
 
 
 def beliefs(small: Small, limit: int = 3000) -> dict[Belief, list[list[Belief]]] | None:

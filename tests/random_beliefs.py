@@ -23,6 +23,7 @@ class Act:
     precondition: Formula
     effects: tuple[tuple[tuple[Literal, ...], tuple[Literal, ...]], ...]
     observes: tuple[str, ...] = ()
+    whether: tuple[Literal, ...] = ()  # only whether all of these hold is seen
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,9 @@ class _Draw:
     def sensor(self, number: int) -> Act:
         among = self.hidden if self.chance(0.7) else self.atoms
         seen = self.term if self.term and self.chance(0.3) else (self.random.choice(among),)
+        if self.own and len(self.hidden) > 1 and self.chance(0.25):
+            both = tuple((atom, self.chance(0.6)) for atom in self.random.sample(self.hidden, 2))
+            return Act(f"s{number}", self.formula(0, 1), (), (), both)
         return Act(f"s{number}", self.formula(0, 1), (), seen)
 
     def problem(self) -> Small:
@@ -162,6 +166,8 @@ def own_files(small: Small) -> tuple[str, str]:
         domain += ["    preconditions:", *wanted] if wanted else []
         if act.observes:
             domain.append(f"    sense: {act.observes[0] if len(act.observes) == 1 else 'f'}")
+        elif act.whether:
+            domain += ["    effects:", f"      - add(Kw, {' and '.join(_claim(*each) for each in act.whether)})"]
         else:
             domain += ["    effects:", *(f"      - {_own_effect(*each)}" for each in act.effects)]
     known = [(atom, atom in small.true) for atom in (*small.atoms, *small.term) if atom not in small.unknown]

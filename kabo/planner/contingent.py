@@ -9,7 +9,7 @@ Plans are acyclic, so a node is not solved through its own ancestors. A failure 
 ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
 """
 
-from collections.abc import Generator, Hashable
+from collections.abc import Callable, Generator, Hashable
 
 from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
@@ -101,19 +101,11 @@ def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: str
             continue
         return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
     space = Space(task, geometry, may_wait)
-    contingent = _Contingent(space, SEARCHES[search], counter, patience := PATIENCE)
-    whole = Fixpoint(Space(task, None, may_wait), counter)
-    while True:
-        try:
-            return _run(contingent.solve(space.start, []))
-        except _TooManyDeadEnds:
-            looked = whole.solve(max(LOOK_AT, counter.expanded))
-        if looked is False:
-            return Failure(frozenset())
-        if isinstance(looked, Solved) and geometry is None:
-            return looked
-        patience *= MORE_PATIENCE
-        contingent.again(patience)
+    looking = _Looking(task, may_wait, counter, takes_plans=geometry is None)
+    try:
+        return _run(_Contingent(space, SEARCHES[search], counter, PATIENCE, looking).solve(space.start, []))
+    except _Decided as decided:
+        return decided.outcome
 
 
 def _smaller(found: Solved, space: Space, counter: Counter) -> Solved:
@@ -142,13 +134,57 @@ class _TooManyDeadEnds(Exception):
     """Ends an attempt from within; never leaves this module."""
 
 
+class _Decided(Exception):
+    """Ends an attempt whose outcome was found by looking at every node; never leaves this module."""
+
+    def __init__(self, outcome: Outcome) -> None:
+        self.outcome = outcome
+        super().__init__()
+
+
+class _Looking:
+    """Looks at every node once, where one dead end follows the other; with geometry only for a proof by knowledge alone."""
+
+    def __init__(self, task: Task, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
+        self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
+        self._patience = PATIENCE
+        self._nodes: Fixpoint | None = None  # made when it is first needed
+
+    def __call__(self) -> int | None:
+        """How many more choices may fail if that has not ended yet; None: any number.
+
+        Raises:
+            _Decided: it has.
+        """
+        self._nodes = self._nodes or Fixpoint(Space(self._task, None, self._may_wait), self._counter)
+        found = self._nodes.solve(max(LOOK_AT, self._counter.expanded))
+        if found is False:
+            raise _Decided(Failure(frozenset()))
+        if isinstance(found, Solved):
+            if self._takes_plans:
+                raise _Decided(found)
+            return None
+        self._patience *= MORE_PATIENCE
+        return self._patience
+
+
+def _give_up() -> int | None:
+    raise _TooManyDeadEnds
+
+
 class _Contingent:
     """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
 
     def __init__(
-        self, space: Space, search: Algorithm[Node, Move], counter: Counter, dead_ends: int | None = None
+        self,
+        space: Space,
+        search: Algorithm[Node, Move],
+        counter: Counter,
+        dead_ends: int,
+        when_spent: Callable[[], int | None] = _give_up,
     ) -> None:
-        self.dead_ends = dead_ends  # how many choices may fail; None: any number
+        self.dead_ends: int | None = dead_ends  # how many choices may fail; None: any number
+        self.when_spent = when_spent  # says how many more, or ends the search
         self.space = space
         self.search = search
         self.counter = counter
@@ -157,11 +193,6 @@ class _Contingent:
         self.failures = Failures(less_is_less=space.geometry is None and space.task.less_is_less)
         self.builder = SkeletonBuilder()
         self.first: dict[Hashable, list[int]] = {}  # conjuncts of the goal to be seen to first, by node
-
-    def again(self, dead_ends: int) -> None:
-        """Lets so many choices fail the next time; what has been found out stays."""
-        self.dead_ends = dead_ends
-        self.failures.path.clear()
 
     def solve(self, node: Node, plan: list[Step]) -> Solving:
         """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
@@ -186,7 +217,7 @@ class _Contingent:
             if self.dead_ends is not None:
                 self.dead_ends -= 1
                 if self.dead_ends < 0:
-                    raise _TooManyDeadEnds
+                    self.dead_ends = self.when_spent()
             plan = []
         self.failures.path.discard(key)
         return outcome
