@@ -115,12 +115,13 @@ class Task(Serial):
 
         with ExitStack() as after_errors:
             after_errors.callback(self.close)
-            while wanted() and not stopped():
+            told = False
+            while wanted() and not (told := stopped()):
                 if run.complete():
                     run.lift()
                 elif (limit is not None and run.jobs >= limit) or not (run.step(helpers) or run.complete()):
                     break
-            for _ in range(LAST_LIFTS if limit is None else 0):
+            for _ in range(LAST_LIFTS if told else 0):
                 if not (wanted() and run.lift_what_is_there()):
                     break
             after_errors.pop_all()
