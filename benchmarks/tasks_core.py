@@ -25,7 +25,6 @@ STRATEGIES: dict[str, dict[str, Any]] = {
 }
 COUNTED = ("enumerated", "with solutions", "not to the end", "both ways", "lost", "too much", "solutions lost")
 LIMIT = 400  # jobs of a tree; some trees have very many solutions
-SECONDS = 2.0  # of a tree: mergers of mergers make scenes that are long to write down
 
 
 @generator(values=[1, 2, 3])
@@ -146,6 +145,5 @@ def _exhausted(task: Task, pruning: bool, how: dict[str, Any]) -> tuple[Counter[
     workers = how.get("workers")
     if workers is not None:
         task._workers = InlineWorkers(task._run(None), workers, pays=0.0)  # noqa: SLF001 no door leads there
-    began = process_time()
-    found = task.plan(jobs=LIMIT, stop=lambda: process_time() - began > SECONDS, workers=workers)
+    found = task.plan(jobs=LIMIT, workers=workers)
     return (Counter(map(canonical, found)) if task.exhausted else None), _calls(task)
