@@ -88,7 +88,7 @@ def main() -> None:
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(RUN)}")
     parser.add_argument("--robots", nargs="+", choices=("generated", "public"), default=["generated", "public"])
     parser.add_argument("--repeat", type=int, default=5, metavar="N", help="core: how often each is measured")
-    parser.add_argument("--trees", type=int, default=10_000, metavar="N", help="law: how many random trees")
+    parser.add_argument("--trees", type=int, default=20_000, metavar="N", help="law: how many random trees")
     parser.add_argument("--seeds", type=int, default=15, metavar="N", help="pick_and_place: how many seeds")
     parser.add_argument("--solutions", type=int, default=10, metavar="N", help="pick_and_place: of each seed")
     parser.add_argument("--pourings", type=int, default=10, metavar="N", help="pouring: seeds of each cell")

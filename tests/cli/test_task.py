@@ -85,10 +85,23 @@ def test_several_runs_have_several_seeds(kabo, walk):
 
 def test_workers_do_not_change_the_solutions(kabo, walk):
     def solutions(*arguments):
-        return sorted(each["cost"] for each in plan(kabo, "--json", *arguments).json["runs"][0]["solutions"])
+        return [each["cost"] for each in plan(kabo, "--json", *arguments).json["runs"][0]["solutions"]]
 
     assert len(solutions("--workers", 1)) == 2
-    assert solutions("--workers", 1) == solutions("--workers", 2)
+    assert solutions("--workers", 1) == solutions("--workers", 2) == solutions()
+
+
+def test_a_solution_that_is_complete_when_time_ends_is_told(kabo, walk):
+    slow = "\n\n@forward()\ndef Slow(scene, properties, seed):\n    sleep(0.3)\n    yield Result(scene)\n"
+    stages = STAGES.replace("import Failure, Result,", "import Failure, Result, forward,").replace(
+        "\nfor kind in (Zero,", slow + "\nfor kind in (Slow, Zero,"
+    )
+    (walk / "walk.py").write_text("from time import sleep\n" + stages)
+    (walk / "walk.yaml").write_text(
+        "name: slow\nstages:\n  - {name: z, stage: walk/Zero}\n  - {name: slow, stage: walk/Slow}\n"
+    )
+    said = kabo("task", "plan", "walk.yaml", "--stages", "walk.py", "--timeout", 0.1)
+    assert said.code == 0 and said.out.startswith("slow: 1 solution"), said.out
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """A task: a serial container that generates, and the plan function that anyone calls [T 3.6]."""
 
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from time import monotonic
 from typing import Any
 
@@ -112,18 +113,18 @@ class Task(Serial):
             late = commit_after is not None and monotonic() - began >= commit_after
             return bool(late and run.root.solutions) or stop()
 
-        try:
-            while wanted() and not stopped():
+        with ExitStack() as after_errors:
+            after_errors.callback(self.close)
+            told = False
+            while wanted() and not (told := stopped()):
                 if run.complete():
                     run.lift()
                 elif (limit is not None and run.jobs >= limit) or not (run.step(helpers) or run.complete()):
                     break
-            for _ in range(LAST_LIFTS if limit is None else 0):
+            for _ in range(LAST_LIFTS if told else 0):
                 if not (wanted() and run.lift_what_is_there()):
                     break
-        except BaseException:
-            self.close()
-            raise
+            after_errors.pop_all()
         return self.solutions
 
     def _helpers(self, run: Planning, size: int | None) -> Workers | None:
