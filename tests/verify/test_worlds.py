@@ -153,7 +153,7 @@ def test_worlds_give_up_at_their_limit_and_the_replay_takes_over(lamps):
     problem = lamps("forall(lamp l) K(on(l))", objects=", ".join(names))
     plan = lamps_one_after_the_other(problem, names)
     assert run_plan(problem, plan).worlds == 2**14
-    assert "have more than 20 values" in str(run_plan(problem, plan, limit=20).findings[0])
+    assert "too many worlds arise along it" in str(run_plan(problem, plan, limit=20).findings[0])
     linked = lamps(
         "K(on(l0)) or not K(on(l0))", f"add(Kor, {', '.join(f'on({n})' for n in names)})", objects=", ".join(names)
     )
