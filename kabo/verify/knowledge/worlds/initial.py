@@ -7,7 +7,7 @@ from itertools import product
 from kabo.language.formulas import Change, ForEach, Formula
 from kabo.language.problem import Problem
 from kabo.verify.knowledge.facts import Facts, truth
-from kabo.verify.knowledge.ground import Binding, Entry, GroundClaim, NotVerifiableError, Symbol, Value, range_of
+from kabo.verify.knowledge.ground import Binding, Entry, GroundClaim, Symbol, Value, range_of
 from kabo.verify.knowledge.updates import Updates, denies_each, fired, rules_of
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, Group, Unknowns, World
 
@@ -224,6 +224,3 @@ def _may_hold(constraint: Constraint, values: Mapping[Symbol, Value]) -> bool:
         elif (values[symbol] == value) is positive:
             holding += 1
     return holding + open_ > 0 and (database == "Kor" or holding <= 1)
-
-
-__all__ = ["NoWorldError", "NotVerifiableError", "Start", "start_of"]

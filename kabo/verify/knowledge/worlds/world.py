@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from kabo.language.problem import Problem
 from kabo.verify.knowledge.facts import Excluded, Facts
-from kabo.verify.knowledge.ground import NotVerifiableError, Symbol, Value, claim_text, range_of, text_of
+from kabo.verify.knowledge.ground import Symbol, Value, claim_text, range_of, text_of
 
 MOST_VALUES = 3_000_000  # of atoms and terms in all worlds that are made: a matter of memory and time
 
@@ -250,17 +250,3 @@ def in_words(world: World, most: int = 12) -> str:
         if texts or title == "world":
             parts.append(f" [{title}: {shown or 'the only one'}]")
     return "".join(parts)
-
-
-__all__ = [
-    "CannotJudgeError",
-    "Group",
-    "Key",
-    "NotVerifiableError",
-    "OpenError",
-    "Unknowns",
-    "World",
-    "every",
-    "holds",
-    "in_words",
-]
