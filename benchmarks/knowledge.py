@@ -6,8 +6,8 @@
 
 Each instance has a process, a time-out and a memory limit of its own, and is solved four times: the first run, which
 reads compiled code, is told apart, the others give a median. Seconds are grounding and search together. A row is
-ok if the plan was found in time, is no larger than it may be, was accepted by `kabo.verify` and in the possible
-worlds tried, and if the instance is no smaller than the published one of its name.
+ok if the plan was found in time, is no larger than it may be, was accepted by `kabo.verify`, and if the instance is
+no smaller than the published one of its name.
 """
 
 import argparse

@@ -191,7 +191,7 @@ def keeps_what_was_sensed(act, belief):
     return after
 
 
-def any_world_knows(belief, claim, at_start):
+def any_world_knows(belief, claim, at_start, compared):
     return any(claim(world.first if at_start else world) for world in belief.worlds)
 
 

@@ -39,6 +39,10 @@ functions:
     parameters: {{l: lamp}}
     effects:
       - add(Kf, not broken(l))
+  match:
+    parameters: {{l: lamp, m: lamp}}
+    effects:
+      - add(Kf, colour(l) = colour(m))
   repaint:
     parameters: {{l: lamp}}
     effects:
@@ -153,12 +157,24 @@ def test_worlds_give_up_at_their_limit_and_the_replay_takes_over(lamps):
     problem = lamps("forall(lamp l) K(on(l))", objects=", ".join(names))
     plan = lamps_one_after_the_other(problem, names)
     assert run_plan(problem, plan).worlds == 2**14
-    assert "have more than 20 values" in str(run_plan(problem, plan, limit=20).findings[0])
+    assert "too many worlds arise along it" in str(run_plan(problem, plan, limit=20).findings[0])
     linked = lamps(
         "K(on(l0)) or not K(on(l0))", f"add(Kor, {', '.join(f'on({n})' for n in names)})", objects=", ".join(names)
     )
     report = verify_plan(linked, plan_of(linked, GOAL))
     assert report.ok and "combinations of linked unknowns" in str(report.why_replay)
+
+
+def test_two_terms_are_known_to_be_equal_whatever_they_are(lamps):
+    same = lamps("K(colour(a) = colour(b))")
+    report = verify_plan(same, plan_of(same, do("match", GOAL, l="a", m="b")))
+    assert report.ok and (report.judge, report.worlds.worlds) == ("worlds", 3)
+    text = str(verify_plan(same, plan_of(same, do("press", GOAL, l="a"))))
+    assert "the goal does not hold" in text
+    differ = lamps("not K(colour(a) = colour(b))")
+    assert not run(differ, do("match", GOAL, l="a", m="b")).exhaustive, (
+        "inference does not know it: the replay judges"
+    )
 
 
 def test_what_must_not_be_known_is_not_known_at_the_end_either(lamps):

@@ -8,7 +8,7 @@ from kabo.plan import Plan
 from kabo.verify.knowledge.arguments import check_calls
 from kabo.verify.knowledge.replay import replay
 from kabo.verify.knowledge.worlds import CannotJudgeError, judge_in_worlds
-from kabo.verify.knowledge.worlds.judge import MOST_VALUES
+from kabo.verify.knowledge.worlds.world import MOST_VALUES
 from kabo.verify.report import Finding, WorldReport
 from kabo.verify.structure import check_structure
 
@@ -51,7 +51,7 @@ def validate_worlds(problem: Problem, plan: Plan, *, limit: int = MOST_VALUES) -
     Args:
         problem: the problem.
         plan: the plan.
-        limit: how many values of atoms and terms, in all worlds that arrive at nodes, before it is given up.
+        limit: how many values of atoms and terms, in all worlds that are made, before it is given up.
 
     Returns:
         What was found; `exhaustive` is False, with the reason as a finding, if worlds cannot judge the plan.

@@ -6,13 +6,12 @@ of the goal that holds, and that nothing in the continuation can touch, is settl
 speaks of may be forgotten, too. States that agree on the rest behave alike from there on, and are replayed once.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 
 from kabo.plan import Plan
 from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol, Value
-from kabo.verify.knowledge.replay.firing import Firing
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.states import Knowledge, symbols_of
 from kabo.verify.knowledge.replay.traffic import Traffic, traffic_of
@@ -67,7 +66,6 @@ class Relevance:
             self._untouched[name] = found[mask]
         self._kept: dict[tuple[str, int], Kept] = {}
         self._owed: dict[int, int] = {}
-        self._firing = Firing()
 
     def _mask(self, group: Iterable[Symbol | str]) -> int:
         mask = 0
@@ -118,20 +116,7 @@ class Relevance:
                     settled |= 1 << number
         kept = self._at(name, settled)
         state = replace(state, settled=settled)
-        if self.has_rules or state.past is not None or state.conjunctions:
-            return forget(state, kept)
-        if state.exclusive or state.some:
-            touched = self._touched[name]
-            exclusive, some = self._firing.may_matter(
-                state.exclusive, state.some, (self._is_in(touched), touched), (kept, kept.mask)
-            )
-            state = replace(state, exclusive=exclusive, some=some)
-        return _without(state, kept)
-
-    def _is_in(self, mask: int) -> Callable[[Symbol], bool]:
-        """Whether an atom or term is in a mask, by itself or by its name."""
-        bits = self._bits
-        return lambda symbol: bool(mask & (bits.get(symbol, 0) | bits.get(symbol[0], 0)))
+        return forget(state, kept)
 
     def _at(self, name: str, settled: int) -> "Kept":
         if settled not in self._owed:

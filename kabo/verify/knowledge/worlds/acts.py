@@ -22,7 +22,7 @@ from kabo.verify.knowledge.ground import (
     range_of,
     text_of,
 )
-from kabo.verify.knowledge.updates import Assignment, Pair, Rule, Updates, When, fired, rules_of, sensing
+from kabo.verify.knowledge.updates import Assignment, Pair, Rule, When, fired, rules_of, sensing
 from kabo.verify.knowledge.worlds.belief import Belief, Told
 from kabo.verify.knowledge.worlds.queries import Query, fires, query
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, OpenError, World, holds
@@ -391,6 +391,3 @@ def _learned(belief: Belief, thing: Thing, value: Value, worlds: list[World]) ->
         if value is True:
             told.update({claim[0]: claim[1] for claim in thing if claim[2]})  # type: ignore[misc,index]
     return Belief(belief.unknowns, worlds, whether, whole, told, broken=belief.broken, settled=belief.settled)
-
-
-__all__ = ["Act", "After", "NotApplicableError", "Updates", "act_of", "observed", "perform"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from kabo.verify.knowledge.facts import Facts
 from kabo.verify.knowledge.ground import GroundClaim, Symbol, Value, range_of
 from kabo.verify.knowledge.terms import Namer, Question, named
-from kabo.verify.knowledge.worlds.world import Key, Unknowns, World
+from kabo.verify.knowledge.worlds.world import Key, Unknowns, World, every
 
 
 class _Agreed(dict[Symbol, Value]):
@@ -67,7 +67,7 @@ class Told:
         """Who is asked for conditions on knowledge."""
         return self.about or self
 
-    def knows(self, claim: Question, at_start: bool) -> bool:
+    def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
         """As `Knower`."""
         return not at_start and claim(self)
 
@@ -122,9 +122,13 @@ class Belief:
         """Of all worlds, how many these are."""
         return sum(world.share for world in self.worlds)
 
-    def knows(self, claim: Question, at_start: bool) -> bool:
+    def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
         """As `Knower`: whether it is so in every world."""
-        return all(claim(world.first if at_start else world) for world in self.worlds)
+        if at_start:
+            return all(claim(world.first) for world in self.worlds)
+        if len(compared) > 1:
+            return all(claim(one) for world in self.worlds for one in every(self.unknowns, world, compared))
+        return all(map(claim, self.worlds))
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
         """As `Knower`."""

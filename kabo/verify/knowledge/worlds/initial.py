@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 
 from kabo.language.formulas import Change, ForEach, Formula
 from kabo.language.problem import Problem
 from kabo.verify.knowledge.facts import Facts, truth
-from kabo.verify.knowledge.ground import Binding, Entry, GroundClaim, NotVerifiableError, Symbol, Value, range_of
+from kabo.verify.knowledge.ground import Binding, Entry, GroundClaim, Symbol, Value, range_of
 from kabo.verify.knowledge.updates import Updates, denies_each, fired, rules_of
 from kabo.verify.knowledge.worlds.world import CannotJudgeError, Group, Unknowns, World
 
@@ -71,6 +72,7 @@ def start_of(problem: Problem) -> Start:
     reading, later = _Reading(problem), Updates()
     if not all(map(_is_plain, problem.initial)):
         raise CannotJudgeError("the initial knowledge has conditions, or deletes")
+    reading.known.update(_single_valued(problem))
     for rule in rules_of(problem.initial, problem, {}, _no_conditions):
         updates = fired([rule], reading)
         reading.add(updates)
@@ -90,6 +92,15 @@ def _is_open(claims: Iterable[GroundClaim], world: World) -> bool:
     """Whether it is not known of several claims that all of them hold, nor that one does not."""
     truths = [truth(claim, world) for claim in claims]
     return None in truths and False not in truths
+
+
+def _single_valued(problem: Problem) -> Iterator[tuple[Symbol, Value]]:
+    """Terms that can have one value only: they have it."""
+    for name, function in problem.domain.functions.items():
+        values = problem.values_of(name)
+        if values is not None and len(values) == 1:
+            for arguments in product(*(problem.of_type(kind) for kind in function.arguments)):
+                yield (name, arguments), values[0]
 
 
 def _is_plain(effect: object) -> bool:
@@ -213,6 +224,3 @@ def _may_hold(constraint: Constraint, values: Mapping[Symbol, Value]) -> bool:
         elif (values[symbol] == value) is positive:
             holding += 1
     return holding + open_ > 0 and (database == "Kor" or holding <= 1)
-
-
-__all__ = ["NoWorldError", "NotVerifiableError", "Start", "start_of"]

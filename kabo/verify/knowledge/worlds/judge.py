@@ -35,10 +35,9 @@ from kabo.verify.knowledge.worlds.belief import Belief, without
 from kabo.verify.knowledge.worlds.initial import NoWorldError, Start, start_of
 from kabo.verify.knowledge.worlds.needs import Needs, only_asks_for_knowledge
 from kabo.verify.knowledge.worlds.queries import Query, asks_procedures, query, required
-from kabo.verify.knowledge.worlds.world import CannotJudgeError, Key, World, every, in_words
+from kabo.verify.knowledge.worlds.world import MOST_VALUES, CannotJudgeError, Key, World, every, in_words
 from kabo.verify.report import Finding, WorldReport
 
-MOST_VALUES = 2_000_000  # of atoms and terms in all worlds that arrive at nodes: a matter of memory
 MOST_SHOWN = 6  # unknowns of a finding that are told
 
 NO_WORLD = "the initial knowledge: no world agrees with all of it, it contradicts itself"
@@ -98,7 +97,7 @@ def judge_in_worlds(problem: Problem, plan: Plan, order: Sequence[str], *, limit
         problem: the problem.
         plan: the plan.
         order: its reached nodes, each before its successors.
-        limit: how many values of atoms and terms, in all worlds that arrive at nodes, before it is given up.
+        limit: how many values of atoms and terms, in all worlds that are made, before it is given up.
 
     Raises:
         CannotJudgeError: worlds cannot judge this plan; the text says why.
@@ -132,7 +131,8 @@ class _Run:
     """One plan in all worlds."""
 
     def __init__(self, problem: Problem, plan: Plan, order: Sequence[str], start: Start, limit: int) -> None:
-        self.problem, self.plan, self.order, self.start, self.limit = problem, plan, order, start, limit
+        self.problem, self.plan, self.order, self.start = problem, plan, order, start
+        start.unknowns.values_left = limit
         self._acts: dict[object, Act] = {}
         self._always: list[Query] = []
         self._first: set[Symbol] = set()
@@ -148,7 +148,7 @@ class _Run:
                 self._temporals, throughout = 0, [*throughout, *mentioned]
         self.needs = Needs(plan, order, problem, [goal.mentioned for goal in self.goals], throughout)
         self.findings: dict[tuple[str, str], Finding] = {}
-        self.states = self.values = self.ruled_out = 0
+        self.states = self.ruled_out = 0
         self.actions = 0.0
         self.ends: list[_Arrival] = []
 
@@ -217,9 +217,8 @@ class _Run:
         groups = self.start.unknowns.groups
         kept = frozenset(number for number, group in enumerate(groups) if any(map(keeps, group.symbols)))
         arrival.belief, arrival.worlds, key = without(belief, keeps, kept, symbols)
-        self.values += sum(1 + len(world.known) for world in arrival.belief.worlds)
-        if self.values > self.limit:
-            raise CannotJudgeError(f"the worlds that arise along it have more than {self.limit:,} values")
+        for world in arrival.belief.worlds:
+            self.start.unknowns.spend(world)
         if key in arriving[name]:
             arriving[name][key].meet(arrival)
         else:

@@ -14,6 +14,8 @@ from typing import Protocol
 
 from kabo.language.formulas import (
     And,
+    Claim,
+    Comparison,
     Exists,
     External,
     Forall,
@@ -39,8 +41,8 @@ INFERENCE = "what is asked for must not be known, and it follows only from sever
 class Knower(Protocol):
     """Somebody who knows something."""
 
-    def knows(self, claim: Question, at_start: bool) -> bool:
-        """Whether a claim about the world now, or about the start, is known to hold."""
+    def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
+        """Whether a claim about the world now, or about the start, is known; `compared`: terms that it compares."""
 
     def will_know(self, name: "Symbol | Namer | None", at_start: bool) -> bool:
         """Whether the value of an atom or term is known, or will be at run time."""
@@ -84,7 +86,8 @@ def query(
     match formula:
         case Know(claim):
             asked = knows(claim, problem, binding)
-            return lambda knowers: knowers[who].knows(asked, at_start)
+            about = _compared(claim, problem, binding)
+            return lambda knowers: knowers[who].knows(asked, at_start, about)
         case KnowWhether(thing) | KnowValue(thing):
             name = symbol_of(thing, problem, binding)
             return lambda knowers: knowers[who].will_know(name, at_start)
@@ -115,6 +118,14 @@ def query(
         case Test(call) if problem.scene is None and not isinstance(call, External):
             return lambda knowers: True  # without a scene every geometric test succeeds
     raise CannotJudgeError("a condition asks a procedure, or what is not a matter of knowledge")
+
+
+def _compared(claim: Claim, problem: Problem, binding: Binding) -> frozenset[Symbol]:
+    """The terms that a claim compares with each other: two may be equal whatever they are."""
+    if not isinstance(claim, Comparison):
+        return frozenset()
+    names = [symbol_of(side, problem, binding) for side in (claim.left, claim.right)]
+    return frozenset(name for name in names if isinstance(name, tuple)) if None not in names else frozenset()
 
 
 def _all(parts: Iterable[Query]) -> Query:

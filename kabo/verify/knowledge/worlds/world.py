@@ -5,7 +5,9 @@ from dataclasses import dataclass, field, replace
 
 from kabo.language.problem import Problem
 from kabo.verify.knowledge.facts import Excluded, Facts
-from kabo.verify.knowledge.ground import NotVerifiableError, Symbol, Value, claim_text, range_of, text_of
+from kabo.verify.knowledge.ground import Symbol, Value, claim_text, range_of, text_of
+
+MOST_VALUES = 3_000_000  # of atoms and terms in all worlds that are made: a matter of memory and time
 
 Key = tuple[object, ...]
 
@@ -116,11 +118,12 @@ class World:
 
 @dataclass
 class Unknowns:
-    """What is unknown at the start, and how often a world was split for it."""
+    """What is unknown at the start, what of it was looked at, and how many values worlds may still have in all."""
 
     problem: Problem
     groups: tuple[Group, ...] = ()
     looked_at: dict[object, int] = field(default_factory=dict)
+    values_left: int = MOST_VALUES
 
     def __post_init__(self) -> None:
         self._group_of = {symbol: number for number, group in enumerate(self.groups) for symbol in group.symbols}
@@ -132,6 +135,16 @@ class Unknowns:
         for number in self.looked_at.values():
             result *= number
         return result
+
+    def spend(self, world: World, ways: int = 1) -> None:
+        """Counts the values of a world that is made so many times.
+
+        Raises:
+            CannotJudgeError: there are too many worlds.
+        """
+        self.values_left -= ways * (1 + len(world.known))
+        if self.values_left < 0:
+            raise CannotJudgeError("too many worlds arise along it")
 
     def group_of(self, symbol: Symbol, world: World) -> int | None:
         """The number of the group of which the symbol's value is still to be chosen."""
@@ -156,12 +169,14 @@ class Unknowns:
         if number is not None:
             group = self.groups[number]
             self.looked_at[number] = len(group.choices)
+            self.spend(world, len(group.choices))
             for choice in group.choices:
                 yield self._with(world, dict(zip(group.symbols, choice, strict=True)), len(group.choices), number)
             return
         values = self.values(symbol, world)
         if values is None:
             raise CannotJudgeError(f"{text_of(symbol)} is a number that is not known, and an effect depends on it")
+        self.spend(world, len(values))
         if symbol not in world.excluded:
             self.looked_at[symbol] = len(values)
             for value in values:
@@ -235,17 +250,3 @@ def in_words(world: World, most: int = 12) -> str:
         if texts or title == "world":
             parts.append(f" [{title}: {shown or 'the only one'}]")
     return "".join(parts)
-
-
-__all__ = [
-    "CannotJudgeError",
-    "Group",
-    "Key",
-    "NotVerifiableError",
-    "OpenError",
-    "Unknowns",
-    "World",
-    "every",
-    "holds",
-    "in_words",
-]
