@@ -40,7 +40,7 @@ class Grants:
 
     `holding` is that of the walk and changes with it; `standing` is everything that does not move in the node;
     `unmoved`: the objects that are where they were when the node began or when they were taken; `holds`: robot and
-    object -> the families by which it was held last.
+    object -> the families by which it is held, or was held until the hand opened; the arm has not moved since.
     """
 
     call: Call
@@ -80,14 +80,16 @@ class Grants:
                 by = "" if grant.by is None else f" {grant.by}"
                 text = f"says that the {grant.kind}{by} grants contact of {first} and {second}, {error}"
                 refused.append((text, grant.bodies))
+        if self.is_arm(segment) and path.steps.any():  # from now on elsewhere
+            carried = set(self.holding.carried(segment.robot))
+            self.unmoved -= carried
+            self.holds = {key: v for key, v in self.holds.items() if key[0] != segment.robot or key[1] in carried}
         return Permits(found.loose, found.shifted, tuple(refused))
 
     def ended(self, i: int) -> Iterator[tuple[str, tuple[str, str]]]:
         """A segment has ended, and what it takes is taken: what it said of how is judged now."""
         segment = self.segments[i]
         taken = {name for name, to in segment.attach if to.partition(".")[0] == segment.robot}
-        if self.is_arm(segment):
-            self.unmoved -= set(self.holding.carried(segment.robot))
         self.unmoved |= taken
         for name in taken:
             self.holds.pop((segment.robot, name), None)

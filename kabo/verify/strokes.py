@@ -19,6 +19,7 @@ from kabo.verify.sweep import Path
 Array = npt.NDArray[np.float64]
 
 NEAR = 1.0 / 3.0  # of a family's least length: the part of a stroke that is straight; then a corner may be rounded
+STRAIGHT = 0.01  # [m] of it at least
 ASIDE, SLOPE = 2e-4, 0.2  # [m], [m per m of the way] by which the tool may leave its line there
 FAR_SLOPE = 1.0  # [m per m] in the rounded corner
 TURNED, FAR_TURNED = 0.02, 0.2  # [rad] how far the tool may be turned in the straight part, and after
@@ -50,7 +51,7 @@ class Limits:
 def of_family(least: float, most: float, *, any_length: bool = False) -> Limits:
     """The limits of an approach, lift, lowering or retreat whose family says these lengths [m]."""
     shortest, longest = (0.0, np.inf) if any_length else (LEAST * least, most + BEYOND)
-    return Limits(shortest, longest, NEAR * least, ASIDE, SLOPE, TURNED)
+    return Limits(shortest, longest, max(NEAR * least, STRAIGHT), ASIDE, SLOPE, TURNED)
 
 
 def of_mate(least: float, most: float, tolerance: float) -> Limits:

@@ -123,6 +123,15 @@ def test_fingers_may_not_be_said_to_touch_what_they_do_not_hold_yet(counter):
     assert any("but arm neither holds nor takes it" in each for each in findings), findings
 
 
+def test_its_epsilon_is_that_of_the_plan_and_where_that_is_not_the_scene_s_a_note_says_so(counter, plan):
+    assert "it tells an epsilon of 0.005 m, the plan was made with 0.01 m" in only_finding(
+        counter, changed(plan, epsilon=0.005)
+    )
+    other = replace(changed(plan, epsilon=0.005), options={**plan.options, "epsilon": 0.005})
+    told = verify_plan(counter.problem, other)
+    assert told.ok and "the plan was made with an epsilon of 0.005 m, the files say 0.01 m" in told.notes
+
+
 def test_parts_that_are_smaller_than_their_mesh_are_refused(counter, plan):
     digest = min(plan.certificate.bodies)
     parts = plan.certificate.bodies[digest]

@@ -106,6 +106,29 @@ def test_a_retreat_an_approach_and_a_lift_have_the_length_of_their_family(counte
     found(told, "arm approaches mug by no stroke along tool.approach: it is 20 mm long, not 25 to 101 mm", node)
 
 
+def test_a_hand_that_closes_again_beside_what_it_has_let_go_of_is_caught(counter):
+    """Fingers may touch what was let go until the arm moves, not whenever the plan says so."""
+    node = counter.node("put")
+    motion, after = counter.plan.nodes[node].motion, counter.plan.nodes[node].after
+    beside = (0.3, 0.01, LOW, 0.0)
+    start = motion[-1].times[-1]
+    opening = motion[LOWER + 1]
+    back = with_mug.stretch(
+        start, [motion[-1].waypoints[-1], (0.3, 0.01, with_mug.OVER, 0.0), beside], "x", "place"
+    )
+    shut = with_mug.stretch(back.times[-1], [(0.045,), (0.02,), (0.045,)], "x", "place")
+    shut = replace(shut, allowed_contacts=opening.allowed_contacts, grants=opening.grants)
+    joints = {**after.robots["arm"], "y": 0.01, "z": LOW}
+    plan = counter.with_node("put", motion=(*motion, back, shut), after=replace(after, robots={"arm": joints}))
+    told = verify_plan(counter.problem, plan)
+    found(
+        told,
+        "says that the grasp top grants contact of arm.left and mug, but arm neither holds nor takes it",
+        node,
+    )
+    found(told, "arm.(left|right) and mug collide", node)
+
+
 def test_parts_that_share_space_when_they_are_put_together_are_caught(tmp_path):
     """A mate 10 mm deep in a full block, and an insertion that leads there."""
     deep = by_hand.SCENE.replace("[0.0299, 0.0301]", "[0.0199, 0.0201]").replace(
