@@ -169,7 +169,7 @@ class _Checking:
                     holder.used.add(name)
                     continue
                 if not above:
-                    message = f'{reference} of the task itself ({key}) refers to nothing: a task has no ancestor'
+                    message = f"{reference} of the task itself ({key}) refers to nothing: a task has no ancestor"
                     hint = f"stages inside may refer to <PARENT:{name}> themselves"
                     self.findings.add(reference.place, message, hint)
                     continue
