@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kabo.errors import InputError
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.language.procedures import LIBRARY
@@ -193,3 +194,38 @@ def test_what_is_found_on_both_sides_but_never_fits_is_said_to_be_so(server: Ser
     answer = GeometricProcedures(asked.server, tmp_path).call(PLACE, held)
     assert isinstance(answer, Failure)
     assert "'transfer' found nothing; pairs that never fit: contact of bottle_4" in answer.message
+
+
+@pytest.mark.parametrize(
+    ("direction", "told"),
+    [
+        ("{vector: [0, 0]}", '"direction" of "stroke" has a vector that is 3 numbers'),
+        ("{vector: [0, 0, 1], frame: nowhere}", "'stroke': "),
+    ],
+)
+def test_an_error_of_a_stage_of_a_domains_own_task_is_told_at_its_place(
+    server: Servers, tmp_path: Path, direction: str, told: str
+) -> None:
+    (tmp_path / "tasks").mkdir()
+    (tmp_path / "tasks" / "stroke.yaml").write_text(
+        "name: stroke\nproperties:\n  robot: {type: robot}\nstages:\n  - {name: now, stage: CurrentState}\n"
+        f"  - {{name: stroke, stage: MoveRelative, direction: {direction}}}\n"
+    )
+    asked = GeometricProcedures(server(BARTENDER).server, tmp_path)
+    with pytest.raises(InputError) as refused:
+        asked.call(call("stroke", "left"), Situation.of(asked.scene.start))
+    assert told in str(refused.value)
+    assert "stroke.yaml:6:" in str(refused.value)
+
+
+def test_a_body_that_is_not_movable_is_refused_not_a_defect(server: Servers, tmp_path: Path) -> None:
+    (tmp_path / "tasks").mkdir()
+    (tmp_path / "tasks" / "hang.yaml").write_text(
+        "name: hang\nproperties:\n  robot: {type: robot}\n  object: {type: body}\nstages:\n"
+        "  - {name: now, stage: CurrentState}\n  - {name: hang, stage: Attach, to: <PARENT:robot>}\n"
+    )
+    asked = GeometricProcedures(server(BARTENDER).server, tmp_path)
+    fixed = next(name for name in asked.scene.bodies if name not in asked.scene.movable)
+    answer = asked.call(call("hang", "left", fixed), Situation.of(asked.scene.start))
+    assert isinstance(answer, Failure)
+    assert f"{fixed} is not movable" in answer.message

@@ -145,9 +145,12 @@ def _made(recipe: Recipe) -> Stage:
 
 
 def _note_places(recipe: Recipe, above: tuple[str, ...], places: dict[str, Place]) -> None:
-    places.setdefault("/".join(above) or recipe.name, recipe.place)
+    if above:
+        places.setdefault("/".join(above), recipe.place)
     for child in recipe.children:
         _note_places(child, (*above, child.name), places)
+    if not above:
+        places.setdefault(recipe.name, recipe.place)  # a stage may be called as the task is
 
 
 def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None:

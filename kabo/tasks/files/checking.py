@@ -168,6 +168,11 @@ class _Checking:
                 if holder is not None:
                     holder.used.add(name)
                     continue
+                if not above:
+                    message = f"{reference} of the task itself ({key}) refers to nothing: a task has no ancestor"
+                    hint = f"stages inside may refer to <PARENT:{name}> themselves"
+                    self.findings.add(reference.place, message, hint)
+                    continue
                 path = "/".join([*(each.name for each in above[1:]), stage.name])
                 searched = ", ".join(f'"{each.name}"' for each in reversed(above)) or "it has none"
                 message = f'{reference} of "{path}" ({key}) refers to nothing: no ancestor has "{name}"'

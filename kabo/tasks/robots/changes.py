@@ -1,6 +1,6 @@
 """Changes of the scene that take no time: attaching, letting go, contacts. What has changed is checked."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -147,15 +147,16 @@ class _Contacts(RobotStage, Propagator):
                     yield f"{name} has no gripper with links that touch"
 
     def _allowed(self, scene: TaskScene, properties: Values) -> Answers:
-        unsupported = [n for n in _asked_for(properties) if not _supported(scene, n, standing=True)]
+        carried = _carried(scene, properties, standing=True)
+        unsupported = [name for name, pairs in carried.items() if not pairs]
         why = (why_unsupported(scene.context.surroundings, scene.situation, name) for name in unsupported)
         text = next((text for text in why if text is not None), None)
         if text is not None:
             return [refusal("constraint", text, reads=frozenset(unsupported))]
-        return [Result(scene.permitting(_pairs(scene, properties, standing=True)))]
+        return [Result(scene.permitting(_pairs(scene, properties, carried)))]
 
     def _forbidden(self, scene: TaskScene, properties: Values) -> Answers:
-        pairs = _pairs(scene, properties, standing=False)
+        pairs = _pairs(scene, properties, _carried(scene, properties, standing=False))
         changed = scene.forbidding(pairs)
         robots = [name for pair in pairs for name in _movers(scene, pair)]
         return _checked(changed, dict.fromkeys(robots), Result(changed))
@@ -227,9 +228,10 @@ def _standing(scene: TaskScene, name: str) -> TaskScene:
     return scene.permitting(_supported(scene, name, standing=True))
 
 
-def _asked_for(properties: Values) -> list[str]:
-    """The things whose supports are meant."""
-    return [str(b if a == SUPPORTS else a) for a, b in properties["pairs"] if SUPPORTS in (a, b)]
+def _carried(scene: TaskScene, properties: Values, *, standing: bool) -> dict[str, list[Pair]]:
+    """What `supports` stands for, of each thing whose supports are meant: see `_supported`."""
+    names = [str(b if a == SUPPORTS else a) for a, b in properties["pairs"] if SUPPORTS in (a, b)]
+    return {name: _supported(scene, name, standing=standing) for name in names}
 
 
 def _added(stage: Stage) -> frozenset[str] | None:
@@ -262,15 +264,12 @@ def _movers(scene: TaskScene, pair: Pair) -> list[str]:
     return found
 
 
-def _pairs(scene: TaskScene, properties: Values, *, standing: bool) -> list[Pair]:
-    """The pairs of things that are meant: robots become links.
-
-    `supports` becomes what carries the other thing (`standing`), or whatever body it is permitted to touch.
-    """
+def _pairs(scene: TaskScene, properties: Values, carried: Mapping[str, list[Pair]]) -> list[Pair]:
+    """The pairs of things that are meant: robots become links, `supports` the pairs in `carried`."""
     found: list[Pair] = []
     for first, second in properties["pairs"]:
         if SUPPORTS in (first, second):
-            found.extend(_supported(scene, str(second if first == SUPPORTS else first), standing=standing))
+            found.extend(carried[str(second if first == SUPPORTS else first)])
             continue
         for a in _things(scene, str(first), properties["links"]):
             found.extend((a, b) for b in _things(scene, str(second), properties["links"]))

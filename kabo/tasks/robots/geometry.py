@@ -1,11 +1,14 @@
 """Geometry that is there for some stages only: bodies by hand, and padding around things [T 3.9]."""
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import extra, padding
+from kabo.errors import did_you_mean
+from kabo.geometry_server import Situation, extra, padding
 from kabo.language.scene_description import Shape
+from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.results import Answers
 from kabo.tasks.robots import meanings
@@ -27,6 +30,10 @@ class AddGeometry(RobotStage, Propagator):
         "parent": Property(str, "world", "`world`, a body or `robot.link`", meanings.name),
         "pose": Property(dict, {}, "{position, quaternion or rpy} in the parent's frame; empty: its origin"),
     }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A parent that nobody has."""
+        yield from _unknown(self.known("parent"), scene, ("world",))
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the body; no robot may be in it."""
@@ -69,6 +76,11 @@ class Pad(RobotStage, Propagator):
         ),
     }
 
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Things that nobody has."""
+        for name in self.known("things") or ():
+            yield from _unknown(str(name), scene)
+
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with padding, in which nothing may be too close."""
         return self._padded(scene, properties)
@@ -103,6 +115,13 @@ class Unpad(Pad):
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene before, with padding."""
         return self._padded(scene, properties)
+
+
+def _unknown(name: str | None, scene: Scene, others: Sequence[str] = ()) -> Iterator[str]:
+    links = [f"{robot.name}.{link}" for robot in scene.robots.values() for link in robot.links]
+    known = [*others, *scene.bodies, *links]
+    if name is not None and name not in known:
+        yield f"nothing is called {name!r}: name a body or `robot.link`, {did_you_mean(name, known) or 'there is none'}"
 
 
 def padding_name(name: Any) -> str:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from kabo.geometry_server import Situation
 from kabo.kinematics import stream_key, uniform
-from kabo.scene import Scene, world_T
+from kabo.scene import Scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Generator, Monitor, Property, Result
 from kabo.tasks.core.results import Answer, Answers
@@ -35,8 +35,7 @@ def pose_of(scene: TaskScene, given: Any) -> Array:
     if isinstance(given, np.ndarray) and given.shape == (4, 4):
         return given
     if isinstance(given, Mapping):
-        state = scene.situation.first
-        frame = world_T(scene.context.scene, state, str(given.get("frame", "world")))
+        frame = scene.frame(str(given.get("frame", "world")))
         return np.asarray(frame @ local_pose(given))
     raise ValueError(f"a pose is {{frame, position, quaternion or rpy}} or a matrix (4, 4), not {given!r}")
 

@@ -8,8 +8,9 @@ from weakref import ref
 import numpy as np
 import numpy.typing as npt
 
+from kabo.errors import did_you_mean
 from kabo.geometry_server import Contacts, Context, Extra, Pair, Situation, Workspace, contacts, workspace_of
-from kabo.scene import Attachment, Component, Configuration, GeometricState, Robot
+from kabo.scene import Attachment, Component, Configuration, GeometricState, Robot, world_T
 
 Array = npt.NDArray[np.float64]
 
@@ -61,6 +62,21 @@ class TaskScene:
         """The one pose world_T_body (4, 4) of a body."""
         (pose,) = self.context.surroundings.poses(self.situation, name)
         return pose
+
+    def frame(self, name: str) -> Array:
+        """The pose (4, 4) in the world of `world`, a body, a region or `robot.link`.
+
+        Raises:
+            ValueError: nothing has that name.
+        """
+        try:
+            return world_T(self.context.scene, self.situation.first, name)
+        except KeyError:
+            scene = self.context.scene
+            known = {"world": None, **scene.bodies, **scene.regions}
+            known |= {f"{robot.name}.{link}": None for robot in scene.robots.values() for link in robot.links}
+            hint = did_you_mean(name, known)
+            raise ValueError(f"the scene has no frame {name!r}{'' if hint is None else ', ' + hint}") from None
 
     def holder(self, name: str) -> str | None:
         """The robot that holds an object, or that on which the object hangs; None if none does."""

@@ -20,7 +20,7 @@ from kabo.geometry_server import (
     tool_frame,
 )
 from kabo.kinematics import project
-from kabo.scene import Scene, world_T
+from kabo.scene import Scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
@@ -164,7 +164,7 @@ def _asked(scene: TaskScene, properties: Values, sense: int) -> tuple[Callable[[
         return _twisted(scene, name, given, bounds, sense)
     at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
     if isinstance(given, Mapping) and "vector" in given:
-        turn = world_T(scene.context.scene, scene.situation.first, str(given.get("frame", "world")))[:3, :3]
+        turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
         vector = turn @ np.asarray(given["vector"], float)
         norm = float(np.linalg.norm(vector))
         unit, low, high = vector / norm, *_bounded(norm, bounds)
@@ -221,7 +221,7 @@ def _twisted(
     scene: TaskScene, name: str, given: Mapping[str, Any], bounds: tuple[Any, Any], sense: int
 ) -> tuple[Callable[[float], Way], float, float]:
     """Ways along a twist of the tool about its own centre: translation [m] with rotation [rad], in small steps."""
-    turn = world_T(scene.context.scene, scene.situation.first, str(given.get("frame", "world")))[:3, :3]
+    turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
     twist = np.asarray(given["twist"], float) * sense
     size = float(np.linalg.norm(twist[:3])) or float(np.linalg.norm(twist[3:]))
 

@@ -195,3 +195,10 @@ def test_a_cut_file_is_told_or_read_never_worse(tmp_path: Path, cut: int) -> Non
         load_task_file(path)
     except InputError as error:
         assert all(each.line >= 1 and each.file == str(path) for each in error.diagnostics)
+
+
+def test_a_reference_of_the_task_itself_is_told_as_such(tmp_path: Path) -> None:
+    text = "name: t\nby: <PARENT:giver>\nstages:\n  - {name: start, stage: CurrentState}\n"
+    with pytest.raises(InputError) as told:
+        load_task_file(write(tmp_path, text))
+    assert "<PARENT:giver> of the task itself (by) refers to nothing: a task has no ancestor" in str(told.value)

@@ -85,6 +85,11 @@ def start() -> TaskScene:
         (lambda: make("AllowContact", pairs=[["botle", "table"]]), "nothing is called 'botle'"),
         (lambda: make("ForbidContact", pairs=[["arm.linc", "table"]]), "arm has no link 'linc'"),
         (lambda: make("PredicateFilter", make("NoOp")), "nothing is asked"),
+        (lambda: make("Pad", things=["botle"], distance=0.1), "nothing is called 'botle'"),
+        (
+            lambda: make("AddGeometry", body="b", shape={"sphere": {"radius": 1}}, parent="tabel"),
+            "nothing is called 'tabel'",
+        ),
         (lambda: make("Attach", object="table", to="arm"), "table is not movable"),
         (
             lambda: make("Reparameterise", make("NoOp"), acceleration={"elbow": 1.0}),

@@ -325,3 +325,30 @@ def test_what_is_only_known_while_planning_is_refused_then() -> None:
     silent = Solution(stage, State(before, {}, 0), State(moved, {}, 1), 0.0, "", ())
     other = solved(moving("b", "right", goal={"finger_joint": 0.03}), before)
     assert "'silent' changes where left is" in merged(before, [silent, other]).comment
+
+
+def test_reparameterise_leaves_merged_motion_as_it_is() -> None:
+    before = first()
+    moved = [to_and_fro(before, "left"), solved(make("Wait", "rest", robot="right", duration=0.5), before)]
+    found = merged(before, moved)
+    assert isinstance(found, Result)
+    stage = make("Reparameterise", "smooth", make("NoOp", "inside"))
+    (answer,) = stage.transform(whole(found, before), Resolver(stage.properties).values(), 0)
+    assert [(s.waypoints, s.times, s.since) for s in answer.motion] == [
+        (s.waypoints, s.times, s.since) for s in found.motion
+    ]
+
+
+def test_a_merger_may_hold_a_merger() -> None:
+    before = first()
+    pair = [solved(make("Wait", r, robot=r, duration=0.5), before) for r in ("left", "right")]
+    inner = merged(before, pair)
+    assert isinstance(inner, Result)
+    outer = merged(before, [whole(inner, before), solved(make("Wait", "far", robot="far", duration=0.25), before)])
+    assert isinstance(outer, Result)
+    made = segments(whole(outer, before), scene(), "")
+    assert sorted((s.robot, s.times) for s in made) == [
+        ("far", (0.0, 0.25)),
+        ("left", (0.0, 0.5)),
+        ("right", (0.0, 0.5)),
+    ]
