@@ -26,6 +26,7 @@ from pathlib import Path
 
 import msgspec
 
+from kabo.planner.garbage import older_objects_apart
 from kabo.planner.result import Progress
 from kabo.service.messages import SolveRequest, Unreadable, read
 
@@ -162,23 +163,23 @@ def worker_main(connection: Connection, work_name: str, root: Path | None) -> No
     work: Work = getattr(loaded, function)
     _warmed(getattr(loaded, "warm_up", None))
     try:
-        while True:
-            connection.send(("ready", None, None))
-            _answer_one(connection, work, root)
-            _tidy()
+        with older_objects_apart():  # collections between jobs pass over what was there before the first
+            while True:
+                connection.send(("ready", None, None))
+                _answer_one(connection, work, root)
+                _tidy()
     except (EOFError, OSError):
         return  # the server is gone: so are we
 
 
 def _warmed(warm_up: Callable[[], None] | None) -> None:
-    """Calls `warm_up`, and sets all that is there apart from later collections."""
+    """Calls `warm_up`, and tidies up after it."""
     try:
         if warm_up is not None:
             warm_up()
     except Exception:  # noqa: BLE001 - the outer edge of a worker; requests that meet the same will say so
         traceback.print_exc()
     _tidy()
-    gc.freeze()
 
 
 def _answer_one(connection: Connection, work: Work, root: Path | None) -> None:
