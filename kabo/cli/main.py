@@ -37,7 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     options = parser().parse_args(arguments)
     if arguments is None and hasattr(options, "door") and hasattr(os, "fork"):
-        return limited(options, _in_this_process)
+        try:
+            return limited(options, _in_this_process)
+        except KeyboardInterrupt:  # before the child was watched: it ends with this process
+            return exit_codes.INTERRUPTED
     return _in_this_process(options)
 
 
