@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from kabo.budgets import Spent
 from kabo.knowledge import Task, unreachable_goals
 from kabo.planner.skeleton import (
     Exhausted,
@@ -53,13 +54,13 @@ class PackedTask:
         if compiled is None:
             return None
         if geometry is None:
-            return self._told(_searched(compiled, search, None, limits), compiled, None)
+            return self._told(_searched(compiled, search, None, limits), compiled, None, limits)
         refused, is_all = geometry.refused_everywhere()
         book = geometry.learnt()
         if is_all and (book is None or not book.suspicions):
             calls = [self.task.actions[operator.owner].call for operator in compiled.task.operators]
             forbidden = [int(call in refused) for call in calls]
-            return self._told(_searched(compiled, search, forbidden, limits, book), compiled, None)
+            return self._told(_searched(compiled, search, forbidden, limits, book), compiled, None, limits)
         if book is None:
             return None
         from kabo.planner.lineages import learnt_task
@@ -68,22 +69,29 @@ class PackedTask:
         found = _searched(learnt.compiled, search, None, limits, book)
         if found.status == "unsolvable" and not learnt.whole:
             return None
-        return self._told(found, learnt.compiled, learnt.attempts)
+        return self._told(found, learnt.compiled, learnt.attempts, limits)
 
     def _told(
-        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None
+        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None, limits: Limits
     ) -> SearchResult:
         statistics = Statistics(found.expanded, found.generated, 1, 1)
         if found.status == "unsolvable":
             return Unreachable(statistics, tuple(unreachable_goals(self.task)))
         if found.plan is None:
-            return Exhausted(statistics, "time" if found.status == "stopped" else "expansions")
+            return Exhausted(statistics, _spent(found, limits))
         builder = SkeletonBuilder()
         node: SkeletonNode = builder.goal
         for number in reversed(found.plan):
             action = self.task.actions[compiled.task.operators[number].owner]
             node = builder.act(action, 0 if attempts is None else attempts[number], (), node)
         return Found(Skeleton(node), statistics)
+
+
+def _spent(found: "PackedResult", limits: Limits) -> Spent:
+    """What ended a search without an answer: somebody who was asked, expansions, or the bytes for its states."""
+    if found.status == "stopped":
+        return "time"
+    return "expansions" if limits.expansions is not None and found.expanded >= limits.expansions else "memory"
 
 
 def _searched(
