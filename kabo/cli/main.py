@@ -37,10 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     options = parser().parse_args(arguments)
     if arguments is None and hasattr(options, "door") and hasattr(os, "fork"):
-        try:
-            return limited(options, _in_this_process)
-        except KeyboardInterrupt:  # before the child was watched: it ends with this process
-            return exit_codes.INTERRUPTED
+        return limited(options, _in_this_process)
     return _in_this_process(options)
 
 
