@@ -32,6 +32,7 @@ OVER = 1.1  # of the memory limit: from here on it is ended by force
 POLL_S, WEIGH_S = 0.05, 0.25  # between two looks at the clock, and at the memory
 UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
 NOTHING = ("none", "0")
+WAITING = (signal.SIGINT, signal.SIGTSTP)
 
 Keep = Callable[[Mapping[str, Any], bytes], None]
 
@@ -125,6 +126,7 @@ def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int
     here, there = Pipe(duplex=False)
     sys.stdout.flush()
     sys.stderr.flush()
+    signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)  # until who is to hear of them listens
     child = os.fork()
     if child == 0:
         here.close()
@@ -141,6 +143,7 @@ def _work(options: argparse.Namespace, run: Callable[[argparse.Namespace], int],
         os.setpgid(0, 0)  # Ctrl-C is the parent's business
         signal.signal(signal.SIGTTOU, signal.SIG_IGN)
         end_with_parent(parent)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
         code = run(options)
         sys.stdout.flush()
         sys.stderr.flush()
@@ -165,6 +168,7 @@ class _Watch:
         """Waits for the child, or ends it and says so."""
         before = {number: signal.signal(number, act) for number, act in self._signals().items()}
         try:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
             with shown_text() as show:
                 why = self._watched(show)
             if why is not None:

@@ -48,10 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(json.dumps({"code": "bad_request", "message": str(wrong)}))
         raise SystemExit(exit_codes.BAD_INPUT) from None
     if arguments is None and hasattr(options, "door") and hasattr(os, "fork"):
-        try:
-            return limited(options, _in_this_process)
-        except KeyboardInterrupt:  # before the child was watched: it ends with this process
-            return exit_codes.INTERRUPTED
+        return limited(options, _in_this_process)
     return _in_this_process(options)
 
 

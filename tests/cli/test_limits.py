@@ -24,6 +24,7 @@ from tests.planner.gantry import gantry_problem
 
 RESULT = schema("kabo-result-1")
 LONG_S = 600.0
+PARCELS = Path(__file__).parents[1] / "acceptance" / "parcels"
 
 
 def options(*arguments: str, search: bool = False) -> argparse.Namespace:
@@ -120,7 +121,7 @@ COMMANDS = {
     "bound": ["ring.off", "--epsilon", "1e-6", "-o", "out.off"],
     "decompose": ["ring.off", "--epsilon", "1e-6", "-o", "out.off"],
     "generate": ["slow", "--n", "1", "-o", "problem.yaml"],
-    "request": ["FIFO"],
+    "request": [str(PARCELS / "one.yaml"), "--connect", "tcp/127.0.0.1:9"],  # where nobody answers
 }
 
 

@@ -4,6 +4,7 @@ The budget is made to end at a drawn look at the stop flag, in whatever the run 
 sampling, searching, certifying. The judge is the same run without a limit, and procedures that are asked afresh.
 """
 
+import gc
 import os
 import signal
 import tempfile
@@ -65,6 +66,7 @@ def problem(name: str) -> Problem:
 
 
 def solved(name: str, looks: Looks, **options: Any) -> tuple[Result, list[GeometricProcedures]]:
+    gc.collect()  # runs leave cycles behind, with all that they remembered
     asked: list[GeometricProcedures] = []
     result = solve(problem(name), **{**LIMITS, **options}, cancelled=looks, witness=asked.append)
     return result, asked
