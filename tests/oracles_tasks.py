@@ -15,8 +15,8 @@ ROUNDS = 8  # of triggers; where they do not settle, fallbacks depend on what th
 MOST = 3_000  # solutions of all stages; a tree with more is compared with nothing
 
 
-class TooMany(Exception):
-    """It would take too long to enumerate them."""
+class Undefined(Exception):
+    """There are too many to enumerate, or they depend on the order of jobs."""
 
 
 def by_definition(task):
@@ -26,7 +26,7 @@ def by_definition(task):
         truth = Truth(triggers, shapes)
         try:
             found = Counter(truth.solutions(task, Flow.GENERATE))
-        except TooMany:
+        except Undefined:
             return None
         said = {watch: Counter(truth.book[watch.monitored]) for watch in task.walk() if isinstance(watch, Watch)}
         if said == triggers:
@@ -58,10 +58,13 @@ class Truth:
         if stage.cost is not None:
             found = [s for s in found if not too_dear(s)]
         if isinstance(stage, Limit):
-            found = found[: stage.properties.value("max_solutions")]
+            most = stage.properties.value("max_solutions")
+            if 0 < most < len(found):
+                raise Undefined  # which of them come first depends on the order of jobs
+            found = found[:most]
         self.count += len(found)
         if self.count > MOST:
-            raise TooMany
+            raise Undefined
         self.book[stage] += found
         return found
 
@@ -174,7 +177,7 @@ class Truth:
                 for f, right in b
             ]
             if len(joined) > MOST:
-                raise TooMany
+                raise Undefined
         return [(stage.name, s.scene, f.scene, sum(p[3] for p in parts), parts) for s, f, parts in joined]
 
     def generated(self, stage, i):

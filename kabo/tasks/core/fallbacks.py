@@ -25,7 +25,7 @@ class FallbacksNode(ParallelNode):
         super().__init__(*arguments)
         self._index = -1  # the last child that was started
         self._solved = False
-        self._asking = False  # a child that waits for what the next would bring about waits in vain
+        self.asking = False  # a child that waits for what the next would bring about waits in vain
 
     def start(self) -> None:
         """Starts the first child alone."""
@@ -41,9 +41,16 @@ class FallbacksNode(ParallelNode):
         left = 0 <= self._index < len(self.children) - 1 and not (self._solved or self.closed)
         if not everything or not left:
             return False
-        self._asking = True
+        here: Node | None = self  # those around it wait for this one to end
+        asking = []
+        while here is not None:
+            asking += [here] if isinstance(here, FallbacksNode) else []
+            here = here.parent
+        for node in asking:
+            node.asking = True
         waits = self.children[self._index].busy()
-        self._asking = False
+        for node in asking:
+            node.asking = False
         if waits:
             return False
         self._index += 1
@@ -52,7 +59,7 @@ class FallbacksNode(ParallelNode):
 
     def busy(self) -> bool:
         """Whether a child is, or one is left to ask."""
-        if self.closed or self._asking:
+        if self.closed or self.asking:
             return False
         left = not self._solved and self._index + 1 < len(self.children)
         return left or any(child.busy() for child in self.children[: self._index + 1])
