@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 
 import jsonschema
-import numpy as np
 import pytest
 
 from kabo.budgets import StopFlag, default_memory, held_bytes
@@ -24,7 +23,7 @@ from tests.planner.gantry import gantry_problem
 
 RESULT = schema("kabo-result-1")
 LONG_S = 600.0
-PARCELS = Path(__file__).parents[1] / "acceptance" / "parcels"
+ROOT = Path(__file__).parents[2]
 
 
 def options(*arguments: str, search: bool = False) -> argparse.Namespace:
@@ -112,54 +111,60 @@ def test_a_child_that_crashes_is_told(capfd):
 
 
 COMMANDS = {
-    "solve": ["FIFO"],
-    "explain": ["FIFO"],
-    "verify": ["FIFO", "plan.json"],
-    "check": ["FIFO"],
-    "task plan": ["FIFO"],
-    "task compare": ["FIFO", "FIFO"],
-    "bound": ["ring.off", "--epsilon", "1e-6", "-o", "out.off"],
-    "decompose": ["ring.off", "--epsilon", "1e-6", "-o", "out.off"],
-    "generate": ["slow", "--n", "1", "-o", "problem.yaml"],
-    "request": [str(PARCELS / "one.yaml"), "--connect", "tcp/127.0.0.1:9"],  # where nobody answers
+    "solve": ["one.yaml"],
+    "explain": ["one.yaml"],
+    "verify": ["one.yaml", "plan.json"],
+    "check": ["one.yaml"],
+    "task plan": ["task.yaml"],
+    "task compare": ["a.json", "b.json"],
+    "bound": ["mesh.off", "--epsilon", "1", "-o", "out.off"],
+    "decompose": ["mesh.off", "--epsilon", "1", "-o", "out.off"],
+    "generate": ["bartender", "--n", "1", "-o", "problem.yaml"],
+    "request": ["one.yaml"],
 }
-
-
-def ring(path: Path, size: int = 200) -> None:
-    """A torus of so many triangles that nothing is done with it in a second."""
-    u, v = np.meshgrid(*(2 * np.pi * np.arange(size) / size,) * 2, indexing="ij")
-    corners = np.stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)], axis=-1).reshape(
-        -1, 3
-    )
-    i, j = (each.ravel() for each in np.meshgrid(np.arange(size), np.arange(size), indexing="ij"))
-    a, b = i * size + j, (i + 1) % size * size + j
-    c, d = (i + 1) % size * size + (j + 1) % size, i * size + (j + 1) % size
-    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    lines = [f"{x} {y} {z}" for x, y, z in corners.tolist()] + [f"3 {x} {y} {z}" for x, y, z in faces.tolist()]
-    path.write_text("\n".join(["OFF", f"{len(corners)} {len(faces)} 0", *lines]) + "\n")
+# Python runs this before anything else: what does the work sleeps for good, wherever it looks at no flag.
+ASLEEP = """
+import os, time
+fork = os.fork
+def asleep():
+    child = fork()
+    if child == 0:
+        time.sleep(600)
+    return child
+os.fork = asleep
+"""
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_ends_at_its_time_limit_in_a_file_that_never_ends(command, tmp_path):
-    """A pipe that nobody writes into blocks whoever opens it, in the system: no flag is looked at there."""
-    os.mkfifo(tmp_path / "FIFO")
-    ring(tmp_path / "ring.off")
-    (tmp_path / "slow").mkdir()
-    (tmp_path / "slow" / "generate.py").write_text("import time\ndef problem(n, home): time.sleep(600)\n")
-    arguments = [sys.executable, "-m", "kabo.cli", *command.split(), *COMMANDS[command], "--timeout", "0.5"]
-    done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+def test_every_command_ends_at_its_time_limit_whatever_it_does(command, tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(ASLEEP)
+    paths = os.pathsep.join([str(tmp_path), str(ROOT), os.environ.get("PYTHONPATH", "")])
+    arguments = [sys.executable, "-B", "-m", "kabo.cli", *command.split(), *COMMANDS[command], "--timeout", "0.5"]
+    done = subprocess.run(
+        arguments,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env={**os.environ, "PYTHONPATH": paths},
+    )
     assert done.returncode == 4, done
     assert "time exhausted" in done.stderr + done.stdout and "Traceback" not in done.stderr
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["FIFO", "ring.off", "slow"]
+    assert [path.name for path in tmp_path.iterdir()] == ["sitecustomize.py"]
 
 
 def test_nothing_lives_on_when_kabo_is_killed(tmp_path):
-    os.mkfifo(tmp_path / "FIFO")
-    with subprocess.Popen([sys.executable, "-m", "kabo.cli", "check", str(tmp_path / "FIFO")]) as process:
+    slow = tmp_path / "slow"
+    slow.mkdir()
+    (slow / "generate.py").write_text("import time\ndef problem(n, home): time.sleep(600)\n")
+    command = [sys.executable, "-m", "kabo.cli", "generate", str(slow), "--n", "1", "-o", str(tmp_path / "p.yaml")]
+    with subprocess.Popen(command) as process:
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-        until = time.monotonic() + 30
+        until = time.monotonic() + 60
         while not (found := children.read_text().split()) and time.monotonic() < until:
             time.sleep(0.02)
+        time.sleep(0.2)  # it has still to say that it wants to end with its parent
         process.kill()
     assert found
     while is_alive(int(found[0])) and time.monotonic() < until:
