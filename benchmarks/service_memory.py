@@ -7,7 +7,6 @@ of a block and the size of its mesh are drawn, so that what is remembered of one
 """
 
 import argparse
-import json
 import os
 import random
 import re
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from table import Table, finish
 
 from kabo.service import Client, Server, Settings, client_config, pack_problem, server_config
 
@@ -74,7 +74,8 @@ def main() -> None:
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
     draw = random.Random(options.seed)  # noqa: S311
     packed = {name: pack_problem(DOMAINS / f"{name}.yaml") for name in {*SYMBOLIC, *GEOMETRIC}}
-    server, rows, statuses = Server(server_config([endpoint]), Settings(workers=1)), [], dict[str, int]()
+    server, statuses = Server(server_config([endpoint]), Settings(workers=1)), dict[str, int]()
+    table, held = Table("Memory of a worker, and of its server"), dict[int, float]()
     (worker,) = server.worker_processes()
     with Client(client_config([endpoint])) as client:
         for number in range(1, options.requests + 1):
@@ -86,14 +87,14 @@ def main() -> None:
             statuses[body["status"]] = statuses.get(body["status"], 0) + 1
             if number % WARM == 0 or number in (1, 10, 50):
                 time.sleep(0.1)  # the worker collects after it answered
-                row = (number, resident(worker), resident(os.getpid()), processor_time(worker))
-                rows.append(row)
-                print("{:6d}  worker {:6.1f} MB  server {:6.1f} MB  processor {:6.1f} s".format(*row), flush=True)
+                held[number] = resident(worker)
+                figures = {"worker MB": held[number], "server MB": resident(os.getpid())}
+                table.add(f"after {number} requests", **figures, **{"processor s": processor_time(worker)})
     server.close()
-    at_first = next((row[1] for row in rows if row[0] == WARM), rows[0][1])
-    print(f"worker at the end / after {WARM}: {rows[-1][1] / at_first:.3f}; {statuses}")
-    if options.output is not None:
-        options.output.write_text(json.dumps({"rows": rows, "statuses": statuses, "seed": options.seed}))
+    numbers = list(held)
+    first = WARM if WARM in held else numbers[0]
+    table.add(f"the last / after {first}", ratio=held[numbers[-1]] / held[first])
+    finish([table], options.output, seed=options.seed, requests=options.requests, statuses=statuses)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from statistics import median
 from time import perf_counter, sleep
 from typing import Any
 
-from table import Table, write
+from table import Table, finish
 from tasks_applications import applications
 
 from kabo.tasks.core import Result, Task, connector, forward, generator, workers
@@ -50,7 +50,7 @@ def main() -> None:
         for application in applications(name, ["generated"], public):
             rows = measured(lambda a=application: a.start(0), options.solutions, options.repeat, RULE)
             add(robots, name, rows)
-    write([busy, robots], options.output / "workers.json", repeat=options.repeat, solutions=options.solutions)
+    finish([busy, robots], options.output / "workers.json", repeat=options.repeat, solutions=options.solutions)
 
 
 def busy_task(length: float) -> Task:
@@ -100,17 +100,12 @@ def used() -> float:
 
 
 def add(table: Table, name: str, rows: dict[Any, tuple[float, float, Any]]) -> None:
-    """One row, printed at once."""
+    """One row."""
     figures: dict[str, Any] = {"solutions": len(rows[None][2])}
     for size in SIZES:
         figures[f"wall {size or 'none'}"], figures[f"processor {size or 'none'}"] = rows[size][:2]
     figures["same"] = "yes" if all(rows[size][2] == rows[None][2] for size in SIZES) else "NO"
     table.add(name, **figures)
-    print(
-        name,
-        {key: round(value, 4) if isinstance(value, float) else value for key, value in figures.items()},
-        flush=True,
-    )
 
 
 if __name__ == "__main__":

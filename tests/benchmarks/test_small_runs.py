@@ -25,10 +25,12 @@ RUNS = (
     "promises --only start-up bartender --seeds 1 --verify 1 --output out.json",
     "quality --only stacked/n5 --seeds 1 --output out.json",
     "sampling --samples 200 --peers 2 --rounds 1 --output out.json",
+    "service_memory --requests 12 --output out.json",
     "tasks core law --trees 20 --repeat 1 --output out",
     "tasks pick_and_place padding --robots generated --seeds 1 --solutions 1 --judged 1 --output out",
     "tasks reparameterisation stack --robots generated --seeds 1 --runs 1 --output out",
     "tasks pouring --robots generated --pourings 1 --limit 5 --output out",
+    "tasks_workers --small --output out",
     "thesis --only bartender --trials 1 --seconds 20 --output out.json",
     "verification --cases stacked --colliding 1 --seconds 20 --output out.json",
 )
