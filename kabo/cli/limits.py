@@ -126,20 +126,33 @@ def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int
     here, there = Pipe(duplex=False)
     sys.stdout.flush()
     sys.stderr.flush()
-    signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)  # until who is to hear of them listens
-    child = os.fork()
-    if child == 0:
-        here.close()
-        options.door = _ChildDoor(there, began)
-        _work(options, run, parent)
-    there.close()
-    return _Watch(child, here, options, began).exit_code()
+    watch = _Watch(here, options, began)
+    before = {number: signal.signal(number, act) for number, act in watch.signals().items()}
+    try:
+        signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)  # until it is known who is who
+        child = os.fork()
+        if child == 0:
+            here.close()
+            options.door = _ChildDoor(there, began)
+            _work(options, run, parent, before)
+        there.close()
+        return watch.exit_code(child)
+    finally:
+        for number, act in before.items():
+            signal.signal(number, act)
 
 
-def _work(options: argparse.Namespace, run: Callable[[argparse.Namespace], int], parent: int) -> None:
-    """The whole life of the child: never returns."""
+def _work(
+    options: argparse.Namespace,
+    run: Callable[[argparse.Namespace], int],
+    parent: int,
+    handlers: Mapping[signal.Signals, Any],
+) -> None:
+    """The whole life of the child, which hears signals as the parent did before: never returns."""
     code = exit_codes.DEFECT
     try:
+        for number, act in handlers.items():
+            signal.signal(number, act)
         os.setpgid(0, 0)  # Ctrl-C is the parent's business
         signal.signal(signal.SIGTTOU, signal.SIG_IGN)
         end_with_parent(parent)
@@ -156,32 +169,32 @@ def _work(options: argparse.Namespace, run: Callable[[argparse.Namespace], int],
 class _Watch:
     """The parent's eye on the child: what it said last, what it keeps for it, and when to end it."""
 
-    def __init__(self, child: int, channel: Connection, options: argparse.Namespace, began: float) -> None:
-        self.child, self.channel, self.options = child, channel, options
+    def __init__(self, channel: Connection, options: argparse.Namespace, began: float) -> None:
+        self.child, self.channel, self.options = 0, channel, options
         self.deadline = began + (inf if options.timeout is None else options.timeout)
         self.interrupted: float | None = None  # when Ctrl-C was pressed
         self.doing = "working"
         self.found: tuple[dict[str, Any], bytes] | None = None
         self._weighed = began
 
-    def exit_code(self) -> int:
+    def exit_code(self, child: int) -> int:
         """Waits for the child, or ends it and says so."""
-        before = {number: signal.signal(number, act) for number, act in self._signals().items()}
-        try:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
-            with shown_text() as show:
-                why = self._watched(show)
-            if why is not None:
-                self._kill()
-            _, status = os.waitpid(self.child, 0)
-        finally:
-            for number, act in before.items():
-                signal.signal(number, act)
+        self.child = child
+        if self.interrupted is not None:
+            self._send(signal.SIGINT)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
+        with shown_text() as show:
+            why = self._watched(show)
+        if why is not None:
+            self._kill()
+        _, status = os.waitpid(self.child, 0)
         if why is None and not os.WIFSIGNALED(status):
             return os.waitstatus_to_exitcode(status)
         return self._cut_off(why, status)
 
-    def _signals(self) -> dict[signal.Signals, Callable[[int, Any], None]]:
+    def signals(self) -> dict[signal.Signals, Callable[[int, Any], None]]:
+        """What to do about signals, before there is a child and after."""
+
         def interrupt(_: int, __: Any) -> None:
             self.interrupted = self.interrupted or perf_counter()
             self._send(signal.SIGINT)
@@ -194,8 +207,9 @@ class _Watch:
         return {signal.SIGINT: interrupt, signal.SIGTSTP: pause}
 
     def _send(self, number: signal.Signals) -> None:
-        with suppress(ProcessLookupError):
-            os.kill(self.child, number)
+        if self.child:
+            with suppress(ProcessLookupError):
+                os.kill(self.child, number)
 
     def _kill(self) -> None:
         for end in (os.killpg, os.kill):  # the child may not have a group of its own yet
