@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        options = parser().parse_args(given)
+        options = _parsed(given)
     except _Wrong as wrong:
         wrong.parser.print_usage(sys.stderr)
         print(f"{wrong.parser.prog}: error: {wrong}", file=sys.stderr)
@@ -50,6 +50,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None and hasattr(options, "door") and hasattr(os, "fork"):
         return limited(options, _in_this_process)
     return _in_this_process(options)
+
+
+def _parsed(given: Sequence[str]) -> argparse.Namespace:
+    top = parser()
+    if any("\0" in word for word in given):  # no shell gives one, but a program may: no path can have it
+        top.error("an argument holds a null character")
+    return top.parse_args(given)
 
 
 def _in_this_process(options: argparse.Namespace) -> int:

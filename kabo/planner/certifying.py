@@ -49,6 +49,9 @@ class Moved(NamedTuple):
     things: Sequence[Thing]
 
 
+UNFINISHED = "the work was cut off before its proofs were found"
+
+
 @dataclass(frozen=True)
 class Gap:
     """A pair that no proof was found for: of the node, the stretch with these segments, and where on its path."""
@@ -76,8 +79,10 @@ def certified(
     began = perf_counter()
     try:
         made: Certificate | list[Any] = certify(plan, surroundings, look=look)
-    except (ValueError, CutOff) as error:
+    except ValueError as error:
         made = [str(error)]
+    except CutOff:
+        made = [UNFINISHED]
     gaps = [str(gap) for gap in made] if isinstance(made, list) else []
     figures = {"certificate_s": perf_counter() - began, "certificate_gaps": gaps}
     if isinstance(made, list):

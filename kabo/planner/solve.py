@@ -197,7 +197,7 @@ def _integrated(run: Run, task: Task) -> Result:
         plan = None
         if run.on_found is not None and (run.options.quality == "good" or run.certifies):
             plan = _assembled(run, found, server)
-            run.on_found(Result("solved", plan, statistics_of(run, server)))
+            run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
         if run.options.quality == "good":
             run.tell("refining", sum(server.statistics.calls.values()))
             run.refined, plan = _refined(found, server), None
@@ -217,6 +217,13 @@ def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
     assert run.problem.scene is not None
     plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
     return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
+
+
+def _uncertified(run: Run, plan: Plan) -> Plan:
+    """The plan as it is if nothing more can be done for it: it says that its certificate is missing, and why."""
+    from kabo.planner.certifying import UNFINISHED
+
+    return replace(plan, certificate_gaps=(UNFINISHED,)) if run.certifies else plan
 
 
 def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:

@@ -11,7 +11,7 @@ from kabo.language import formulas as f
 from kabo.language import load_problem
 from kabo.language.problem import Function
 from kabo.planner import contingent
-from kabo.planner.contingent import _Contingent, find_skeleton
+from kabo.planner.contingent import DEAD_ENDS, _Contingent, find_skeleton
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import Exhausted, Found, Limits, Unreachable
 from kabo.planner.space import Act, Space
@@ -358,7 +358,7 @@ def doomed(given, *steps):
     for name in steps:
         act = next(action for action in space.task.actions if str(action) == name)
         node = space.after(node, Act(act, 0, None))
-    return _Contingent(space, SEARCHES["best"], Counter(Limits())).is_doomed(node)
+    return _Contingent(space, SEARCHES["best"], Counter(Limits()), DEAD_ENDS).is_doomed(node)
 
 
 def washing(*, soap: bool, rules=()):
@@ -384,7 +384,7 @@ def test_nothing_is_called_doomed_where_outcomes_may_exclude_each_other():
 
 def test_only_the_best_search_judges_what_is_doomed():
     space = Space(ground(washing(soap=False)), None)
-    assert not _Contingent(space, SEARCHES["greedy"], Counter(Limits())).is_doomed(space.start)
+    assert not _Contingent(space, SEARCHES["greedy"], Counter(Limits()), DEAD_ENDS).is_doomed(space.start)
 
 
 # ------------------------------------------------------------------------------------------------ a second opinion

@@ -55,7 +55,7 @@ def stl(size: float) -> bytes:
 
 def other_mesh(files: dict[str, bytes], draw: random.Random) -> None:
     """The block a little smaller, in a file of the same size."""
-    files[BLOCK] = stl(draw.choice((0.036, 0.038, 0.039)))
+    files[BLOCK] = stl(draw.choice((0.039, 0.0395, 0.0398)))
 
 
 def other_parts(files: dict[str, bytes], draw: random.Random) -> None:
