@@ -1,4 +1,4 @@
-"""Small random contingent problems about the world, as text and as plain data for `oracles_beliefs.py`.
+"""Small random contingent problems about the world, as text and as plain data for `oracles_planning.py`.
 
 Seeded and drawn in a fixed order, so that a number names a problem. They have what knowledge finds hard: `when` on
 unknown conditions, `or` in preconditions and goals, clauses and `oneof` at the start, sensing, all of it overlapping.

@@ -18,7 +18,7 @@ from kabo.planner.skeleton import Exhausted, Limits
 from kabo.planner.solve import solve
 from kabo.planner.space import Space
 from kabo.verify import verify_plan
-from tests import oracles_beliefs as oracles
+from tests import oracles_planning as oracles
 from tests.conftest import PROPERTY_SCALE
 from tests.random_beliefs import own_files, pddl, random_small
 
