@@ -22,7 +22,8 @@ def describe_report(report: Report, comments: int = COMMENTS) -> str:
     for run in failed[:1]:
         assert run["explanation"] is not None
         rest = f" (and in {len(failed) - 1} more of {len(report['runs'])} runs)" if len(failed) > 1 else ""
-        lines += ["", f"no solution with seed {run['seed']}{rest}: {explain(run['explanation'])}"]
+        until = "stopped before everything was tried; until then " if run["stopped"] else ""
+        lines += ["", f"no solution with seed {run['seed']}{rest}: {until}{explain(run['explanation'])}"]
     return "\n".join(lines)
 
 
