@@ -21,7 +21,7 @@ EDGES = {
     "kabo/service/worker.py",
     "kabo/children.py",
     "kabo/meshes/reading.py",
-    "kabo/tasks/core/planning.py",  # keeps the error for who asks, and raises it again
+    "kabo/tasks/core/planning.py",  # gives the job back and raises the same error again
     "kabo/tasks/core/task.py",  # gives the jobs back and raises the same error again
     "kabo/service/workers.py",
     "kabo/tasks/core/workers.py",
