@@ -57,9 +57,14 @@ class FallbacksNode(ParallelNode):
         self.children[self._index].start()
         return True
 
+    def hands_on(self, child: Node) -> bool:
+        """Whether the child may still begin."""
+        left = self._index >= 0 and not (self._solved or self.closed or self.asking)
+        return left and self.children.index(child) > self._index
+
     def busy(self) -> bool:
         """Whether a child is, or one is left to ask."""
-        if self.closed or self.asking:
+        if self.closed or self.asking or self._index < 0:
             return False
         left = not self._solved and self._index + 1 < len(self.children)
         return left or any(child.busy() for child in self.children[: self._index + 1])
@@ -156,6 +161,10 @@ class PropagatingFallbacksNode(FallbacksNode):
             del self._trying[near]
             self.planning.touch(near, self._far)
         super().child_solved(child, solution)
+
+    def hands_on(self, child: Node) -> bool:
+        """Not where nothing is delivered."""
+        return False
 
     def _left(self, state: State) -> bool:
         """Whether it waits, or a child is left to ask."""
@@ -309,6 +318,13 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
     def delivers_to(self, child: Node, side: int) -> bool:
         """A lane has all it will get."""
         return False
+
+    def hands_on(self, child: Node) -> bool:
+        """Whether new pairs may come, or one that is with an earlier child."""
+        index = self.children.index(child)
+        lanes = (lane for lanes in self._pairs.values() for lane in lanes)
+        coming = any(lane.index < index and not lane.solved and self._alive(lane) for lane in lanes)
+        return not self.closed and (coming or self.may_receive())
 
     def permits(self, child: Node) -> bool:
         """Whether a child may run now: while no earlier one can."""

@@ -66,6 +66,7 @@ class Planning:
         self.observe, self._audit = observe, audit
         self.count: Callable[[], int] = count(1).__next__  # numbers whatever must keep its order of arrival
         self.changes = 0  # counts whatever may let a job run, or a solution be lifted, that could not before
+        self.asked: set[Node] = set()  # the monitors that one question, whether more may come, was handed on to
         self._touched: list[tuple[State, int]] = []
         self._woken = False
         self.nodes: dict[Stage, Node] = {}
