@@ -51,10 +51,15 @@ class FallbacksNode(ParallelNode):
         waits = self.children[self._index].busy()
         for node in asking:
             node.asking = False
-        if waits:
+        return not waits and self.give_way()
+
+    def give_way(self) -> bool:
+        """Goes on though a child waits: for other fallbacks that wait, in a circle, for this one."""
+        if not 0 <= self._index < len(self.children) - 1 or self._solved or self.closed:
             return False
         self._index += 1
         self.children[self._index].start()
+        self.planning.changes += 1
         return True
 
     def hands_on(self, child: Node) -> bool:
@@ -142,6 +147,14 @@ class PropagatingFallbacksNode(FallbacksNode):
                 del self._waiting[state]
                 self._trying[state] = None
                 self._ask(state, 0)
+                return True
+        return False
+
+    def give_way(self) -> bool:
+        """Hands the first state on that waits for what does not come."""
+        for state in self._trying if not self.closed else ():
+            if self._asked[state] + 1 < len(self.children) and self._alive(state):
+                self._ask(state, self._asked[state] + 1)
                 return True
         return False
 
@@ -263,6 +276,15 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
                 self._ask(lane)
                 return True
             self._close(lane)
+        return False
+
+    def give_way(self) -> bool:
+        """Hands the first pair on that waits for what does not come."""
+        for lane in [lane for lanes in self._pairs.values() for lane in lanes] if not self.closed else ():
+            if lane.index + 1 < len(self.children) and not lane.solved and self._alive(lane):
+                lane.index += 1
+                self._ask(lane)
+                return True
         return False
 
     def _alive(self, lane: Lane) -> bool:

@@ -145,6 +145,8 @@ class Planning:
                 yield from strategy.walk()
                 if not strategy.over():
                     self.rest()
+                    if before == self.changes and any(fallbacks.give_way() for fallbacks in self._fallbacks):
+                        self.settle()  # what waited in a circle
 
     def complete(self) -> bool:
         """Whether whole solutions wait to be lifted."""
