@@ -201,10 +201,15 @@ class Truth:
     def come(self, stage, side, place):
         """What is asked of a connecting stage for a state on one side, whether there is a partner or not."""
         if isinstance(stage, Serial):
-            section, connectors = self.shape(stage)[0][0 if side is Flow.FORWARD else -1], self.shape(stage)[1]
-            inner = self.into(stage, place, None)
-            for at, _ in self.chains(section if side is Flow.FORWARD else section[::-1], side, inner):
-                self.come(connectors[0 if side is Flow.FORWARD else -1], side, at)
+            sections, connectors, _ = self.shape(stage)
+            inner, ahead = self.into(stage, place, None), side is Flow.FORWARD
+            for at, _ in self.chains(sections[0] if ahead else sections[-1][::-1], side, inner):
+                self.come(connectors[0 if ahead else -1], side, at)
+                if len(sections) > 2:  # its partners are generated inside
+                    for row in self.generated(stage, 1 if ahead else len(sections) - 2):
+                        for other, _ in row[0 if ahead else 2]:
+                            pair = (at, other) if ahead else (other, at)
+                            self.solutions(connectors[0 if ahead else -1], Flow.CONNECT, *pair)
         elif not isinstance(stage, Fallbacks):
             for child in stage.children:
                 self.come(child, side, self.into(stage, place, None) if isinstance(stage, Wrapper) else place)
