@@ -51,15 +51,25 @@ class FallbacksNode(ParallelNode):
         waits = self.children[self._index].busy()
         for node in asking:
             node.asking = False
-        if waits:
+        return not waits and self.give_way()
+
+    def give_way(self) -> bool:
+        """Goes on though a child waits: for other fallbacks that wait, in a circle, for this one."""
+        if not 0 <= self._index < len(self.children) - 1 or self._solved or self.closed:
             return False
         self._index += 1
         self.children[self._index].start()
+        self.planning.changes += 1
         return True
+
+    def hands_on(self, child: Node) -> bool:
+        """Whether the child may still begin."""
+        left = self._index >= 0 and not (self._solved or self.closed or self.asking)
+        return left and self.children.index(child) > self._index
 
     def busy(self) -> bool:
         """Whether a child is, or one is left to ask."""
-        if self.closed or self.asking:
+        if self.closed or self.asking or self._index < 0:
             return False
         left = not self._solved and self._index + 1 < len(self.children)
         return left or any(child.busy() for child in self.children[: self._index + 1])
@@ -140,6 +150,14 @@ class PropagatingFallbacksNode(FallbacksNode):
                 return True
         return False
 
+    def give_way(self) -> bool:
+        """Hands the first state on that waits for what does not come."""
+        for state in self._trying if not self.closed else ():
+            if self._asked[state] + 1 < len(self.children) and self._alive(state):
+                self._ask(state, self._asked[state] + 1)
+                return True
+        return False
+
     def _alive(self, state: State) -> bool:
         """Whether a state is one to decide for; what is not alive may have pruned jobs."""
         return state.alive[self._near] or self.kept
@@ -156,6 +174,10 @@ class PropagatingFallbacksNode(FallbacksNode):
             del self._trying[near]
             self.planning.touch(near, self._far)
         super().child_solved(child, solution)
+
+    def hands_on(self, child: Node) -> bool:
+        """Not where nothing is delivered."""
+        return False
 
     def _left(self, state: State) -> bool:
         """Whether it waits, or a child is left to ask."""
@@ -256,6 +278,15 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
             self._close(lane)
         return False
 
+    def give_way(self) -> bool:
+        """Hands the first pair on that waits for what does not come."""
+        for lane in [lane for lanes in self._pairs.values() for lane in lanes] if not self.closed else ():
+            if lane.index + 1 < len(self.children) and not lane.solved and self._alive(lane):
+                lane.index += 1
+                self._ask(lane)
+                return True
+        return False
+
     def _alive(self, lane: Lane) -> bool:
         return (lane.start.alive[LEFT] and lane.end.alive[RIGHT]) or self.kept
 
@@ -309,6 +340,13 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
     def delivers_to(self, child: Node, side: int) -> bool:
         """A lane has all it will get."""
         return False
+
+    def hands_on(self, child: Node) -> bool:
+        """Whether new pairs may come, or one that is with an earlier child."""
+        index = self.children.index(child)
+        lanes = (lane for lanes in self._pairs.values() for lane in lanes)
+        coming = any(lane.index < index and not lane.solved and self._alive(lane) for lane in lanes)
+        return not self.closed and (coming or self.may_receive())
 
     def permits(self, child: Node) -> bool:
         """Whether a child may run now: while no earlier one can."""

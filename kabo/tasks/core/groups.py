@@ -31,6 +31,11 @@ class Holder(Node):
         """Whether something waits to leave it, or may come of a counterpart."""
         return any(self.may_lead(inner, side) for inner in self.inside.get(state, {}).values())
 
+    def came(self, side: int) -> Iterable[State]:
+        """The states that have a counterpart at that border."""
+        inside = ((state, inner) for state, lanes in self.inside.items() for inner in lanes.values())
+        return (state for state, inner in inside if self.inner.at_border(inner, side))
+
     def may_join(self, start: State, end: State, lane: object) -> bool:
         """The same of both counterparts in the lane."""
         first, last = self.inside[start].get(lane), self.inside[end].get(lane)
@@ -145,6 +150,10 @@ class ParallelNode(Node):
         start, end, cost, comment = solution.start, solution.end, solution.cost, solution.comment
         number = self.planning.count()
         self.report(Solution(self.stage, start, end, cost, comment, parts=(solution,), number=number))
+
+    def came(self, side: int) -> Iterable[State]:
+        """The same for all children."""
+        return self.children[0].came(side)
 
     def delivers_to(self, child: Node, side: int) -> bool:
         """What comes to it comes to all children."""

@@ -64,7 +64,6 @@ class MonitorNode(GeneratorNode):
         super().__init__(*arguments)
         self.monitored: Node | None = None
         self._started = False
-        self._asking = False
 
     def start(self) -> None:
         """Triggers count from now on, and those before."""
@@ -86,15 +85,20 @@ class MonitorNode(GeneratorNode):
 
     def busy(self) -> bool:
         """Whether triggers wait, or may come."""
+        if not self._started:
+            return False
         if self.closed or self.jobs or self.monitored is None:
             return super().busy()
-        if self._asking:  # of stages that monitor each other something comes only if it comes from elsewhere
+        asked = self.planning.asked
+        if self in asked:  # of stages that monitor each other something comes only if it comes from elsewhere
             return False
-        self._asking = True
+        first = not asked
+        asked.add(self)
         try:
             return self.monitored.may_solve()
         finally:
-            self._asking = False
+            if first:
+                asked.clear()
 
     def solve(self, job: Job, result: Result) -> None:
         """A state on either side, with the properties of what was monitored."""
@@ -187,10 +191,6 @@ class Joining(Node):
                 for state in self.came(1 - side):
                     self.planning.touch(state, side)
         return changed
-
-    def came(self, side: int) -> Iterable[State]:
-        """The states that came to that side so far."""
-        raise NotImplementedError
 
 
 class ConnectorNode(Joining, Leaf):

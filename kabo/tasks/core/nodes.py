@@ -114,11 +114,38 @@ class Node:
 
     # -------------------------------------------------------------------------------- what it says to others
     def may_solve(self) -> bool:
-        """Whether it may still have successes: it is busy, or states may still come to it."""
+        """Whether it may still have successes: it is busy, or states, or pairs of them, may still come to it."""
         if self.busy():
             return True
-        from_left = self.reads[LEFT] and self.level.delivers(self.index, LEFT)
-        return from_left or (self.reads[RIGHT] and self.level.delivers(self.index + 1, RIGHT))
+        here = self
+        while here.parent is not None:
+            if here.parent.hands_on(here):
+                return True
+            here = here.parent
+        return self.may_receive()
+
+    def may_receive(self) -> bool:
+        """Whether new states may still come to it; of pairs one, where the other one is there or may come too."""
+        if self.closed:
+            return False
+        left = self.reads[LEFT] and self._delivered(LEFT)
+        right = self.reads[RIGHT] and self._delivered(RIGHT)
+        if self.flow is not Flow.CONNECT or left is right:
+            return left or right
+        return any(True for _ in self.came(RIGHT if left else LEFT))
+
+    def _delivered(self, side: int) -> bool:
+        if self.parent is not None and self.parent.level is self.level:
+            return self.parent.delivers_to(self, side)
+        return self.level.delivers(self.index if side == LEFT else self.index + 1, side)
+
+    def came(self, side: int) -> Iterable[State]:
+        """The states that came to that side so far; connecting."""
+        raise NotImplementedError
+
+    def hands_on(self, child: "Node") -> bool:
+        """Whether it may still have a child begin, or try a pair, where another one gave nothing."""
+        return False
 
     def child_solved(self, child: "Node", solution: Solution) -> None:
         """A child had a success."""

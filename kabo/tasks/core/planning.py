@@ -66,6 +66,7 @@ class Planning:
         self.observe, self._audit = observe, audit
         self.count: Callable[[], int] = count(1).__next__  # numbers whatever must keep its order of arrival
         self.changes = 0  # counts whatever may let a job run, or a solution be lifted, that could not before
+        self.asked: set[Node] = set()  # the monitors that one question, whether more may come, was handed on to
         self._touched: list[tuple[State, int]] = []
         self._woken = False
         self.nodes: dict[Stage, Node] = {}
@@ -144,6 +145,8 @@ class Planning:
                 yield from strategy.walk()
                 if not strategy.over():
                     self.rest()
+                    if before == self.changes and any(fallbacks.give_way() for fallbacks in self._fallbacks):
+                        self.settle()  # what waited in a circle
 
     def complete(self) -> bool:
         """Whether whole solutions wait to be lifted."""

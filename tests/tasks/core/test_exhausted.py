@@ -17,6 +17,7 @@ from kabo.tasks.core import (
     forward,
     generator,
     monitor,
+    propagator,
 )
 
 HOW = [{}, {"pruning": False}, {"lazy": True}, {"lazy": True, "pruning": False}, {"depth_first": 12}]
@@ -92,6 +93,62 @@ def test_a_monitor_of_what_only_the_next_child_could_bring_about_gives_way(how):
     )
     assert task.plan() == [] and task.exhausted
     assert task.statistics["f/g"].successes == 1
+
+
+@monitor()
+def once_more(scene, properties, seed):
+    if scene < 12:
+        yield Result(scene + 10)
+
+
+@propagator()
+def keep(scene, properties, seed):
+    yield Result(scene)
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_a_monitor_of_pairs_whose_other_side_never_comes_is_not_waited_for(how):
+    circle = Serial("circle", Fallbacks("in", once_more("m1", "../../back"), offer("none", values=[])), Move("j"))
+    either = Fallbacks("either", once_more("m2", "../either back/circle/j"), offer("g", values=[1]))
+    task = Task("t", Fallbacks("either back", keep("back"), circle), either, **how)
+    assert [s.end.scene for s in task.plan()] == [1] and task.exhausted
+    assert task.statistics["either/g"].successes == 1
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_a_monitor_of_what_never_begins_is_not_waited_for(how):
+    never = Serial("never", offer("n1", values=[1]), Move("j"), once_more("n2", "../../first"))
+    by_way = Serial("by way", Move("j2"), once_more("m", "../../which/never"))
+    which = Fallbacks("which", offer("g", values=[1]), never)
+    task = Task("t", keep("first"), which, Fallbacks("f", by_way, keep("direct")), **how)
+    assert [s.end.scene for s in task.plan()] == [1] and task.exhausted
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_what_begins_with_a_later_child_may_feed_the_earlier_one_and_both_count(how):
+    fed = once_more("m", "../after")
+    task = Task("t", Fallbacks("f", fed, offer("g", values=[1])), keep("after"), **how)
+    assert sorted(s.end.scene for s in task.plan()) == [1, 11, 21] and task.exhausted
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_of_fallbacks_that_wait_in_a_circle_the_first_gives_way(how):
+    first = Serial("one", Fallbacks("f", once_more("m", "../../two/after"), offer("g", values=[1])), keep("after"))
+    second = Serial(
+        "two", Fallbacks("f", once_more("m", "../../one/after"), offer("g", values=[2])), keep("after")
+    )
+    task = Task("t", first, Move("j"), second, **how)
+    found = {(s.start.scene, s.end.scene) for s in task.plan()}
+    assert found == {(1, 11), (21, 11)} and task.exhausted
+    assert task.statistics["two/f/g"].calls == 0
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_a_state_at_a_border_is_one_however_many_ways_lead_to_it(how):
+    inside = Serial("inside", offer("a", values=[1]), Move("j"), offer("b", values=[2, 3]))
+    task = Task("t", keep("back"), inside, Move("k"), once_more("m", "back"), **how)
+    assert sorted(s["inside"].end.scene for s in task.plan()) == [2, 3] and task.exhausted
+    assert task.statistics["back"].successes == 1 and task.statistics["m"].successes == 1
 
 
 class Both(Generator):
