@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from kabo.verify.certificate.bounds import deviations
 from kabo.verify.motion.arms import Mount
+from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.sweep import Path
 
 Array = npt.NDArray[np.float64]
