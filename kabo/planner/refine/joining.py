@@ -18,7 +18,7 @@ from kabo.plan import Segment
 from kabo.planner.refine.freedom import Freedoms
 from kabo.planner.refine.legs import Leg, legs_of, proven
 from kabo.scene import Component
-from kabo.tasks.robots.motion.keeping import keep_of
+from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.smoothing import Part
 from kabo.tasks.robots.scenes import configuration
 

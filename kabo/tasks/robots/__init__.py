@@ -41,7 +41,7 @@ _STAGES = {
     "Wait": "stages.filters",
 }
 _HOME = _STAGES | {
-    "Details": "declaring",
+    "Details": "motion.refusals",
     "Direction": "motion.directions",
     "RobotStage": "declaring",
     "Stretch": "scenes",
@@ -53,7 +53,7 @@ _HOME = _STAGES | {
     "distance_to_reference": "motion.costs",
     "duration": "motion.costs",
     "path_length": "motion.costs",
-    "refusal": "declaring",
+    "refusal": "motion.refusals",
     "segments": "motion.exporting",
     "stretch": "scenes",
     "stretches": "motion.exporting",

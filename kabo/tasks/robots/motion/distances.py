@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.geometry import signed_distance
+from kabo.geometry_server import ScenePredicates
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 Array = npt.NDArray[np.float64]
@@ -27,8 +28,6 @@ def _sampled(each: Stretch, step: float) -> Iterator[Array]:
 
 
 def _least(scene: TaskScene, robot: str, greatest: float) -> float:
-    from kabo.geometry_server import ScenePredicates
-
     workspace = scene.workspace(robot)
     predicates = ScenePredicates(scene.context.surroundings, scene.situation.first)
     least = greatest

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from kabo.geometry_server import Refused, way_to
 from kabo.tasks.core import Failure
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.keeping import kept
 from kabo.tasks.robots.motion.questions import Question, Search, along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
 Array = npt.NDArray[np.float64]

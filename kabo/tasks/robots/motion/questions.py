@@ -1,19 +1,16 @@
 """What a refused attempt had asked of geometry, kept so that it can be asked again elsewhere: exactly, say."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kabo.geometry_server import Context, Refused, way_to
 from kabo.scene import Configuration
-from kabo.tasks.robots.motion.keeping import keep_of
+from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.targets import Target
 from kabo.tasks.robots.scenes import TaskScene, configuration
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from kabo.tasks.robots.motion.targets import Target
 
 FEW = 60  # samples of a search for a way that is made again
 
@@ -38,7 +35,7 @@ class Question:
     robot: str
     waypoints: tuple[Configuration, ...] = ()
     search: Search | None = None
-    target: "Target | None" = None
+    target: Target | None = None
 
     def passes(self, context: Context, without: str | None = None) -> bool:
         """Whether the answer is yes in another context, or with a body out of the way; all else is the same."""
@@ -56,6 +53,6 @@ class Question:
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
 
 
-def along(scene: TaskScene, robot: str, *waypoints: "Iterable[float]") -> Question:
+def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> Question:
     """The question whether a robot may stand at a way point (n,), or move straight through several."""
     return Question(scene, robot, tuple(map(configuration, waypoints)))

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from kabo.geometry_server import Keep, Workspace
 from kabo.motion import Blended, blended, fastest, thinned
-from kabo.tasks.robots.motion.keeping import keep_of
+from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 
 Array = npt.NDArray[np.float64]

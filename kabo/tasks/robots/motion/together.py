@@ -17,9 +17,9 @@ from kabo.geometry_server import Contacts, Pair, Team
 from kabo.plan import Segment
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Failure, Solution
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 Array = npt.NDArray[np.float64]

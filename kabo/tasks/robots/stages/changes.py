@@ -12,9 +12,10 @@ from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, Propagator, Property, Result, Stage
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
 SUPPORTS, TOUCH = "supports", "touch"

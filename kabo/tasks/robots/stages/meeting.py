@@ -17,7 +17,8 @@ from kabo.scene import Configuration, Scene
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults
 from kabo.tasks.robots.stages.placements import mate_of

@@ -12,11 +12,11 @@ from kabo.scene import Scene
 from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, keep_faults
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
-from kabo.tasks.robots.motion.keeping import keep_faults
 from kabo.tasks.robots.motion.paths import grip, length, way
 from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.poses import pose_of

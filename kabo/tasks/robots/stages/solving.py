@@ -10,8 +10,9 @@ from kabo.geometry_server import Candidate, tool_frame
 from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values
 from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.motion.refusals import Details, refusal
 from kabo.tasks.robots.motion.targets import PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 

@@ -11,8 +11,9 @@ from kabo.scene import GeometricState, Scene
 from kabo.tasks.core import Generator, Property, Result
 from kabo.tasks.core.model.results import Answer, Answers
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 
 

@@ -16,8 +16,9 @@ from kabo.scene import Body, Scene
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values
 from kabo.tasks.robots.motion.directions import frame_of
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import family_faults, grasp_properties
