@@ -3,7 +3,7 @@
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from tests.knowledge.asking import branching_on, holds, outcomes, state_after
-from tests.small_problems import action, add, atom, delete, know, lit, no, problem, var
+from tests.support.small_problems import action, add, atom, delete, know, lit, no, problem, var
 
 Z = var("z")
 PZ, Q, R = lit("p", Z), lit("q"), lit("r")

@@ -15,7 +15,7 @@ from kabo.planner.searches import breadth_first, cheapest_first
 from kabo.planner.skeleton import Exhausted, Found, Limits, Unreachable
 from tests.conftest import PROPERTY_SCALE
 from tests.knowledge.asking import then
-from tests.small_problems import (
+from tests.support.small_problems import (
     COLOUR,
     FUEL,
     action,

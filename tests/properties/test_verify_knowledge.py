@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
-from tests import small_problems
+from tests.support import small_problems
 
 
 @given(problem=st.one_of(small_problems.problems(), small_problems.branching_problems()))

@@ -26,7 +26,7 @@ from kabo.verify.certificate_walk import Couple, Frames
 from kabo.verify.surfaces import Surface, surface
 from kabo.verify.sweep import Path as Course
 from kabo.verify.sweep import Thing
-from tests.small_robots import write_arm
+from tests.support.small_robots import write_arm
 from tests.verify.counter import Counter
 
 CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
