@@ -1,4 +1,4 @@
-"""Entries of Kx (exactly one member holds) and Kor (at least one): what they say, when they go [contract 1 to 3]."""
+"""Entries of Kx (exactly one member holds) and Kor (at least one): what they say, when they go [docs/knowledge.md]."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Run-time variables: `c: {value_of: f(s)}` means the term wherever the action says c [contract 8]."""
+"""Run-time variables: `c: {value_of: f(s)}` means the term wherever the action says c [docs/knowledge.md#actions]."""
 
 from kabo.knowledge import ground
 from kabo.language import formulas as f

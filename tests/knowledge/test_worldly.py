@@ -1,4 +1,4 @@
-"""World effects `when C then E`: what is known of E after them, and what E then tells about C [contract 4].
+"""World effects `when C then E`: what is known of E after them, and what E then tells about C [docs/knowledge.md#actions].
 
 q, r, p(x) are causes and never change unless a test says so; p(y) is the outcome.
 """
