@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kabo.errors import Diagnostic, InputError, KaboError, ServiceError
-    from kabo.geometry.bounding_decomposition import bounding_decomposition
-    from kabo.geometry.bounding_mesh import bounding_mesh
+    from kabo.explain.explain import Explanation, explain
+    from kabo.geometry.bounding.bounding_decomposition import bounding_decomposition
+    from kabo.geometry.bounding.bounding_mesh import bounding_mesh
     from kabo.geometry_server import GeometryServer
     from kabo.imports import load_problem
     from kabo.language.problem import Problem
     from kabo.meshes import load_mesh
     from kabo.plan import Plan, plan_from_json, plan_to_json, policy, unfold
-    from kabo.planner.explaining import Explanation, explain
     from kabo.planner.result import Progress, Reason, Result
     from kabo.planner.solve import solve
     from kabo.scene import Scene, load_scene
@@ -28,7 +28,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Diagnostic": "kabo.errors",
-    "Explanation": "kabo.planner.explaining",
+    "Explanation": "kabo.explain.explain",
     "GeometryServer": "kabo.geometry_server",
     "InputError": "kabo.errors",
     "KaboError": "kabo.errors",
@@ -41,7 +41,7 @@ _HOMES = {
     "ServiceError": "kabo.errors",
     "bounding_decomposition": "kabo.geometry",
     "bounding_mesh": "kabo.geometry",
-    "explain": "kabo.planner.explaining",
+    "explain": "kabo.explain.explain",
     "load_mesh": "kabo.meshes",
     "load_problem": "kabo.imports",
     "load_scene": "kabo.scene",

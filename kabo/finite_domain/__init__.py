@@ -8,9 +8,9 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
-    "astar": "optimal_search",
-    "bfws": "novelty_search",
-    "breadth_first": "blind_search",
+    "astar": "search.optimal_search",
+    "bfws": "search.novelty_search",
+    "breadth_first": "search.blind_search",
     "Budget": "compiled_task",
     "CompiledTask": "compiled_task",
     "Effect": "task",
@@ -19,9 +19,9 @@ _HOME = {
     "SearchResult": "result",
     "Variable": "task",
     "validate": "task",
-    "Estimate": "relaxation",
-    "RelaxedOperator": "relaxation",
-    "RelaxedTask": "relaxation",
+    "Estimate": "heuristics.relaxation",
+    "RelaxedOperator": "heuristics.relaxation",
+    "RelaxedTask": "heuristics.relaxation",
 }
 __all__ = sorted(_HOME)  # noqa: PLE0605
 

@@ -10,43 +10,43 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # files that are called like what they offer
-    from kabo.geometry.bounding_decomposition import bounding_decomposition as bounding_decomposition
-    from kabo.geometry.bounding_mesh import bounding_mesh as bounding_mesh
-    from kabo.geometry.swept_volume import swept_volume as swept_volume
+    from kabo.geometry.bounding.bounding_decomposition import bounding_decomposition as bounding_decomposition
+    from kabo.geometry.bounding.bounding_mesh import bounding_mesh as bounding_mesh
+    from kabo.geometry.collision.swept_volume import swept_volume as swept_volume
 
 _HOMES = {
-    "BoundingMesh": "bounding_mesh",
-    "Bounds": "predicates",
+    "BoundingMesh": "bounding.bounding_mesh",
+    "Bounds": "collision.predicates",
     "Budget": "budget",
-    "CollisionView": "views",
-    "Container": "predicates",
-    "Counters": "views",
-    "Decomposition": "bounding_decomposition",
+    "CollisionView": "collision.views",
+    "Container": "collision.predicates",
+    "Counters": "collision.views",
+    "Decomposition": "bounding.bounding_decomposition",
     "Enclosure": "parts",
-    "ExactView": "exact",
+    "ExactView": "collision.exact",
     "FixedGroup": "parts",
-    "Motion": "motions",
+    "Motion": "collision.motions",
     "MovingGroup": "parts",
-    "SweptVolume": "swept_volume",
-    "bounding_decomposition": "bounding_decomposition",
-    "bounding_mesh": "bounding_mesh",
-    "collides": "predicates",
-    "contains": "inclusion",
-    "digest_beside": "stored_parts",
-    "crossing_faces": "crossings",
-    "distance": "predicates",
-    "enclosing_parts": "enclosure",
-    "exact_collides": "exact_predicates",
-    "exact_distance": "exact_predicates",
-    "exact_includes": "exact_predicates",
-    "exact_sweep_collides": "exact_predicates",
-    "hausdorff_bound": "hausdorff",
-    "includes": "predicates",
-    "penetration": "penetration",
-    "signed_distance": "penetration",
-    "sweep_collides": "predicates",
-    "swept_volume": "swept_volume",
-    "write_parts": "enclosure",
+    "SweptVolume": "collision.swept_volume",
+    "bounding_decomposition": "bounding.bounding_decomposition",
+    "bounding_mesh": "bounding.bounding_mesh",
+    "collides": "collision.predicates",
+    "contains": "collision.inclusion",
+    "digest_beside": "bounding.stored_parts",
+    "crossing_faces": "triangles.crossings",
+    "distance": "collision.predicates",
+    "enclosing_parts": "bounding.enclosure",
+    "exact_collides": "collision.exact_predicates",
+    "exact_distance": "collision.exact_predicates",
+    "exact_includes": "collision.exact_predicates",
+    "exact_sweep_collides": "collision.exact_predicates",
+    "hausdorff_bound": "bounding.hausdorff",
+    "includes": "collision.predicates",
+    "penetration": "collision.penetration",
+    "signed_distance": "collision.penetration",
+    "sweep_collides": "collision.predicates",
+    "swept_volume": "collision.swept_volume",
+    "write_parts": "bounding.enclosure",
 }
 
 __all__ = sorted(_HOMES)  # noqa: PLE0605
