@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the explanation; the exit codes are those of `solve`."""
-    from kabo.imports import load_problem
+    from kabo.language import load_problem
     from kabo.planner.explaining import explain, explanation_to_json, invalid_explanation
 
     try:

@@ -10,8 +10,8 @@ from functools import cache
 import pytest
 
 from kabo.errors import InputError
-from kabo.imports import load_problem
 from kabo.knowledge import Task, ground
+from kabo.language import load_problem
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.searches import SEARCHES
 from kabo.planner.skeleton import Exhausted, Limits
