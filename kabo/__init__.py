@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from kabo.geometry.bounding.bounding_decomposition import bounding_decomposition
     from kabo.geometry.bounding.bounding_mesh import bounding_mesh
     from kabo.geometry_server import GeometryServer
-    from kabo.imports import load_problem
+    from kabo.language import load_problem
     from kabo.language.problem import Problem
     from kabo.meshes import load_mesh
     from kabo.plan import Plan, plan_from_json, plan_to_json, policy, unfold
@@ -43,7 +43,7 @@ _HOMES = {
     "bounding_mesh": "kabo.geometry",
     "explain": "kabo.explain.explain",
     "load_mesh": "kabo.meshes",
-    "load_problem": "kabo.imports",
+    "load_problem": "kabo.language",
     "load_scene": "kabo.scene",
     "plan_from_json": "kabo.plan",
     "plan_to_json": "kabo.plan",

@@ -1,18 +1,21 @@
 """The language room: from files to a Problem.
 
-YAML with places, one grammar for formulas, every name resolved and every type checked; all findings at once, as
-diagnostics. It reads text and makes values: it evaluates nothing and opens no mesh.
+YAML, PDDL, contingent PDDL and PKS XML become the one kind of problem that kabo plans for, every name resolved and
+every type checked; all findings at once, as diagnostics with places. What kabo cannot say is refused by name and place,
+never dropped. It reads text and makes values: it evaluates nothing and opens no mesh.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kabo.language.loading import check_files, load_problem, load_scene_description, own_task_files
     from kabo.language.problem import Action, Domain, Function, Options, Parameter, Problem
-    from kabo.language.procedures import Procedures, Property
+    from kabo.language.reading import check_files, is_imported, load_problem
     from kabo.language.scene_description import SceneDescription
     from kabo.language.spelling import spell, spell_number
+    from kabo.language.task_description import Property
+    from kabo.language.yaml.loading import load_scene_description, own_task_files
+    from kabo.language.yaml.procedures import Procedures
 
 _HOMES = {
     "Action": "problem",
@@ -21,13 +24,14 @@ _HOMES = {
     "Options": "problem",
     "Parameter": "problem",
     "Problem": "problem",
-    "Procedures": "procedures",
-    "Property": "procedures",
+    "Procedures": "yaml.procedures",
+    "Property": "task_description",
     "SceneDescription": "scene_description",
-    "check_files": "loading",
-    "load_problem": "loading",
-    "load_scene_description": "loading",
-    "own_task_files": "loading",
+    "check_files": "reading",
+    "is_imported": "reading",
+    "load_problem": "reading",
+    "load_scene_description": "yaml.loading",
+    "own_task_files": "yaml.loading",
     "spell": "spelling",
     "spell_number": "spelling",
 }
@@ -43,6 +47,7 @@ __all__ = [
     "Property",
     "SceneDescription",
     "check_files",
+    "is_imported",
     "load_problem",
     "load_scene_description",
     "own_task_files",
