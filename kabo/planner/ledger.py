@@ -282,8 +282,8 @@ class Ledger:
     def in_vain(self) -> bool:
         """Whether so many calls along finished plans were refused that asking while searching is the better way."""
         counted = self.server.statistics
-        calls = sum(row["calls"] for row in counted.procedures.values())
-        failures = sum(sum(row["failures"].values()) for row in counted.procedures.values())
+        calls = sum(counted.calls.values())
+        failures = sum(sum(reasons.values()) for reasons in counted.failures.values())
         return failures >= IN_VAIN and failures >= OFTEN * calls
 
     def proved(self) -> bool:
