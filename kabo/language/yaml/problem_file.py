@@ -17,12 +17,11 @@ from kabo.language.yaml.scene_file import SceneReading
 from kabo.language.yaml.syntax import Tree, parse
 from kabo.language.yaml.terms import Context
 from kabo.language.yaml.values import Reader
+from kabo.options import GEOMETRIES, SEARCHES
 
 PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "initial", "goal", "options")
 OPTION_KEYS = ("search", "seed", "epsilon", "geometry", "budget")
 BUDGET_KEYS = ("expansions", "samples", "seconds")
-SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening")
-GEOMETRIES = ("bounding", "exact", "none")
 
 
 def read_problem(
