@@ -46,8 +46,8 @@ REMEMBERED = {
     "kabo/geometry_server/spreading.py": {"_TURNS"},  # by content
     "kabo/geometry_server/surroundings.py": {"_ENCLOSURES"},  # by content
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
-    "kabo/language/procedures.py": {"library_names", "library_signature"},  # of this installation
-    "kabo/language/syntax.py": {"_parser"},
+    "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
+    "kabo/language/yaml/syntax.py": {"_parser"},
     "kabo/linking.py": {"whole_compiler", "part_compiler"},
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts
@@ -117,6 +117,11 @@ def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
     prints = [node.lineno for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
     assert not prints or relative(path).startswith("kabo/cli/")
+
+
+def test_no_named_tuple_is_generic_which_python_3_10_does_not_know():
+    pattern = re.compile(r"^class (\w+)\(.*\bNamedTuple\b.*,|^class (\w+)\(.*, *NamedTuple\b", re.MULTILINE)
+    assert not {relative(path) for path in SOURCES if pattern.search(path.read_text())}
 
 
 def test_only_the_outer_edges_catch_every_exception():

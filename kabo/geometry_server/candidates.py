@@ -2,7 +2,7 @@
 
 A stream is keyed by what is sampled and nothing else: the robot, the object, the family, the values that its
 constraints read. So the same grasps and places are tried in the same order wherever the robot starts, and branches
-that meet on the knowledge level meet again in geometry (LANGUAGE section 6).
+that meet on the knowledge level meet again in geometry (docs/plans.md#sharing).
 """
 
 from collections.abc import Iterator, Sequence
@@ -121,7 +121,9 @@ class Stream:
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
         """The one candidate to which a configuration (n,) leads; none if it leads nowhere."""
         tree = self.robot.tree
-        found, valid = project(tree, self.rows, [q], tree.lower, tree.upper, self._active)
+        found, valid = project(
+            tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self._active
+        )
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:

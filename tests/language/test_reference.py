@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from kabo.language import bodies, domain_file, poses, problem_file, procedures, robots, scene_file
 from kabo.language.constraint_kinds import CONSTRAINT_KINDS
+from kabo.language.yaml import bodies, domain_file, poses, problem_file, procedures, robots, scene_file
 
 PAGE = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
 KEYS = {

@@ -9,7 +9,7 @@ import pytest
 from kabo.errors import InputError
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.language.procedures import LIBRARY
+from kabo.language.yaml.procedures import LIBRARY
 from kabo.scene import link_poses, world_T
 from kabo.tasks.procedures import GeometricProcedures
 
@@ -82,7 +82,7 @@ def test_segments_follow_each_other_without_a_gap(server: Servers) -> None:
 
 
 def test_the_same_grasp_is_found_from_any_start(server: Servers) -> None:
-    """The law of [LANGUAGE 6]: streams are keyed by what is sampled, never by where the robot starts."""
+    """The law of [docs/plans.md#sharing]: streams are keyed by what is sampled, never by where the robot starts."""
     asked = server(BARTENDER)
     from_home = run(asked, PICK)
     elsewhere = run(asked, call("pick", "right", "bottle_3"), call("place", "right", "bottle_3", "anywhere"))
