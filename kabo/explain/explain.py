@@ -19,6 +19,7 @@ from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
+from kabo.options import Search
 from kabo.planner.geometry.external_procedures import Procedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
@@ -97,7 +98,7 @@ class Explanation:
 def explain(
     problem: Problem,
     *,
-    search: str | None = None,
+    search: Search | None = None,
     max_expansions: int | None = None,
     timeout: float | None = None,
     memory: float | None = None,
@@ -172,7 +173,7 @@ def _unproved(unproved: Reason, goals: list[UnreachableGoal]) -> list[str]:
 
 
 def _searched(
-    problem: Problem, judged: Judged, search: str | None, expansions: int, stop: StopFlag
+    problem: Problem, judged: Judged, search: Search | None, expansions: int, stop: StopFlag
 ) -> tuple[Verdict, list[str]]:
     task = ground(problem)
     found = find_skeleton(task, search=search, limits=Limits(expansions, stop))
