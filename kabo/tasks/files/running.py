@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.errors import CutOff, InputError, did_you_mean
 from kabo.language.findings import Findings
+from kabo.language.scene_description import SceneDescription
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
 
 if TYPE_CHECKING:
-    from kabo.language.scene_description import SceneDescription
-    from kabo.scene import Scene
+    from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
 Stop = Callable[[], bool]
 
@@ -63,11 +63,16 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
     def late() -> bool:
         return settings.stop() or (settings.timeout is not None and perf_counter() - began >= settings.timeout)
 
-    first = None if scene is None else first_scene(scene, seed, late)
+    first: Any = None
     found: list[tuple[float, float]] = []
+    if scene is not None:
+        # Loads the geometry server with its kernels, which tasks without robots do not need.
+        from kabo.tasks.files.first_scenes import check_against_scene, first_scene
+
+        first = first_scene(scene, seed, late)
     try:
         if scene is not None:
-            _check(task, scene, first)
+            check_against_scene(task, first)
         while settings.max_solutions is None or len(found) < settings.max_solutions:
             try:
                 solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
@@ -106,15 +111,6 @@ def _asked(error: Exception) -> Stage | None:
     return found
 
 
-def first_scene(scene: "Scene", seed: int, stop: Stop) -> Any:
-    """The scene in which a task is asked from the command line: the first state of a scene file."""
-    from kabo.geometry_server import GeometryServer
-    from kabo.tasks.robots import TaskScene
-
-    server = GeometryServer(scene, seed=seed, stop=stop)
-    return TaskScene.of(server.context(), scene.start)
-
-
 def needs_scene(file: TaskFile) -> bool:
     """Whether a task has stages that only a scene with robots can serve."""
     waiting = [file.recipe]
@@ -126,7 +122,7 @@ def needs_scene(file: TaskFile) -> bool:
     return False
 
 
-def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDescription") -> None:
+def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: SceneDescription) -> None:
     """Whether the scene has the robots, bodies and regions that are given.
 
     Raises:
@@ -142,10 +138,3 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
             findings.add(each.place, f'"{each.name}" is {value}, which is no {each.kind} of the scene', hint)
     if findings.errors:
         raise InputError(findings.diagnostics)
-
-
-def _check(task: Task, scene: "Scene", first: Any) -> None:
-    from kabo.tasks.robots import check_meaning, check_names
-
-    check_names(task, scene)
-    check_meaning(task, scene, first.situation)

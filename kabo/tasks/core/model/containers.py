@@ -1,16 +1,14 @@
 """Containers: stages that hold stages, one after the other or side by side, and wrappers around one [T 3.3, 3.4]."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.tasks.core.model.errors import TaskError
 from kabo.tasks.core.model.flow import PROPAGATE, Flow, Flows
 from kabo.tasks.core.model.properties import Property
 from kabo.tasks.core.model.results import Answers, Result
+from kabo.tasks.core.model.solutions import Solution
 from kabo.tasks.core.model.stages import Stage, Values
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.model.solutions import Solution
 
 
 class Container(Stage):
@@ -109,6 +107,8 @@ class Serial(Container):
 class Parallel(Container):
     """Side by side: all children share both interfaces."""
 
+    TRANSPARENT = True
+
     @property
     def flows(self) -> Flows:
         """What all children can."""
@@ -133,13 +133,15 @@ class Merger(Parallel):
         """Propagating only: merged motions begin, or end, in one state."""
         return super().flows & PROPAGATE
 
-    def merge(self, scene: Any, solutions: Sequence["Solution"], properties: Values, seed: int) -> Answers:
+    def merge(self, scene: Any, solutions: Sequence[Solution], properties: Values, seed: int) -> Answers:
         """The results of moving as in all the solutions, which begin (or, backward, end) in the scene."""
         raise NotImplementedError
 
 
 class Wrapper(Container):
     """Around one child: each of its successes becomes what `transform` makes of it."""
+
+    TRANSPARENT = True
 
     def __init__(self, name: str, child: Stage | None = None, /, **properties: Any) -> None:
         super().__init__(name, **properties)
@@ -151,7 +153,7 @@ class Wrapper(Container):
         """Those of the child."""
         return self.children[0].flows if len(self.children) == 1 else frozenset()
 
-    def transform(self, solution: "Solution", properties: Values, seed: int) -> Answers:
+    def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
         """What becomes of a success of the child; as it is, unless a class says otherwise."""
         return [Result(cost=solution.cost, comment=solution.comment)]
 

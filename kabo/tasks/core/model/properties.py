@@ -6,12 +6,9 @@ state for which a job runs (read again for each job). A reference without a name
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 from kabo.tasks.core.model.errors import UndeclaredProperty, UndefinedProperty, meant
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.model.stages import Stage
 
 
 class _Missing:
@@ -100,7 +97,31 @@ def references(value: Any, name: str) -> Iterator[Reference]:
             yield from references(inner, name)
 
 
-Trail = tuple[tuple[str, "Stage"], ...]  # through which properties of which stages a value is asked for
+class Owner(Protocol):
+    """What properties know of the stage that they belong to."""
+
+    @property
+    def name(self) -> str:
+        """The name of the stage."""
+        ...
+
+    @property
+    def path(self) -> str:
+        """The names from the child of the task down to the stage."""
+        ...
+
+    @property
+    def parent(self) -> "Owner | None":
+        """The container of the stage, from which references to parents are resolved."""
+        ...
+
+    @property
+    def properties(self) -> "Properties":
+        """The properties of the stage."""
+        ...
+
+
+Trail = tuple[tuple[str, Owner], ...]  # through which properties of which stages a value is asked for
 
 
 def _told(trail: Trail) -> list[str]:
@@ -110,7 +131,7 @@ def _told(trail: Trail) -> list[str]:
 class Properties:
     """The properties of one stage: what its class declares, what was set by hand, and how to resolve them."""
 
-    def __init__(self, stage: "Stage", declared: Mapping[str, Property], *, open_ended: bool) -> None:
+    def __init__(self, stage: Owner, declared: Mapping[str, Property], *, open_ended: bool) -> None:
         self._stage = stage
         self._declared = dict(declared)
         self._optional = open_ended  # what only it declares, for its children, may stay undefined

@@ -6,9 +6,7 @@ edges of the graph. A state on a container's border has a counterpart outside.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
-
-from kabo.tasks.core.model.stages import Stage
+from typing import Any, ClassVar, Protocol
 
 LEFT, RIGHT = 0, 1
 
@@ -88,10 +86,27 @@ class State:
         return f"State({self.number})"
 
 
+class SolvedStage(Protocol):
+    """What a solution knows of the stage that found it: in its own process the `Stage`, elsewhere a `NamedStage`."""
+
+    TRANSPARENT: ClassVar[bool]  # whether parts of its solutions are found without its name
+
+    @property
+    def name(self) -> str:
+        """The name of the stage."""
+        ...
+
+    @property
+    def path(self) -> str:
+        """The names from the child of the task down to the stage."""
+        ...
+
+
 @dataclass(frozen=True)
 class NamedStage:
-    """What is left of a stage when a solution travels to another process."""
+    """What is left of a stage when a solution is sent to another process."""
 
+    TRANSPARENT: ClassVar[bool] = False
     name: str
     path: str
 
@@ -106,7 +121,7 @@ class Solution:
 
     def __init__(
         self,
-        stage: Stage,
+        stage: SolvedStage,
         start: State | None,
         end: State | None,
         cost: float,
@@ -170,13 +185,11 @@ class Solution:
 
     def _named(self, name: str) -> "Solution | None":
         """The part of that name; containers that only choose or wrap are looked through."""
-        from kabo.tasks.core.model.containers import Parallel, Wrapper
-
         for part in self.parts:
             if part.stage.name == name:
                 return part
         for part in self.parts:
-            if isinstance(part.stage, (Parallel, Wrapper)):
+            if part.stage.TRANSPARENT:
                 found = part._named(name)
                 if found is not None:
                     return found

@@ -5,17 +5,15 @@ two; a monitoring generator is triggered by each success of another stage.
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from kabo.tasks.core.model.errors import TaskError
 from kabo.tasks.core.model.flow import PROPAGATE, Flow, Flows
 from kabo.tasks.core.model.properties import Properties, Property
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.solutions import Solution
 
-if TYPE_CHECKING:
-    from kabo.tasks.core.model.solutions import Solution
-
-CostTerm = Callable[["Solution"], "float | tuple[float, str]"]
+CostTerm = Callable[[Solution], float | tuple[float, str]]
 Values = Mapping[str, Any]
 
 
@@ -24,6 +22,7 @@ class Stage:
 
     PROPERTIES: ClassVar[Mapping[str, Property]] = {}
     OPEN: ClassVar[bool] = False  # whether any property may be set without declaring it
+    TRANSPARENT: ClassVar[bool] = False  # whether parts of its solutions are found without its name
 
     def __init__(self, name: str, /, *, cost: CostTerm | None = None, **properties: Any) -> None:
         declared: dict[str, Property] = {}

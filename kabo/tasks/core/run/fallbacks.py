@@ -14,8 +14,9 @@ from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.graph import meet
 from kabo.tasks.core.run.groups import ParallelNode
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.leaves import Joining
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.nodes import Node
 
 
 class FallbacksNode(ParallelNode):

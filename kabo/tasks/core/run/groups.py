@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-from kabo.tasks.core.run.graph import Level
-from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.nodes import Level, Node
 from kabo.tasks.core.run.paths import Paths
 
 

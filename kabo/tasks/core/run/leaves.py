@@ -9,8 +9,9 @@ from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Connector
 from kabo.tasks.core.run.graph import meet
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.nodes import Node
 
 
 class GeneratorNode(Leaf):

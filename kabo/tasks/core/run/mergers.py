@@ -8,8 +8,9 @@ from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.groups import ParallelNode
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.nodes import Node
 
 
 class MergerNode(Leaf):

@@ -6,10 +6,9 @@ that side revives. Of the jobs that wait, those asked less often come first, the
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
@@ -17,11 +16,8 @@ from kabo.tasks.core.model.properties import Resolver
 from kabo.tasks.core.model.results import Answer, Answers, Failure, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
-from kabo.tasks.core.run.graph import Level
+from kabo.tasks.core.run.graph import meet, relax
 from kabo.tasks.core.run.jobs import Job, job_seed, stage_seed
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.planning import Planning
 
 KEPT = 100  # failures that a stage keeps; all are counted
 INFINITE = float("inf")
@@ -39,11 +35,37 @@ class StageStatistics:
     costs: list[float] = field(default_factory=list)
 
 
+class PlanningRun(Protocol):
+    """What a node may ask of its planning run, and what it tells it."""
+
+    flows: Mapping[Stage, Flow]
+    scene: Any
+    seed: int
+    pruning: bool
+    observe: Callable[[Stage, Failure], None] | None
+    count: Callable[[], int]  # numbers whatever must keep its order of arrival
+    changes: int  # counts whatever may let a job run, or a solution be lifted, that could not before
+    asked: "set[Node]"  # the monitors that one question, whether more may come, was handed on to
+    order: "list[Node]"  # children before their containers, else in order of time
+
+    def touch(self, state: State, side: int) -> None:
+        """Reports that a state may have died on that side, or may be alive again."""
+        ...
+
+    def rested(self, node: "Node", lane: object) -> None:
+        """Reports that work in a node was done, lifted or parked, of one lane or (None) of all."""
+        ...
+
+    def woken(self, node: "Node") -> None:
+        """Reports that a node has jobs again."""
+        ...
+
+
 class Node:
     """A stage in one planning run."""
 
     def __init__(
-        self, stage: Stage, planning: "Planning", parent: "Node | None", level: Level, index: int
+        self, stage: Stage, planning: PlanningRun, parent: "Node | None", level: "Level", index: int
     ) -> None:
         self.stage = stage
         self.planning = planning
@@ -242,119 +264,113 @@ class Node:
         return Solution(self.stage, start, end, result.cost, result.comment, result.motion, parts, number)
 
 
-class Leaf(Node):
-    """A node with jobs of its own, for one subject each: in a heap those that wait, parked those that cannot run."""
+class Level:
+    """The states between the children of one container (or beside the child of a wrapper), and their edges."""
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self.jobs: dict[Any, Job] = {}
-        self.heap: list[tuple[tuple[Any, ...], int, Job]] = []  # of jobs that wait, or are no more
-        self.parked: dict[Any, Job] = {}
+    def __init__(self, owner: Node) -> None:
+        self.owner = owner
+        self.children: list[Node] = []
+        self.top = False  # whether this is the task's own level: its borders are the goal
 
-    def busy(self) -> bool:
-        """Whether a job waits or runs."""
-        return not self.closed and len(self.jobs) > len(self.parked)
+    # --------------------------------------------------------------------------------------------- growing
+    def enter(self, outer: State, side: int, number: int, lane: object) -> State:
+        """The counterpart of a state that comes in at a border."""
+        inner = State(outer.scene, outer.properties, number, lane)
+        inner.level, inner.announced = self, True
+        inner.position = 0 if side == LEFT else len(self.children)
+        inner.outside.append(outer)
+        outer.inside.append(inner)
+        near = outer.best[side]
+        inner.reached(side, (0, near[0] + near[1], near[2]))
+        inner.alive[side] = outer.alive[side] or self.owner.kept
+        self.owner.planning.touch(inner, 1 - side)
+        self.owner.planning.touch(outer, 1 - side)
+        return inner
 
-    def queue(self, job: Job) -> None:
-        """Puts a job in, at its present priority."""
-        if len(self.jobs) == len(self.parked):
-            self.planning.woken(self)
-        self.jobs[job.subject] = job
-        self.planning.changes += 1
-        self.push(job)
+    def add(self, solution: Solution, index: int) -> None:
+        """Adds a success of the child at `index`; new states go on to its neighbours."""
+        start, end = solution.start, solution.end
+        if start is None or end is None:
+            raise ValueError("a success has a state on both sides")
+        for state, position in ((start, index), (end, index + 1)):
+            if state.level is None:
+                state.level, state.position = self, position
+        start.edges[RIGHT].append(solution)
+        end.edges[LEFT].append(solution)
+        relax([(start, end, solution.cost, LEFT), (end, start, solution.cost, RIGHT)])
+        for state, side in ((start, LEFT), (end, RIGHT)):
+            far = 1 - side
+            if not state.announced:
+                state.announced = True
+                neighbour = self.neighbour(state, side)
+                if neighbour is not None and neighbour.reads[far]:
+                    neighbour.take(state, far, state.lane)
+                self.owner.planning.touch(state, side)
+            other = end if state is start else start
+            if state.alive[far] != other.alive[far]:
+                self.owner.planning.touch(state, far)
 
-    def push(self, job: Job) -> None:
-        """Puts a job in its place, at its present priority; entries of former ones are passed over."""
-        job.key = self.key(job)
-        heappush(self.heap, (job.key, self.planning.count(), job))
+    def neighbour(self, state: State, side: int) -> Node | None:
+        """The child on that side of a state; None at the border."""
+        k = state.position if side == RIGHT else state.position - 1
+        return self.children[k] if 0 <= k < len(self.children) else None
 
-    def rekey_jobs(self, jobs: Iterable[Job]) -> None:
-        """Queues jobs again, at a better priority; parked ones have none."""
-        for job in jobs:
-            if job.subject not in self.parked:
-                self.push(job)
+    def at_border(self, state: State, side: int) -> bool:
+        """Whether nothing of this container is on that side of a state."""
+        return state.position == (0 if side == LEFT else len(self.children))
 
-    def unpark(self, jobs: Iterable[Job]) -> None:
-        """Queues those of the jobs that were parked and can run again."""
-        for job in jobs:
-            if job.subject in self.parked and self.runnable(job):
-                del self.parked[job.subject]
-                self.planning.woken(self)
-                self.push(job)
+    def complete(self, state: State, side: int) -> bool:
+        """Whether a path leads from the state to the border on that side."""
+        needed = state.position if side == LEFT else len(self.children) - state.position
+        return state.best[side][0] == needed
 
-    def key(self, job: Job) -> tuple[Any, ...]:
-        """What orders jobs; less is better, and it only gets less with time (but for being asked again)."""
-        raise NotImplementedError
+    # --------------------------------------------------------------------------------------------- support
+    def supported(self, state: State, side: int) -> bool:
+        """Whether something on that side of a state may yet lead on, where no solution does."""
+        neighbour = self.neighbour(state, side)
+        if neighbour is not None:
+            if neighbour.reads[1 - side]:
+                return neighbour.works_on(state, side)
+            # Written by a container, it may have more ways through that container.
+            return any(inner.alive[side] for inner in state.inside if inner.level.at_border(inner, 1 - side))
+        if self.top or self.owner.kept or not state.outside or self.owner.works_at_border(state):
+            return True
+        return any(outer.alive[side] for outer in state.outside)
 
-    def runnable(self, job: Job) -> bool:
-        """Whether the side that the job does not compute is alive."""
-        raise NotImplementedError
+    def _may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether the neighbour on that side may still make edges that lead on from a state."""
+        neighbour = self.neighbour(state, side)
+        if neighbour is None:
+            return False
+        if neighbour.reads[1 - side]:
+            return neighbour.may_add(state, side, lane)
+        written = (inner for inner in state.inside if inner.level.at_border(inner, 1 - side))
+        return any(inner.level.owner.may_lead(inner, side) for inner in written)
 
-    def lane(self, job: Job) -> object:
-        """The lane of a job: whose solutions it may add to."""
-        raise NotImplementedError
+    def may_extend(self, state: State, side: int) -> bool:
+        """Whether anything may still be added to the paths, of its lane, that lead on from a state."""
+        seen, waiting = {state}, [state]
+        while waiting:
+            here = waiting.pop()
+            if self._may_add(here, side, state.lane):
+                return True
+            for edge in here.edges[side]:
+                far = edge.end if side == RIGHT else edge.start
+                if far is not None and far not in seen and meet(far.lane, state.lane):
+                    seen.add(far)
+                    waiting.append(far)
+        return False
 
-    def cause(self, job: Job) -> Solution | None:
-        """The success of another stage for which a job generates, if it is for one in particular."""
-        return None
-
-    def best(self) -> Job | None:
-        """The best job that can run; those before it that cannot are parked."""
-        while self.heap and not self.closed:
-            key, _, job = self.heap[0]
-            if job.key is key and self.jobs.get(job.subject) is job:
-                if self.kept or not self.planning.pruning or self.runnable(job):
-                    return job
-                self.parked[job.subject] = job
-                job.key = ()
-                self.planning.rested(self, self.lane(job))
-            heappop(self.heap)  # parked; or queued again at a better priority, or done meanwhile
-        return None
-
-    def pick(self) -> Job | None:
-        """The same, taken out of the queue."""
-        job = self.best()
-        if job is not None:
-            heappop(self.heap)
-        return job
-
-    def peek(self, place: int) -> Job | None:
-        """A job that will be picked soon, as it seems, if all goes on as it is."""
-        if place < len(self.heap):
-            key, _, job = self.heap[place]
-            if job.key is key and self.jobs.get(job.subject) is job and (self.kept or self.runnable(job)):
-                return job
-        return None
-
-    def put_back(self, job: Job) -> None:
-        """Queues a job again that was broken off; what it had given is passed over when it is called anew."""
-        job.source = None
-        self.planning.changes += 1
-        self.push(job)
-
-    def done(self, job: Job) -> None:
-        """Nothing more comes of a job; looks again at the states that it kept alive."""
-        raise NotImplementedError
-
-    def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
-        """Takes in what a job found; what has more to give is queued again, after those asked less often."""
-        for answer in found:
-            if isinstance(answer, Failure):
-                self.fail(*self.ends(job), answer)
-            else:
-                self.solve(job, answer)
-        if finished:
-            self.jobs.pop(job.subject, None)
-            self.done(job)
-        elif not self.closed:
-            job.asked += 1
-            self.queue(job)
-        self.planning.rested(self, self.lane(job))
-
-    def ends(self, job: Job) -> tuple[State | None, State | None]:
-        """The states of a job that a failure is shown with."""
-        return None, None
-
-    def solve(self, job: Job, result: Result) -> None:
-        """Makes a solution of a job's result."""
-        raise NotImplementedError
+    def delivers(self, position: int, side: int) -> bool:
+        """Whether new states may still come to a position from that side."""
+        k, step = (position, 1) if side == RIGHT else (position - 1, -1)
+        while 0 <= k < len(self.children):
+            child = self.children[k]
+            if child.reads[1 - side]:
+                return False
+            if child.busy():
+                return True
+            if not child.reads[side]:
+                return False
+            k += step
+        return self.owner.border_delivers(side)

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from heapq import heappop, heappush
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-from kabo.tasks.core.run.graph import Level, meet
+from kabo.tasks.core.run.graph import meet
+from kabo.tasks.core.run.nodes import Level
 
 Path = tuple[Solution, ...]
 

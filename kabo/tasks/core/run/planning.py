@@ -8,7 +8,7 @@ solution lifted, no fallback asked, nothing waited for any more. Only then every
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import count
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.tasks.core.model.containers import Alternatives, Fallbacks, Limit, Merger, Serial, Wrapper
 from kabo.tasks.core.model.errors import TaskError, note
@@ -17,17 +17,16 @@ from kabo.tasks.core.model.results import Failure
 from kabo.tasks.core.model.solutions import Solution, State
 from kabo.tasks.core.model.stages import Monitor, Stage
 from kabo.tasks.core.run.fallbacks import ConnectingFallbacksNode, FallbacksNode, Lane, PropagatingFallbacksNode
-from kabo.tasks.core.run.graph import Level, reconsider
+from kabo.tasks.core.run.graph import reconsider
 from kabo.tasks.core.run.groups import Holder, ParallelNode, SerialNode
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import Job
 from kabo.tasks.core.run.leaves import ConnectorNode, GeneratorNode, Joining, MonitorNode, PropagatorNode
 from kabo.tasks.core.run.mergers import MergerNode
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.nodes import Level, Node
 from kabo.tasks.core.run.strategies import Strategy, Turn
+from kabo.tasks.core.run.workers import Workers
 from kabo.tasks.core.run.wrappers import LimitNode, WrapperNode
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.workers import Workers
 
 _GROUPS: tuple[tuple[type[Stage], type[Node]], ...] = (
     (Serial, SerialNode),
@@ -174,7 +173,7 @@ class Planning:
         self._torn = False
         return any(lifted)
 
-    def step(self, workers: "Workers | None" = None) -> bool:
+    def step(self, workers: Workers | None = None) -> bool:
         """Executes one job, or lifts one solution of a container; False if nothing is left to do."""
         if self.exhausted:
             return False
@@ -192,7 +191,7 @@ class Planning:
             raise TaskError("an error broke planning off in the middle of a step; reset() the task to plan again")
         self._torn = True
 
-    def _execute(self, node: Leaf, job: Job, workers: "Workers | None") -> None:
+    def _execute(self, node: Leaf, job: Job, workers: Workers | None) -> None:
         try:
             if workers is None:
                 began = perf_counter()

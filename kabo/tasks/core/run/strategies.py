@@ -10,21 +10,34 @@ the grasp is of no use. The first solution costs least so, many solutions vary l
 """
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.solutions import LEFT, RIGHT
 from kabo.tasks.core.run.groups import SerialNode
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.nodes import Node
 from kabo.tasks.core.run.wrappers import WrapperNode
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.planning import Planning
 
 Picked = tuple[Leaf, Job]
 Turn = tuple[Node, Job | None]  # whose turn it is, with which job; without one, to look for whole solutions
 VAIN = 3  # the rank of what nothing would join
+
+
+class JobSource(Protocol):
+    """What a strategy may ask of its planning run."""
+
+    order: list[Node]  # children before their containers, else in order of time
+    root: Node
+
+    def pick(self, node: Leaf) -> Job | None:
+        """The best job of a node, taken out of its queue; None if no job of it may run now."""
+        ...
+
+    def lift_inside(self, node: Node) -> bool:
+        """Makes a solution of a container of the cheapest path that waits in it; whether there was one."""
+        ...
 
 
 class Strategy(Protocol):
@@ -42,7 +55,7 @@ class Strategy(Protocol):
 class Rounds:
     """One job of each stage in turn."""
 
-    def __init__(self, run: "Planning") -> None:
+    def __init__(self, run: JobSource) -> None:
         self._run = run
         nodes = [node for node in run.order if isinstance(node, (SerialNode, Leaf)) and node is not run.root]
         self._round = [(node, node if isinstance(node, Leaf) else None) for node in nodes]
@@ -72,7 +85,7 @@ class DepthFirst:
     """
 
     def __init__(
-        self, run: "Planning", *, until: Callable[[], bool] = lambda: False, by_targets: bool = False
+        self, run: JobSource, *, until: Callable[[], bool] = lambda: False, by_targets: bool = False
     ) -> None:
         leaves = [node for node in run.order if isinstance(node, Leaf)]
         self._run, self.over, self._by_targets = run, until, by_targets

@@ -15,14 +15,12 @@ from multiprocessing.connection import Connection
 from pickle import dumps, loads
 from signal import SIG_IGN, SIGINT, signal
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.tasks.core.model.results import Answer
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.planning import Planning
+from kabo.tasks.core.run.nodes import PlanningRun
 
 PAYS = 0.01  # seconds of a stage's mean job from which sending pays; measured by benchmarks/tasks_workers.py
 AHEAD = 6  # jobs of one stage that are asked ahead of time
@@ -42,7 +40,7 @@ class _Worker:
 class Workers:
     """Processes that know the stage functions of one run; begun when the first job is sent."""
 
-    def __init__(self, run: "Planning", size: int, *, pays: float | None = None) -> None:
+    def __init__(self, run: PlanningRun, size: int, *, pays: float | None = None) -> None:
         self.size, self._pays = size, PAYS if pays is None else pays
         self._leaves = [node for node in run.order if isinstance(node, Leaf)]
         self._numbers = {node: number for number, node in enumerate(self._leaves)}

@@ -7,8 +7,9 @@ from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.groups import Holder
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.nodes import Node
 
 
 class WrapperNode(Holder, Leaf):

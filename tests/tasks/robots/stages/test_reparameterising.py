@@ -11,7 +11,7 @@ import pytest
 from kabo.language import load_scene_description
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Solution, Task, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import Reparameterise, Stretch, segments, stretches
 from kabo.tasks.robots.motion.smoothing import Part
 from tests.tasks.robots.judge import Judge
