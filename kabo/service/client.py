@@ -19,7 +19,7 @@ import zenoh
 
 from kabo.errors import ServiceError
 from kabo.service import keys
-from kabo.service.messages import Cancelled, Failure, Status
+from kabo.service.messages import Cancelled, ErrorReply, Status
 from kabo.service.session import open_session
 
 ELSEWHERE = frozenset({"busy", "shutting_down", "worker_died"})  # another server, or the same one later, may do it
@@ -170,7 +170,7 @@ class Client:
             plan = None if answer.attachment is None else answer.attachment.to_bytes()
             body = _decoded(answer, dict[str, Any])
             return _foreign(server) if body is None else Reply(body, plan, server)
-        error = _decoded(answer, Failure)
+        error = _decoded(answer, ErrorReply)
         if error is None:
             return _foreign(server)
         if error.code in ELSEWHERE:

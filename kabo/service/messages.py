@@ -104,7 +104,7 @@ class Cancelled(msgspec.Struct, frozen=True):
     known: bool
 
 
-class Failure(msgspec.Struct, frozen=True):
+class ErrorReply(msgspec.Struct, frozen=True):
     """An error reply."""
 
     code: str

@@ -38,7 +38,7 @@ class Stopped(Exception):
     """The job was stopped at a check: "cancelled" or "deadline"."""
 
 
-class Refused(Exception):
+class RequestError(Exception):
     """The request cannot be worked on."""
 
     def __init__(self, code: str, message: str) -> None:
@@ -97,7 +97,7 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
     """Works on a request to solve: the JSON of the reply, and the plan file's bytes if there is a plan.
 
     Raises:
-        Refused: the request cannot be read, or names files that it may not.
+        RequestError: the request cannot be read, or names files that it may not.
         Stopped: the job was cancelled, or its deadline has passed.
     """
     from kabo.service import inline
@@ -112,7 +112,7 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
                 folder, path = root, inline.below(root, message.problem.path)
             else:
                 code = "bad_request" if message.problem.path is None else "forbidden"
-                raise Refused(code, "this server reads no paths: send all files in `$.problem.files`")
+                raise RequestError(code, "this server reads no paths: send all files in `$.problem.files`")
             domain = None if message.problem.domain is None else Path(inline.below(folder, message.problem.domain))
             ticker.check()
             with _working_in(folder):
@@ -125,9 +125,9 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
                     cancelled=ticker.cancelled,
                 )
     except Unreadable as error:
-        raise Refused("bad_request", str(error)) from None
+        raise RequestError("bad_request", str(error)) from None
     except inline.Forbidden as error:
-        raise Refused("forbidden", str(error)) from None
+        raise RequestError("forbidden", str(error)) from None
     if ticker.stopped is not None:
         raise Stopped(ticker.stopped)
     return msgspec.json.encode({**answer.body, "id": message.id}), answer.plan
@@ -210,7 +210,7 @@ def _worked(
         return ("done", *work(request, root, ticker))
     except Stopped as stopped:
         return "stopped", str(stopped), None
-    except Refused as refused:
+    except RequestError as refused:
         return "refused", refused.code, str(refused)
     except (EOFError, BrokenPipeError):
         raise
