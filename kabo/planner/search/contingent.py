@@ -6,7 +6,7 @@ node that has it. If some outcome cannot be solved, the step is banned at this n
 elsewhere.
 
 Plans are acyclic, so a node is not solved through its own ancestors. A failure is therefore relative: it names the
-ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
+ancestors that stood in the way (see `nogoods.py`), and only those that need none are proofs.
 """
 
 from collections.abc import Callable, Generator, Hashable
@@ -18,9 +18,9 @@ from kabo.planner.search.fixpoint import Fixpoint
 from kabo.planner.search.greedy_search import newest_first
 from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Decide, Node, Space, Step
-from kabo.planner.search.nogoods import Failure, Failures
+from kabo.planner.search.nogoods import Nogood, Nogoods
 from kabo.planner.search.packed import PackedTask
-from kabo.planner.search.regression import Explanation
+from kabo.planner.search.regression import Regression
 from kabo.planner.search.search_graph import Algorithm
 from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import (
@@ -45,7 +45,7 @@ PATIENCE = 500  # failed choices after which every node is looked at once, as fa
 MORE_PATIENCE = 4  # times as many the next time
 LOOK_AT = 10_000  # nodes at least that are looked at before the search goes on
 
-Outcome = Solved | Failure
+Outcome = Solved | Nogood
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
 
 
@@ -100,7 +100,7 @@ def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Sea
             outcome = _run(_Contingent(space, SEARCHES[search], counter, dead_ends).solve(space.start, []))
         except _TooManyDeadEnds:
             continue
-        return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
+        return outcome if isinstance(outcome, Nogood) else _smaller(outcome, space, counter)
     space = Space(task, geometry, may_wait)
     looking = _Looking(task, may_wait, counter, takes_plans=geometry is None)
     try:
@@ -160,7 +160,7 @@ class _Looking:
         self._nodes = self._nodes or Fixpoint(Space(self._task, None, self._may_wait), self._counter)
         found = self._nodes.solve(max(LOOK_AT, self._counter.expanded))
         if found is False:
-            raise _Decided(Failure(frozenset()))
+            raise _Decided(Nogood(frozenset()))
         if isinstance(found, Solved):
             if self._takes_plans:
                 raise _Decided(found)
@@ -174,7 +174,7 @@ def _give_up() -> int | None:
 
 
 class _Contingent:
-    """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
+    """One search: the memo of what is solved, the nogoods, the path of nodes that are being solved."""
 
     def __init__(
         self,
@@ -189,38 +189,38 @@ class _Contingent:
         self.space = space
         self.search = search
         self.counter = counter
-        self.explanation = Explanation(space)
+        self.regression = Regression(space)
         self.memo = Memo(space.task.functional)
-        self.failures = Failures(less_is_less=space.geometry is None and space.task.less_is_less)
+        self.nogoods = Nogoods(less_is_less=space.geometry is None and space.task.less_is_less)
         self.builder = SkeletonBuilder()
         self.first: dict[Hashable, list[int]] = {}  # conjuncts of the goal to be seen to first, by node
 
     def solve(self, node: Node, plan: list[Step]) -> Solving:
         """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
         key = self.space.key(node)
-        outcome: Outcome | None = self.known(node) or self.failures.of_node(key, node[0])
+        outcome: Outcome | None = self.known(node) or self.nogoods.of_node(key, node[0])
         if outcome is not None:
             return outcome
-        self.failures.path.add(key)
+        self.nogoods.path.add(key)
         while True:
             weak = plan or self.weak_plan(node)
-            if isinstance(weak, Failure):
+            if isinstance(weak, Nogood):
                 outcome = weak
                 break
             outcome = yield self.follow(node, weak)
             if isinstance(outcome, Solved):
                 self.remember(node, outcome)
                 break
-            self.failures.add_choice(key, choice_of(weak[0]), outcome)
+            self.nogoods.add_choice(key, choice_of(weak[0]), outcome)
             if self.is_doomed(node):
-                outcome = self.failures.add_nodes(key, node[0], [key], set())
+                outcome = self.nogoods.add_nodes(key, node[0], [key], set())
                 break
             if self.dead_ends is not None:
                 self.dead_ends -= 1
                 if self.dead_ends < 0:
                     self.dead_ends = self.when_spent()
             plan = []
-        self.failures.path.discard(key)
+        self.nogoods.path.discard(key)
         return outcome
 
     def follow(self, node: Node, plan: list[Step]) -> Solving:
@@ -230,11 +230,11 @@ class _Contingent:
             return (yield self.branch(node, step, rest))
         after = self.space.after(node, step)
         if self.space.settled(after) is None:
-            return Failure(frozenset())
+            return Nogood(frozenset())
         outcome = yield self.solve(after, rest)
-        if isinstance(outcome, Failure) or (step.action.call is None and self.serves(node, after, outcome)):
+        if isinstance(outcome, Nogood) or (step.action.call is None and self.serves(node, after, outcome)):
             return outcome
-        needed = self.explanation.before_action(node, step, after, outcome.needed)
+        needed = self.regression.before_action(node, step, after, outcome.needed)
         delivered = self.space.delivered(node, step, after)
         made = self.builder.act(step.action, step.attempt, delivered, outcome.node)
         return Solved(needed, made, outcome.length + 1)
@@ -249,26 +249,26 @@ class _Contingent:
             if child is not hoped:
                 self.first[self.space.key(child)] = self.lost(hoped, child)
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
-            if isinstance(solved, Failure):
+            if isinstance(solved, Nogood):
                 return solved
-            needless = not children and self.explanation.ignores(branching, child, solved.needed)
+            needless = not children and self.regression.ignores(branching, child, solved.needed)
             if needless and self.serves(node, child, solved):
                 return solved  # whatever is sensed: no branch at all
-            needed |= self.explanation.before_branching(node, branching, outcome, child, solved.needed)
+            needed |= self.regression.before_branching(node, branching, outcome, child, solved.needed)
             children[outcome] = solved
         if not children:
-            return Failure(frozenset())
+            return Nogood(frozenset())
         branches = tuple((outcome, children[outcome].node) for outcome, _ in outcomes)
         length = min(child.length for child in children.values())
         needed |= branching.entry | branching.excluded(node[0])
         return Solved(needed, self.builder.branch(branching.fact, branches), length)
 
-    def weak_plan(self, node: Node) -> list[Step] | Failure:
+    def weak_plan(self, node: Node) -> list[Step] | Nogood:
         """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
         first = self.first.pop(self.space.key(node), [])
         graph = WeakGraph(
             self.space,
-            self.failures,
+            self.nogoods,
             self.counter,
             lambda end: self.known(end) is not None,
             first,
@@ -279,7 +279,7 @@ class _Contingent:
         found = self.search(node, graph)
         self.counter.weak_searches += 1
         if found.path is None:
-            return self.failures.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
+            return self.nogoods.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
         steps = steps_of(found.path)
         delayed = delay_sensing(self.space, node, steps)
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
@@ -307,32 +307,32 @@ class _Contingent:
 
     def serves(self, node: Node, after: Node, solved: Solved) -> bool:
         """Whether what continues from `after` continues from `node` as well: the step between is needless."""
-        different = self.explanation.extended(node[0]) ^ self.explanation.extended(after[0])
+        different = self.regression.extended(node[0]) ^ self.regression.extended(after[0])
         return not different & solved.needed
 
     def may_follow(self, node: Node, steps: list[Step]) -> bool:
         """Whether no step of a reordered weak plan is known to fail."""
         for step in steps:
-            if self.failures.of_choice(self.space.key(node), choice_of(step)) is not None:
+            if self.nogoods.of_choice(self.space.key(node), choice_of(step)) is not None:
                 return False
             node = self.space.after(node, step)
-            if self.failures.of_node(self.space.key(node), node[0]) is not None:
+            if self.nogoods.of_node(self.space.key(node), node[0]) is not None:
                 return False
         return True
 
     def known(self, node: Node) -> Solved | None:
         """The continuation of a node that fulfils the goal, or that an earlier continuation covers."""
         if self.space.is_goal(node):
-            return Solved(self.explanation.goal(node), self.builder.goal, 0)
+            return Solved(self.regression.goal(node), self.builder.goal, 0)
         if self.memo.is_empty or self.space.task.open_branching(node[0]) is not None:
             return None  # what stands open is branched on first
-        return self.memo.find(self.explanation.extended(node[0]), self.space.geometry_key(node))
+        return self.memo.find(self.regression.extended(node[0]), self.space.geometry_key(node))
 
     def remember(self, node: Node, solved: Solved) -> None:
         """Keeps a continuation for every node that has what it needs."""
         self.counter.solved += 1
         if self.space.task.open_branching(node[0]) is None:
-            self.memo.add(self.explanation.extended(node[0]), self.space.geometry_key(node), solved)
+            self.memo.add(self.regression.extended(node[0]), self.space.geometry_key(node), solved)
 
 
 def _run(solving: Solving) -> Outcome:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from kabo.knowledge import GroundAction
 from kabo.planner.search.nodes import Act, Decide, Node, Space, Step
-from kabo.planner.search.nogoods import Choice, Failures
+from kabo.planner.search.nogoods import Choice, Nogoods
 from kabo.planner.search.skeleton import Limits, Statistics, Trace
 
 DEADLINE_EVERY = 64  # expansions between two looks at the deadline
@@ -77,7 +77,7 @@ class WeakGraph:
     def __init__(
         self,
         space: Space,
-        failures: Failures,
+        nogoods: Nogoods,
         counter: Counter,
         is_end: Callable[[Node], bool],
         first: Sequence[int] = (),
@@ -91,7 +91,7 @@ class WeakGraph:
         self.key, self.known, self.settled = space.key, space.known, space.settled
         self._is_end = is_end
         self._only_goals_end = only_goals_end
-        self._space, self._failures, self._counter = space, failures, counter
+        self._space, self._nogoods, self._counter = space, nogoods, counter
 
     def successors(
         self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
@@ -111,7 +111,7 @@ class WeakGraph:
                     continue
                 self._counter.generated += 1
                 leaf_key = self.key(leaf)
-                failure = self._failures.of_node(leaf_key, leaf[0])
+                failure = self._nogoods.of_node(leaf_key, leaf[0])
                 if failure is None:
                     yield leaf_key, (tried, decided), leaf
                 else:
@@ -123,7 +123,7 @@ class WeakGraph:
 
     def _is_banned(self, key: Hashable, choice: Choice) -> bool:
         """Whether a choice has failed at a node; what stood in its way then stands in the way of the search."""
-        failure = self._failures.of_choice(key, choice)
+        failure = self._nogoods.of_choice(key, choice)
         if failure is not None:
             self.blocked |= failure.blocked
         return failure is not None
