@@ -1,15 +1,17 @@
-"""What a procedure answers: a motion and what it changed, or a reason for failure that names bodies."""
+"""What a procedure answers: a motion and what it changed, or a refusal that says why and names bodies."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import Any, Literal, Protocol, get_args
 
 from kabo.plan import Segment
 from kabo.scene import Component
 
 Reason = Literal["out_of_reach", "collision", "constraint", "no_path", "empty_family"]
 Pair = tuple[str, str]
+
+REASONS: tuple[str, ...] = get_args(Reason)  # for which a procedure is refused
 
 MAX_EFFORT = 8  # how often more samples are drawn, each time four times as many: more than any budget has
 
@@ -27,25 +29,64 @@ class Success:
     reads: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
-class Failure:
-    """Why a procedure found no motion.
+class Askable(Protocol):
+    """A question about geometry that a refused attempt had asked, and that can be asked again."""
 
-    `between` counts refusals by the pair of things (`robot.link` or a body) that came too close. `reads` names the
-    components on which the failure rests: it holds wherever they have the same values. `proof`: no number of
-    samples would have helped. `missing` [m]: how far out of reach. `attempts`: how many of them were refused.
+    @property
+    def is_search(self) -> bool:
+        """Whether an answer takes a search for a way."""
+
+    @property
+    def streams(self) -> Sequence[Any]:
+        """The streams of candidates behind it: those `Stream`s whose first candidates are out of reach, say."""
+
+    def passes(self, context: Any, without: str | None = None) -> bool:
+        """Whether the answer is yes in another `Context`, or with a body out of the way; all else is the same."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why no motion was found: by one attempt of a stage, or by all those of a procedure.
+
+    Args:
+        reason: one of `REASONS`; a stage may have others. Counts are grouped by it.
+        comment: for people.
+        reads: the components on which the refusal rests: it holds wherever they have the same values.
+        pairs: how often which pair of things (`robot.link` or a body) came too close.
+        proof: no number of samples would have helped.
+        missing: how far out of reach [m].
+        attempts: how many refused attempts it sums up; 0: they were not counted.
+        question: what had been asked, so that it can be asked again elsewhere.
     """
 
-    reason: Reason
-    message: str
+    reason: str
+    comment: str = ""
     reads: frozenset[str] = frozenset()
-    between: tuple[tuple[Pair, int], ...] = ()
+    pairs: tuple[tuple[Pair, int], ...] = ()
     proof: bool = False
     missing: float | None = None
     attempts: int = 0
+    question: Askable | None = None
+
+    @classmethod
+    def collision(
+        cls,
+        pair: Pair,
+        comment: str = "",
+        *,
+        reads: frozenset[str] = frozenset(),
+        question: Askable | None = None,
+    ) -> "Refusal":
+        """The refusal of an attempt that brings two things too close."""
+        return cls("collision", comment or pair_text(pair), reads, ((pair, 1),), question=question)
 
 
-Answer = Success | Failure
+def pair_text(pair: Pair) -> str:
+    """Two things that come too close, in a message."""
+    return f"{pair[0]} – {pair[1]}"
+
+
+Answer = Success | Refusal
 
 
 @dataclass
@@ -70,7 +111,7 @@ class Statistics:
     def record(self, procedure: str, answer: Answer) -> None:
         """One call of a procedure and its answer."""
         self.calls[procedure] += 1
-        if isinstance(answer, Failure):
+        if isinstance(answer, Refusal):
             self.failures.setdefault(procedure, Counter())[answer.reason] += 1
 
     def copy(self) -> "Statistics":

@@ -132,7 +132,7 @@ class Rounds:
         evaluation = evaluator.evaluate(skeleton.root, cast("Any", geometry.start))
         if isinstance(geometry, Ledger):
             for refused in evaluation.refused:
-                geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)
+                geometry.refuse(refused.call, refused.attempt, refused.refusal, refused.traces)
         self.run.geometric_s += perf_counter() - began
         if not evaluation.whole:
             raise CutOff

@@ -139,7 +139,7 @@ def _in_the_way(geometry: "Ledger | Interleaved | None", server: "GeometricProce
         return found
     known = {call for call, _ in found}
     more = ((call, record) for call, record in server.records.of.items() if call not in known)
-    return [*found, *((call, each.places[0].failure) for call, each in more if each.places and not each.successes)]
+    return [*found, *((call, each.places[0].refusal) for call, each in more if each.places and not each.successes)]
 
 
 def without_plan(

@@ -1,16 +1,21 @@
-"""From refused attempts of stages to the failure of a procedure: reasons, pairs, and on what it rests."""
+"""From refused attempts of stages to the refusal of a procedure: reasons, pairs, and on what it rests."""
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from kabo.geometry_server import Failure, Pair
+from kabo.geometry_server import REASONS, Pair, Refusal
 from kabo.scene import Scene
-from kabo.tasks.core import Failure as StageFailure
 from kabo.tasks.core import Stage
-from kabo.tasks.robots import Details
+from kabo.tasks.core.model.results import Refused
 
-REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family")
+
+def refusal_of(failure: Refused) -> Refusal:
+    """The refusal of a robot stage as it is; that of any other stage with its reason and comment alone."""
+    if isinstance(failure, Refusal) and failure.reason in REASONS:
+        return failure
+    known = failure if isinstance(failure, Refusal) else Refusal(failure.reason, failure.comment)
+    return replace(known, reason=known.reason if known.reason in REASONS else "constraint")
 
 
 @dataclass
@@ -24,19 +29,18 @@ class Refusals:
     proved: bool = True
     missing: float | None = None
 
-    def observe(self, stage: Stage, failure: StageFailure) -> None:
+    def observe(self, stage: Stage, failure: Refused) -> None:
         """One attempt of a stage was refused."""
-        reason = failure.reason if failure.reason in REASONS else "constraint"
-        self.reasons[stage.name, reason] += 1
+        refusal = refusal_of(failure)
+        self.reasons[stage.name, refusal.reason] += 1
         if len(self.comments) < 2:
-            self.comments[failure.comment] = None
-        details = failure.details if isinstance(failure.details, Details) else Details()
-        for pair, count in details.pairs:
+            self.comments[refusal.comment] = None
+        for pair, count in refusal.pairs:
             self.pairs[pair] += count
-        self.reads |= details.reads
-        self.proved = self.proved and details.proof
-        if details.missing is not None:
-            self.missing = details.missing
+        self.reads |= refusal.reads
+        self.proved = self.proved and refusal.proof
+        if refusal.missing is not None:
+            self.missing = refusal.missing
 
     def count(self, reason: str) -> int:
         """How many attempts were refused for a reason."""
@@ -47,8 +51,8 @@ class Refusals:
         owners = {name.partition(".")[0] for pair in self.pairs for name in pair}
         return frozenset(owners & {*scene.robots, *scene.movable})
 
-    def failure(self, what: str, reads: frozenset[str], scene: Scene, *, again: bool = False) -> Failure:
-        """The failure of a call whose attempts were all refused.
+    def total(self, what: str, reads: frozenset[str], scene: Scene, *, again: bool = False) -> Refusal:
+        """The refusal of a call whose attempts were all refused.
 
         Args:
             what: the beginning of the sentence: `right cannot pick bottle_4`.
@@ -60,19 +64,19 @@ class Refusals:
         for (_, reason), count in self.reasons.items():
             counts[reason] += count
         proof = self.proved and bool(self.reasons) and not again
-        between = tuple(sorted(self.pairs.items(), key=lambda item: (-item[1], item[0])))
+        pairs = tuple(sorted(self.pairs.items(), key=lambda item: (-item[1], item[0])))
         reason = counts.most_common(1)[0][0] if counts else "empty_family"
-        text = f"{what}{' in yet another way' if again else ''}: {self._why(between)}"
+        text = f"{what}{' in yet another way' if again else ''}: {self._why(pairs)}"
         read = frozenset(self.reads) if proof else reads | self.reads | self.movable(scene)
         missing = self.missing if proof else None
-        return Failure(reason, text, read, between, proof, missing, sum(counts.values()))  # type: ignore[arg-type]
+        return Refusal(reason, text, read, pairs, proof, missing, sum(counts.values()))
 
-    def _why(self, between: Iterable[tuple[Pair, int]]) -> str:
+    def _why(self, pairs: Iterable[tuple[Pair, int]]) -> str:
         if not self.reasons:
             return "there is none"
         comments = [comment for comment in self.comments if comment]
         if sum(self.reasons.values()) == 1 and comments:
             return comments[0]
         told = "; ".join(f"{stage}: {reason} {n}" for (stage, reason), n in sorted(self.reasons.items()))
-        first = next(iter(between), None)
+        first = next(iter(pairs), None)
         return told if first is None else f"{told}; most often between {first[0][0]} and {first[0][1]}"

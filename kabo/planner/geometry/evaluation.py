@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from kabo.errors import CutOff
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.refusals import Trace
 from kabo.planner.geometry.workers import Question
@@ -31,18 +31,18 @@ class Variant:
     node: SkeletonNode
     situation: Situation
     traces: frozenset[Trace]
-    answer: Success | Failure | None = None  # None: nothing to ask
+    answer: Success | Refusal | None = None  # None: nothing to ask
     following: dict[str | None, "Variant"] = field(default_factory=dict)
     overlap: float = 0.0  # [s] by which its motion begins before the one before it has ended
 
 
 @dataclass(frozen=True)
-class Refused:
+class RefusedCall:
     """A call of the skeleton that failed, and the traces in which it did."""
 
     call: GroundCall
     attempt: int
-    failure: Failure
+    refusal: Refusal
     traces: frozenset[Trace]
 
 
@@ -54,7 +54,7 @@ class Evaluation:
     """
 
     variants: tuple[Variant, ...]
-    refused: tuple[Refused, ...]
+    refused: tuple[RefusedCall, ...]
     whole: bool = True
 
 
@@ -82,7 +82,7 @@ class Evaluator:
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
         """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
         variants: list[Variant] = []
-        refused: list[Refused] = []
+        refused: list[RefusedCall] = []
         whole = True
         try:
             self._walk(root, trace, variants, refused)
@@ -90,7 +90,7 @@ class Evaluator:
             whole = False
         return Evaluation(tuple(variants), tuple(refused), whole)
 
-    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[Refused]) -> None:
+    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[RefusedCall]) -> None:
         order = in_order(root)
         live = self._live(order)
         arrivals: dict[SkeletonNode, list[_Arrival]] = {node: [] for node in order}
@@ -104,7 +104,7 @@ class Evaluator:
                     for arrival in came:
                         if arrival.origin is not None:
                             arrival.origin.following[arrival.outcome] = variant
-                    if isinstance(variant.answer, Failure):
+                    if isinstance(variant.answer, Refusal):
                         refused.append(self._refusal(variant, variant.answer))
                     else:
                         self._depart(variant, arrivals)
@@ -160,7 +160,7 @@ class Evaluator:
     def _ask(self, node: SkeletonNode, group: list[_Arrival]) -> list[tuple[Variant, list[_Arrival]]]:
         """One variant for the group, or one for each arrival where the group together is refused."""
         together = self._variant(node, group)
-        if len(group) == 1 or not isinstance(together.answer, Failure):
+        if len(group) == 1 or not isinstance(together.answer, Refusal):
             return [(together, group)]
         return [(self._variant(node, [arrival]), [arrival]) for arrival in group]
 
@@ -183,11 +183,11 @@ class Evaluator:
             situation, traces = situation.union(arrival.situation), traces | arrival.traces
         return situation, traces
 
-    def _refusal(self, variant: Variant, failure: Failure) -> Refused:
+    def _refusal(self, variant: Variant, refusal: Refusal) -> RefusedCall:
         action = variant.node.action
         if action is None or action.call is None:
             raise ValueError("only calls are refused")
-        return Refused(action.call, variant.node.attempt, failure, variant.traces)
+        return RefusedCall(action.call, variant.node.attempt, refusal, variant.traces)
 
     def _depart(self, variant: Variant, arrivals: Mapping[SkeletonNode, list[_Arrival]]) -> None:
         situation, traces, node = variant.situation, variant.traces, variant.node
@@ -222,7 +222,7 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
 
 def answered(
     server: "GeometricProcedures", call: GroundCall, situation: Situation, attempt: int, effort: int
-) -> Success | Failure:
+) -> Success | Refusal:
     """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
     answer, reads = server.call(call, situation, attempt, 0), frozenset[str]()
     for more in range(1, effort + 1):

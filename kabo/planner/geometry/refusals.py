@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING
 
-from kabo.geometry_server import MAX_EFFORT, Failure, Success
+from kabo.geometry_server import MAX_EFFORT, Refusal, Success
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.search.skeleton import Entry, LearntBook, Origin, Pattern
@@ -34,12 +34,12 @@ ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as
 
 
 @dataclass(frozen=True)
-class Refusal:
+class LearntRefusal:
     """A call that fails from `attempt` on, wherever the pattern of lineages holds."""
 
     attempt: int
     pattern: Pattern
-    failure: Failure
+    refusal: Refusal
 
 
 @dataclass
@@ -48,7 +48,7 @@ class Ledger:
 
     server: "GeometricProcedures"
     effort: int = 0
-    refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
+    refusals: dict[GroundCall, list[LearntRefusal]] = field(default_factory=dict)
     suspicions: dict[GroundCall, dict[Pattern, None]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -231,40 +231,40 @@ class Ledger:
                 for origin in self._origins.get(entry, ()):
                     waiting.extend(sorted(origin.reads))
 
-    def refuse(self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Trace]) -> None:
+    def refuse(self, call: GroundCall, attempt: int, refusal: Refusal, traces: Iterable[Trace]) -> None:
         """Notes that a call failed, wherever the components that the failure reads are as in one of the traces."""
         self._options.clear()
         for trace in traces:
-            pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
+            pattern = frozenset((self._index[name], trace[self._index[name]]) for name in refusal.reads)
             rows = self.refusals.setdefault(call, [])
             if any(row.pattern == pattern and row.attempt <= attempt for row in rows):
                 pattern = frozenset(enumerate(trace))  # known, and asked all the same: at least not here once more
-            rows.append(Refusal(attempt, pattern, failure))
+            rows.append(LearntRefusal(attempt, pattern, refusal))
             self._taint(pattern)
-            suspected = None if failure.proof or attempt else self._suspected(call, failure, trace)
+            suspected = None if refusal.proof or attempt else self._suspected(call, refusal, trace)
             if suspected is not None:
                 self.suspicions.setdefault(call, {})[suspected] = None
                 self._taint(suspected)
 
-    def _suspected(self, call: GroundCall, failure: Failure, trace: Trace) -> Pattern | None:
+    def _suspected(self, call: GroundCall, refusal: Refusal, trace: Trace) -> Pattern | None:
         """What was in the way, where it is; nothing, and so everywhere, if it was too far; None: only where it failed."""
         counts: Counter[int] = Counter()
-        for pair, count in failure.between:
+        for pair, count in refusal.pairs:
             owners = {self._index.get(name.partition(".")[0]) for name in pair} - {None, *self.moves(call)}
             counts.update(dict.fromkeys((i for i in owners if i is not None), count))
-        total = sum(count for _, count in failure.between)
+        total = sum(count for _, count in refusal.pairs)
         blockers = [i for i, count in sorted(counts.items()) if count >= SHARE * total]
         if blockers:
             return frozenset((i, trace[i]) for i in blockers)
-        return frozenset() if failure.reason == "out_of_reach" else None
+        return frozenset() if refusal.reason == "out_of_reach" else None
 
-    def blamed(self, call: GroundCall, failure: Failure, trace: Trace) -> tuple[GroundCall, int] | None:
+    def blamed(self, call: GroundCall, refusal: Refusal, trace: Trace) -> tuple[GroundCall, int] | None:
         """The attempt at a call that made what a failed call was to move; None if nothing else can be tried there.
 
         Where that call has no other answer, it is the one that made what it was given, and so on.
         """
         bound, objects = self.server.bind(call), self.server.scene.movable
-        own = (name for name in (*bound.moves, *bound.reads) if name in failure.reads and name in objects)
+        own = (name for name in (*bound.moves, *bound.reads) if name in refusal.reads and name in objects)
         waiting = [(self._index[name], trace[self._index[name]]) for name in own]
         for entry in waiting:  # grows while it is read
             for origin in self._origins.get(entry, ()):
@@ -289,11 +289,11 @@ class Ledger:
     def proved(self) -> bool:
         """Whether every refusal is a proof, and none of something that was sampled: no number of samples would help."""
         rows = [row for each in self.refusals.values() for row in each]
-        return all(row.failure.proof and not any(line for _, line in row.pattern) for row in rows)
+        return all(row.refusal.proof and not any(line for _, line in row.pattern) for row in rows)
 
-    def failures(self) -> list[tuple[GroundCall, Failure]]:
+    def failures(self) -> list[tuple[GroundCall, Refusal]]:
         """Every call that was refused with one reason each, proofs first, in order of first refusal."""
-        firsts = [(call, rows[0].failure) for call, rows in self.refusals.items()]
+        firsts = [(call, rows[0].refusal) for call, rows in self.refusals.items()]
         return sorted(firsts, key=lambda item: not item[1].proof)
 
     def try_harder(self) -> bool:
@@ -302,7 +302,7 @@ class Ledger:
             return False
         self.effort += 1
         self._options.clear()
-        kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
+        kept = {call: [r for r in rows if r.refusal.proof] for call, rows in self.refusals.items()}
         self.refusals = {call: rows for call, rows in kept.items() if rows}
         self.suspicions, self._tainted = {}, {}
         self._lineages, self._rests, self._origins = {}, {}, {}

@@ -8,14 +8,14 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.evaluation import Refused, in_order
+from kabo.planner.geometry.evaluation import RefusedCall, in_order
 from kabo.planner.geometry.refusals import Ledger
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 
 REPAIRS = 24  # of one skeleton, before another one is looked for
 
 
-def repaired(skeleton: Skeleton, refused: Collection[Refused], ledger: Ledger) -> Skeleton | None:
+def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], ledger: Ledger) -> Skeleton | None:
     """The skeleton with the next attempts at the calls that are to blame; None if nothing that was sampled is.
 
     What failed at a later attempt begins with the first one again: it is given something else now.
@@ -29,7 +29,7 @@ def repaired(skeleton: Skeleton, refused: Collection[Refused], ledger: Ledger) -
     failed = {(each.call, each.attempt) for each in refused}
     for each in refused:
         for trace in each.traces:
-            step = ledger.blamed(each.call, each.failure, trace)
+            step = ledger.blamed(each.call, each.refusal, trace)
             if step is None:
                 return None
             blamed.add(step)

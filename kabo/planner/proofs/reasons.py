@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from kabo.geometry_server.answers import Failure
+from kabo.geometry_server.answers import Refusal
 from kabo.knowledge import Task, Verdict, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
@@ -32,7 +32,7 @@ _SPENT = {
 def no_plan(
     problem: Problem,
     task: Task,
-    failures: Sequence[tuple[GroundCall, Failure]],
+    failures: Sequence[tuple[GroundCall, Refusal]],
     deadline: Callable[[], bool] | None = None,
 ) -> Reason:
     """Proven: the goal is beyond what actions can bring about, or every refusal is a proof."""
@@ -61,7 +61,7 @@ def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
     return Reason("knowledge", None, text, tuple(dead_ends(task, deadline)))
 
 
-def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Failure]] = ()) -> Reason | None:
+def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Refusal]] = ()) -> Reason | None:
     """Not proven although everything was tried: knowledge is not complete here; None if it is, and that is a proof.
 
     The details name what makes it so, each with its place.
@@ -74,17 +74,17 @@ def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Fail
     return Reason(None, "reasoning", BEYOND, (*told, *_told(failures)))
 
 
-def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]], why: str | None = None) -> Reason:
+def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Refusal]], why: str | None = None) -> Reason:
     """Not proven: what ran out (`why`, if that says it better), and what stood in the way until then."""
     return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _told(failures))  # type: ignore[arg-type]
 
 
-def _telling(item: tuple[GroundCall, Failure]) -> tuple[bool, int]:
+def _telling(item: tuple[GroundCall, Refusal]) -> tuple[bool, int]:
     """What was refused after many attempts says more than what was known to be out of reach from the start."""
     return item[1].proof, -item[1].attempts
 
 
-def _told(failures: Sequence[tuple[GroundCall, Failure]]) -> tuple[str, ...]:
+def _told(failures: Sequence[tuple[GroundCall, Refusal]]) -> tuple[str, ...]:
     ordered = sorted(failures, key=_telling)
     told = [refused(call, failure) for call, failure in ordered[:SHOWN]]
     if len(failures) > SHOWN:

@@ -8,7 +8,7 @@ from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.wording import counted
 
 if TYPE_CHECKING:
-    from kabo.geometry_server import Failure, Pair
+    from kabo.geometry_server import Pair, Refusal
 
 
 def blocking_pairs(call: GroundCall, counts: "Iterable[tuple[Pair, int]]") -> list[tuple[str, int]]:
@@ -23,11 +23,11 @@ def blocking_pairs(call: GroundCall, counts: "Iterable[tuple[Pair, int]]") -> li
     return sorted(found.items(), key=lambda item: (-item[1], item[0]))
 
 
-def refused(call: GroundCall, failure: "Failure") -> str:
+def refused(call: GroundCall, refusal: "Refusal") -> str:
     """A refusal in short, from what was counted while solving: `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
-    body, count = next(iter(blocking_pairs(call, failure.between)), (None, 0))
-    if body is None or failure.reason not in ("collision", "no_path"):
-        return f"{call}: {failure.message.partition(': ')[2] or failure.message}"
-    if count <= failure.attempts:
-        return f"{call}: blocked by {body} in {count} of {counted(failure.attempts, 'attempt')}"
-    return f"{call}: {failure.reason.replace('_', ' ')}, blocked by {body} most often"
+    body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
+    if body is None or refusal.reason not in ("collision", "no_path"):
+        return f"{call}: {refusal.comment.partition(': ')[2] or refusal.comment}"
+    if count <= refusal.attempts:
+        return f"{call}: blocked by {body} in {count} of {counted(refusal.attempts, 'attempt')}"
+    return f"{call}: {refusal.reason.replace('_', ' ')}, blocked by {body} most often"

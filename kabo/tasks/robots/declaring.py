@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Context, Situation, Stream
+from kabo.geometry_server import Context, Refusal, Situation, Stream
 from kabo.scene import Scene
-from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
+from kabo.tasks.core import PARENT, Container, InitialisationError, Property, Stage, TaskError, tree
 from kabo.tasks.robots import meanings
 
 Values = Mapping[str, Any]
@@ -65,11 +65,11 @@ class RobotStage(Stage):
         """
         return ()
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: Context, situation: Situation) -> Refusal | None:
         """A proof, without sampling, that the stage fails wherever what the proof reads is as in the situation."""
         return None
 
-    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+    def foresee(self, context: Context, situation: Situation) -> Refusal | None:
         """Why the stage is not likely to succeed, whatever comes before it; asked once, before any search."""
         return None
 

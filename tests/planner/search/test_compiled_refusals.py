@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from kabo.finite_domain import FiniteTask, Operator, Variable, astar, breadth_first
-from kabo.geometry_server import Failure
+from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.refusals import Ledger
 from kabo.planner.search.compiled_refusals import AGAIN, DOUBTFUL, OFTEN, SCALE, LearntTask, learnt_task
@@ -35,12 +35,12 @@ def _to(value: int):  # noqa: ANN202
 
 def ledger() -> Ledger:
     server = ScriptedServer(lambda *_: moved(), {"r": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
-    return Ledger(server)  # type: ignore[arg-type]
+    return Ledger(server)
 
 
-def failure(*reads: str, between: tuple[str, str] | None = None, reason: str = "collision") -> Failure:
+def failure(*reads: str, between: tuple[str, str] | None = None, reason: str = "collision") -> Refusal:
     pairs = () if between is None else ((between, 9),)
-    return Failure(reason, "in the way", frozenset(reads), pairs)  # type: ignore[arg-type]
+    return Refusal(reason, "in the way", frozenset(reads), pairs)
 
 
 def plan(learnt: LearntTask) -> list[str]:
@@ -51,7 +51,7 @@ def plan(learnt: LearntTask) -> list[str]:
 
 
 def test_without_refusals_the_task_is_the_same_but_for_the_scale_of_its_costs() -> None:
-    learnt = learnt_task(base(), ACTIONS, ledger().learnt())  # type: ignore[arg-type]
+    learnt = learnt_task(base(), ACTIONS, ledger().learnt())
     assert plan(learnt) == ["pick 0", "place 0"]
     assert astar(learnt.compiled).cost == 2 * SCALE
     assert len(learnt.compiled.task.variables) == 1
@@ -61,7 +61,7 @@ def test_what_was_in_the_way_is_moved_before_another_grasp_is_tried() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
     book.refuse(PLACE, 0, failure("a", "b", between=("a", "b")), [held])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
+    learnt = learnt_task(base(), ACTIONS, book.learnt())
     assert sorted(plan(learnt)) == ["clear 0", "pick 0", "place 0"]
     assert astar(learnt.compiled).cost == 3 * SCALE + OFTEN
 
@@ -70,7 +70,7 @@ def test_another_grasp_is_tried_where_nothing_movable_was_in_the_way() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
     book.refuse(PLACE, 0, failure("a"), [held])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
+    learnt = learnt_task(base(), ACTIONS, book.learnt())
     assert plan(learnt) == ["pick 1", "place 0"]
     assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + OFTEN
 
@@ -79,14 +79,14 @@ def test_what_is_doubtful_is_done_where_there_is_no_other_way() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
     book.refuse(PLACE, 0, failure("a", reason="out_of_reach"), [held])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
+    learnt = learnt_task(base(), ACTIONS, book.learnt())
     assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + DOUBTFUL + OFTEN
 
 
 def test_a_refusal_of_everything_leaves_nothing() -> None:
     book = ledger()
     book.refuse(PLACE, 0, failure(), [book.start])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
+    learnt = learnt_task(base(), ACTIONS, book.learnt())
     assert learnt.whole
     assert astar(learnt.compiled).status == "unsolvable"
 
@@ -96,7 +96,7 @@ def test_attempts_end_where_they_were_refused() -> None:
     for attempt in (0, 1):
         book.refuse(PLACE, 0, failure("a"), [book.after(PICK, attempt, book.start)])
     book.refuse(PICK, 2, failure("a"), [book.start])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
+    learnt = learnt_task(base(), ACTIONS, book.learnt())
     assert plan(learnt) == ["pick 0", "aside 0", "pick 0", "place 0"], "from elsewhere it is another grasp"
 
 
@@ -105,8 +105,8 @@ def test_every_plan_of_the_compiled_task_is_one_that_the_ledger_allows(seed: int
     """Refusals are thrown in along the plans that come out; each plan is allowed by the ledger, and ends come."""
     book, calls = ledger(), {"pick": PICK, "place": PLACE, "aside": ASIDE, "clear": CLEAR}
     for number in range(40):
-        found = breadth_first(learnt_task(base(), ACTIONS, book.learnt()).compiled)  # type: ignore[arg-type]
-        learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
+        found = breadth_first(learnt_task(base(), ACTIONS, book.learnt()).compiled)
+        learnt = learnt_task(base(), ACTIONS, book.learnt())
         if found.plan is None:
             assert not learnt.whole or found.status == "unsolvable"
             break

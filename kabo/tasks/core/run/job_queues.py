@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from heapq import heappop, heappush
 from typing import Any
 
-from kabo.tasks.core.model.results import Answer, Failure, Result
+from kabo.tasks.core.model.results import Answer, Result
 from kabo.tasks.core.model.solutions import Solution, State
 from kabo.tasks.core.run.jobs import Job
 from kabo.tasks.core.run.nodes import Node
@@ -107,10 +107,10 @@ class Leaf(Node):
     def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
         """Takes in what a job found; what has more to give is queued again, after those asked less often."""
         for answer in found:
-            if isinstance(answer, Failure):
-                self.fail(*self.ends(job), answer)
-            else:
+            if isinstance(answer, Result):
                 self.solve(job, answer)
+            else:
+                self.fail(*self.ends(job), answer)
         if finished:
             self.jobs.pop(job.subject, None)
             self.done(job)

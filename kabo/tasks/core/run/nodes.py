@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.properties import Resolver
-from kabo.tasks.core.model.results import Answer, Answers, Failure, Result
+from kabo.tasks.core.model.results import Answer, Answers, Failure, Refused, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.graph import meet, relax
@@ -42,7 +42,7 @@ class PlanningRun(Protocol):
     scene: Any
     seed: int
     pruning: bool
-    observe: Callable[[Stage, Failure], None] | None
+    observe: Callable[[Stage, Refused], None] | None
     count: Callable[[], int]  # numbers whatever must keep its order of arrival
     changes: int  # counts whatever may let a job run, or a solution be lifted, that could not before
     asked: "set[Node]"  # the monitors that one question, whether more may come, was handed on to
@@ -208,8 +208,8 @@ class Node:
             monitor.trigger(solution)  # type: ignore[attr-defined]
         return True
 
-    def fail(self, start: State | None, end: State | None, failure: Failure) -> None:
-        """Counts a failure, and keeps it while there are few."""
+    def fail(self, start: State | None, end: State | None, failure: Refused) -> None:
+        """Counts a failure, and keeps it while there are few; its details are those of a `Failure`, else all of it."""
         self.statistics.failures[failure.reason] += 1
         if self.planning.observe is not None:
             self.planning.observe(self.stage, failure)
@@ -222,7 +222,7 @@ class Node:
                     INFINITE,
                     failure.comment,
                     reason=failure.reason,
-                    details=failure.details,
+                    details=failure.details if isinstance(failure, Failure) else failure,
                 )
             )
 
