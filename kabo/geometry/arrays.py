@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.kernels.boxes import place_groups
 from kabo.geometry.kernels.layout import (
     COUNTERS,
@@ -22,10 +23,8 @@ from kabo.geometry.kernels.layout import (
 )
 from kabo.geometry.kernels.separation import rounding
 from kabo.geometry.kernels.tracks import GRID, SLOTS
-from kabo.geometry.parts import COLUMNS, Array, FixedGroup, MovingGroup, poses_of
+from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup, poses_of
 from kabo.scene import PRISMATIC, KinematicTree
-
-Integers = NDArray[np.int64]
 
 ROUNDING_BOUND = 2e-10  # of one evaluated gap [m]; Budget.margin counts on it
 POOL = 1024  # vertex blocks that one sweep keeps at a time

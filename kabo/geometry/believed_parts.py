@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import QhullError
 
+from kabo.arrays import Array
 from kabo.compilation import cache_folder
 from kabo.geometry.nearness import proven_near
-from kabo.geometry.parts import Array
 from kabo.geometry.pieces import uncovered
 from kabo.geometry.reduction import hull_planes
 from kabo.geometry.solids import Solid

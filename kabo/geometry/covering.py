@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.kernels.depths import between_is_far
 from kabo.geometry.nearness import GLANCE, INSIDE, SAMPLES, Voids, judged, looks_near
-from kabo.geometry.parts import Array
 from kabo.geometry.solids import Solid
 
 Members = tuple[int, ...]
@@ -146,9 +146,7 @@ class Growth:
     def _looks_near(self, hull: ConvexHull) -> bool:
         return not self._voids.meet(hull, self.limit) and looks_near(self.solid, hull, self.limit)
 
-    def _fits_all(
-        self, members: list[int], j: int, compared: NDArray[np.int64], refused: NDArray[np.bool_]
-    ) -> bool:
+    def _fits_all(self, members: list[int], j: int, compared: Integers, refused: NDArray[np.bool_]) -> bool:
         known, compared[j] = compared[j], len(members)
         if all(self._joint((min(i, j), max(i, j))) for i in members[known:]):
             return True

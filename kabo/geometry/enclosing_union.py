@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array
 from kabo.geometry.covering import Growth, Members, fewest_sets, prices_of
 from kabo.geometry.nearness import Voids, judged, proven_near
-from kabo.geometry.parts import Array
 from kabo.geometry.reduction import PROOF
 from kabo.geometry.simplification import enclosing_part
 from kabo.geometry.solids import Solid

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array
 from kabo.geometry.cells import Cell, cut, whole
-from kabo.geometry.parts import Array
 from kabo.geometry.reduction import enclosing_polytope, hull_planes
 from kabo.geometry.solids import Solid
 

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.cells import Cell, cut, whole
 from kabo.geometry.kernels.sight import blocked_pairs, first_crossings
 from kabo.geometry.nearness import EVEN, judged
-from kabo.geometry.parts import Array
 from kabo.geometry.reduction import solid_points
 from kabo.geometry.solids import Solid
 
@@ -42,7 +42,7 @@ class Creases:
     right: Array
     weights: Array
 
-    def within(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> "Creases":
+    def within(self, chosen: NDArray[np.bool_] | Integers) -> "Creases":
         """Those chosen."""
         return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
 
@@ -112,7 +112,7 @@ def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[At
     ]
 
 
-def creases(vertices: Array, faces: NDArray[np.int64]) -> Creases:
+def creases(vertices: Array, faces: Integers) -> Creases:
     """The edges of a closed mesh at which it is hollow by more than 5 degrees."""
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.geometry import Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
@@ -22,7 +23,6 @@ from kabo.geometry_server.surroundings import Surroundings
 from kabo.scene import Attachment, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
-Array = npt.NDArray[np.float64]
 Contacts = frozenset[frozenset[str]]
 View = Any  # a CollisionView, or an ExactView with the same questions
 TOUCHING = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
@@ -84,7 +84,7 @@ class Workspace:
         index = self._asked(lambda view: view.configuration_hit(q))
         return None if index < 0 else self.pairs[index]
 
-    def hits(self, configurations: Array) -> npt.NDArray[np.int64]:
+    def hits(self, configurations: Array) -> Integers:
         """For each configuration (N, n) the index of the first pair not proven apart, or -1."""
         return self._asked(lambda view: view.configurations_hit(configurations))
 

@@ -6,10 +6,11 @@ import struct
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kabo.arrays import Array
 from kabo.kinematics.constraints import TOLERANCE, Rows, stacked
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import streams
-from kabo.kinematics.projection import ITERATIONS, Floats, arrays_of, checked
+from kabo.kinematics.projection import ITERATIONS, arrays_of, checked
 from kabo.scene.tree import KinematicTree
 
 Key = np.uint64
@@ -40,7 +41,7 @@ def uniform(key: Key, index: int, dimension: int) -> float:
     return float(streams.uniform(np.uint64(key), index, dimension))
 
 
-def seeds(lower: ArrayLike, upper: ArrayLike, key: Key, first: int, count: int) -> Floats:
+def seeds(lower: ArrayLike, upper: ArrayLike, key: Key, first: int, count: int) -> Array:
     """Samples from `first` on, (count, n), uniform between the bounds; an unbounded joint takes one turn."""
     low, high = _bounded(lower, upper)
     drawn = np.empty((count, len(low)))
@@ -60,7 +61,7 @@ def sample(
     free: Rows | None = None,
     *,
     base: ArrayLike | None = None,
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Array, NDArray[np.bool_]]:
     """Configurations that fulfil the rows, samples `first` … (count, n), and which of them are right, (count,).
 
     Seeds are uniform between the limits. A joint that ends outside its limits, after whole turns, goes back to its
@@ -93,6 +94,6 @@ def sample(
     return Q, succeeded
 
 
-def _bounded(lower: ArrayLike, upper: ArrayLike) -> tuple[Floats, Floats]:
+def _bounded(lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
     low, high = np.array(lower, np.float64), np.array(upper, np.float64)
     return np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import Diagnostic, InputError
 from kabo.language.formulas import Place
@@ -32,8 +32,6 @@ from kabo.scene.shapes import CIRCLE, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import RobotDescription
@@ -17,7 +17,6 @@ from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 
-Array = npt.NDArray[np.float64]
 V = TypeVar("V")
 
 ENDLESS = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]

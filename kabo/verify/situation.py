@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from kabo.plan import ObjectPose
 from kabo.verify.calls import Call
@@ -19,7 +18,6 @@ from kabo.verify.report import Finding
 from kabo.verify.sweep import Thing
 from kabo.verify.world import World, matrix
 
-Array = npt.NDArray[np.float64]
 _Value = TypeVar("_Value")
 
 

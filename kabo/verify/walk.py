@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Node, Segment
 from kabo.verify.calls import Call
 from kabo.verify.collision import Tally, check_collision
@@ -28,8 +28,6 @@ from kabo.verify.sweep import Path, Thing
 from kabo.verify.taking import Taking, not_open
 from kabo.verify.windows import Window, columns, one_by_one, whole_path, window_path, windows
 from kabo.verify.world import World
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass

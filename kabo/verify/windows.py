@@ -8,13 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.verify.arms import Arm
 from kabo.verify.sweep import Path
-
-Array = npt.NDArray[np.float64]
 
 SAME = 1e-9  # [s] times nearer than this are one
 

@@ -8,7 +8,8 @@ from kabo.geometry_server import Situation
 from kabo.scene import Scene
 from kabo.tasks.core import Connector, Failure, Result
 from kabo.tasks.core.results import Answers
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values
+from kabo.tasks.core.stages import Values
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage
 from kabo.tasks.robots.keeping import keep_faults
 from kabo.tasks.robots.paths import length, way
 from kabo.tasks.robots.scenes import TaskScene

@@ -11,9 +11,10 @@ from kabo.language.scene_description import Shape
 from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.core.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.changes import _checked
-from kabo.tasks.robots.declaring import RobotStage, Values
+from kabo.tasks.robots.declaring import RobotStage
 from kabo.tasks.robots.poses import local_pose
 from kabo.tasks.robots.scenes import TaskScene
 

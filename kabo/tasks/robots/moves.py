@@ -5,23 +5,22 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Situation, candidate
 from kabo.scene import Scene
 from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answer
+from kabo.tasks.core.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.keeping import keep_faults
 from kabo.tasks.robots.paths import grip, length, way
 from kabo.tasks.robots.poses import pose_of
 from kabo.tasks.robots.questions import Question, along
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.targets import frame_for, pose_target
-
-Array = npt.NDArray[np.float64]
 
 
 class MoveTo(RobotStage, Propagator):

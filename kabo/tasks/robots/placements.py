@@ -19,8 +19,9 @@ from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot, Scene
 from kabo.tasks.core import Failure, Monitor, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.core.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.directions import Direction
 from kabo.tasks.robots.grasps import ANY, family_faults, held_properties
 from kabo.tasks.robots.scenes import TaskScene

@@ -5,23 +5,23 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Frame, candidate
 from kabo.kinematics import FrameFeature, keeps, project, rows_of, stacked
 from kabo.scene import Robot
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.results import Answers
+from kabo.tasks.core.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.configurations import rounded
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.directions import frame_of
 from kabo.tasks.robots.pour_path import PourPath
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.symmetries import turned
 from kabo.tasks.robots.targets import feature_pose, pose_rows
 
-Array = npt.NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 
 STEP = 0.02  # m along the path between poses; a radian counts as 0.15 m
