@@ -119,7 +119,7 @@ def chain_of(tree: KinematicTree) -> Chain:
 def reach(chain: Chain) -> Array:
     """How far the origin of each joint's frame may get from the world's (J,) [m]."""
     parent, kind, source = chain.joints
-    steps = np.linalg.norm(chain.placement[:, 9:], axis=1)
+    steps: Array = np.linalg.norm(chain.placement[:, 9:], axis=1)
     for joint in range(1, len(steps)):
         if kind[joint] == PRISMATIC:
             steps[joint] += abs(chain.factors[0, joint]) * chain.bound[source[joint]] + abs(
@@ -258,7 +258,8 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
     for j in range(1, len(carries)):
         carries[j] |= carries[chain.joints[0, j]]
     shared = carries[first] & carries[second]
-    return shared.shape[1] - 1 - np.argmax(shared[:, ::-1], axis=1)  # parents come before children
+    last: Integers = shared.shape[1] - 1 - np.argmax(shared[:, ::-1], axis=1)  # parents come before children
+    return last
 
 
 def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:

@@ -73,7 +73,7 @@ def _in_one_direction(segments: Array) -> Array:
     for axis in range(3):
         swap |= equal & (first[:, axis] > second[:, axis])
         equal &= first[:, axis] == second[:, axis]
-    result = segments.copy()
+    result: Array = segments.copy()
     result[swap] = segments[swap, ::-1]
     return result
 

@@ -184,7 +184,8 @@ def thinned(points: Array, tolerance: float) -> Array:
         if not len(far):
             break
         chosen = np.union1d(chosen, far)
-    return points[chosen]
+    corners: Array = points[chosen]
+    return corners
 
 
 def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Array:
@@ -199,7 +200,8 @@ def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Ar
     if found.x is None:
         return np.zeros(cells)
     prices: Array = -np.asarray(found.ineqlin.marginals, np.float64)
-    return prices.round(9)
+    rounded: Array = prices.round(9)
+    return rounded
 
 
 def fewest_sets(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> list[int]:

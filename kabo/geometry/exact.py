@@ -215,7 +215,8 @@ class ExactView:
         """How far the boxes of pairs are apart [m], 0 where they meet: never more than the bodies are."""
         first, second = self._first[pairs], self._second[pairs]
         apart = np.maximum(self._low[first] - self._high[second], self._low[second] - self._high[first])
-        return np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+        distances: Array = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+        return distances
 
     def _bodies_of(self, number: int) -> tuple[fcl.CollisionObject, fcl.CollisionObject]:
         """The two bodies of a pair, where they are."""
@@ -233,7 +234,7 @@ class ExactView:
     def _touch(self, number: int) -> bool:
         """Whether the surfaces of a pair share a point."""
         self.counters.pair_checks += 1
-        return fcl.collide(*self._bodies_of(number), self._request, fcl.CollisionResult()) > 0
+        return int(fcl.collide(*self._bodies_of(number), self._request, fcl.CollisionResult())) > 0
 
     def _nested(self, near: Integers) -> int:
         """The first pair of which one body contains a component of the other; their surfaces do not meet."""

@@ -97,7 +97,8 @@ def _grown(points: Array) -> Array:
 
 
 def _hull_points(points: Array) -> Array:
-    return points[ConvexHull(points).vertices]
+    corners: Array = points[ConvexHull(points).vertices]
+    return corners
 
 
 def _without_hidden(parts: list[Array]) -> list[Array]:

@@ -44,7 +44,8 @@ def solid_points(points: Array, thickness: float) -> Array:
     if len(points) < 4 or spread[2] < thickness:
         shifts = thickness * np.vstack([np.eye(3), -np.eye(3)])
         points = (points[:, None] + shifts[None]).reshape(-1, 3)
-    return points[np.sort(ConvexHull(points).vertices)]
+    corners: Array = points[np.sort(ConvexHull(points).vertices)]
+    return corners
 
 
 def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Array:
@@ -80,7 +81,8 @@ def widened(vertices: Array) -> Array:
     middle = vertices.mean(axis=0)
     equations = ConvexHull(vertices).equations
     inner = float(-(equations[:, :3] @ middle + equations[:, 3]).max())
-    return middle + (vertices - middle) * (1.0 + WIDEN / inner)
+    wider: Array = middle + (vertices - middle) * (1.0 + WIDEN / inner)
+    return wider
 
 
 def contains_proven(vertices: Array, points: Array) -> bool:

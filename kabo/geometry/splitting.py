@@ -135,7 +135,8 @@ def _middle(points: Array) -> Array:
     """The plane (4,) across the middle of the longest side."""
     low, high = points.min(axis=0), points.max(axis=0)
     axis = int(np.argmax(high - low))
-    return np.r_[np.eye(3)[axis], 0.5 * (low + high)[axis]]
+    plane: Array = np.r_[np.eye(3)[axis], 0.5 * (low + high)[axis]]
+    return plane
 
 
 def _best_plane(solid: Solid, atom: Atom, limit: float, far: Array) -> Array:

@@ -155,7 +155,7 @@ def gliding(tree: KinematicTree) -> KinematicTree:
 
 def glided(rows: Array) -> Array:
     """The rows of a tree, for the same tree behind slides: what belongs to the world stays there."""
-    moved = rows.copy()
+    moved: Array = rows.copy()
     for column in (FIRST, SECOND):
         moved[:, column] += SLIDES * (rows[:, column] > 0)
     return moved

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,7 @@ from kabo.scene.transforms import flat, inverse, transform, unflat
 
 Contacts = frozenset[frozenset[str]]
 View = Any  # a CollisionView, or an ExactView with the same questions
+_Answer = TypeVar("_Answer")
 TOUCHING = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
 
 
@@ -90,7 +91,8 @@ class Workspace:
 
     def segment_hit(self, start: Array, goal: Array) -> int:
         """-1 if the straight joint segment is proven free, else the index of the pair that is in the way."""
-        return self._asked(lambda view: view.segment_hit(start, goal))
+        hit: int = self._asked(lambda view: view.segment_hit(start, goal))
+        return hit
 
     def path_hit(self, waypoints: Sequence[Array]) -> Pair | None:
         """The first pair in the way of a path of straight joint segments, or None if it is proven free."""
@@ -105,7 +107,7 @@ class Workspace:
         """The names of all pairs that are checked, in the order of their indices."""
         return self._view[1]
 
-    def _asked(self, question: Callable[[View], Any]) -> Any:
+    def _asked(self, question: Callable[[View], _Answer]) -> _Answer:
         """The answer of the view, counted: once for the robot and once for each thing that it carries."""
         view, began = self._view[0], perf_counter()
         before = replace(view.counters)

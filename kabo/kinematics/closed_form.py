@@ -141,7 +141,8 @@ def _shape_of(structure: Structure) -> tuple[int, int, bool, bool, int, Array, A
 def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
     """The poses (N, 12) of the structure's last joint at configurations (N, n), by forward kinematics."""
     values = np.array(Q, np.float64, order="C", ndmin=2)
-    return kernels.poses_of(values, structure.end, *arrays_of(tree))
+    poses: Array = kernels.poses_of(values, structure.end, *arrays_of(tree))
+    return poses
 
 
 def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> tuple[Array, Integers]:

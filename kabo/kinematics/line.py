@@ -196,7 +196,8 @@ def _line_rows(
 def _tolerances(rows: Rows, deviation: float, tilt: float) -> Array:
     # Two distances add up to a deviation, at most three angular rows to a tilt.
     angular = rows[:, columns.KIND] >= columns.DIRECTION
-    return np.where(angular, tilt / np.sqrt(3.0), deviation / np.sqrt(2.0)) - EXACT
+    worst: Array = np.where(angular, tilt / np.sqrt(3.0), deviation / np.sqrt(2.0)) - EXACT
+    return worst
 
 
 def _holds(rows: Rows, at: Array, tolerance: float) -> bool:

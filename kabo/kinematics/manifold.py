@@ -34,7 +34,7 @@ class Tangent:
     @property
     def freedom(self) -> int:
         """The dimension of the manifold there."""
-        return self.basis.shape[1]
+        return int(self.basis.shape[1])
 
 
 def tangent(

@@ -75,12 +75,14 @@ def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = 
 
 def values(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
     """The value of every row at q, (R,): metres for positions, cosines for directions, radians for angles."""
-    return kernels.row_values(np.array(q, np.float64), rows, *arrays_of(tree))
+    found: Array = kernels.row_values(np.array(q, np.float64), rows, *arrays_of(tree))
+    return found
 
 
 def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
     """The derivative of `values` by q, (R, n)."""
-    return kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
+    found: Array = kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
+    return found
 
 
 def storable_limits(lower: Array, upper: Array) -> tuple[Array, Array]:

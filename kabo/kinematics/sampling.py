@@ -33,7 +33,8 @@ def stream_key(*parts: str | int | float | bytes) -> Key:
         else:
             tag, data = b"i", str(int(part)).encode()
         digest.update(tag + struct.pack("<q", len(data)) + data)
-    return np.uint64(int.from_bytes(digest.digest(), "little"))
+    key: Key = np.uint64(int.from_bytes(digest.digest(), "little"))
+    return key
 
 
 def uniform(key: Key, index: int, dimension: int) -> float:

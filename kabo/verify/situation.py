@@ -67,7 +67,7 @@ def situation(
             result.standing.extend(Thing(name, own, where) for where in places.values())
     for robot in scene.robots:
         if robot not in moved:
-            for (value,) in sorted(components.values(node, (robot,))):  # type: ignore[type-var]
+            for (value,) in sorted(components.values(node, (robot,))):
                 result.standing.extend(world.links_at(robot, value))  # type: ignore[arg-type]
     result.standing.extend(world.fixed)
     return result

@@ -61,7 +61,7 @@ def columns(segment: Segment, arm: Arm) -> list[int]:
 
 def at_time(segment: Segment, arm: Arm, q: Array, time: float) -> Array:
     """The configuration at a time: before and after the segment that of its ends."""
-    result = q.copy()
+    result: Array = q.copy()
     waypoints = np.asarray(segment.waypoints)
     for k, column in enumerate(columns(segment, arm)):
         result[column] = np.interp(time, segment.times, waypoints[:, k])

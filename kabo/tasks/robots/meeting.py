@@ -75,7 +75,7 @@ class MeetingTarget:
     @property
     def _home(self) -> Array:
         """Both arms at home, the hands as they are (n,)."""
-        home = self.stream.base.copy()
+        home: Array = self.stream.base.copy()
         for robot, place in zip(self.stream.team.robots, self.stream.team.joined.values, strict=False):
             home[place][: robot.planned] = robot.configurations.get("home", np.zeros(robot.planned))
         return home

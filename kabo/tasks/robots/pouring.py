@@ -112,7 +112,7 @@ class _Tilting:
     def pose(self, at: Array) -> Array:
         """The pose (4, 4) of the lid at a pose (x, y, theta) of the path."""
         x, y, theta = (float(v) for v in at)
-        result = self.start.copy()
+        result: Array = self.start.copy()
         result[:3, 3] += (x - self.path.start[0]) * self.towards + (y - self.path.start[1]) * UP
         result[:3, :3] = (
             turned((0.0, 0.0, 0.0), self.across, theta - self.path.start[2])[:3, :3] @ self.start[:3, :3]
