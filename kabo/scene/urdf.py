@@ -1,7 +1,7 @@
 """From URDF files to a Robot: pinocchio reads the joints, `urdf_file` the geometry of the links."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -128,14 +128,7 @@ def _assemble(
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
     tree = _tree(model, kinds, turns, actuation, names, _named(description, description.limits, names, "limits"))
-    links = {}
-    for frame in model.frames:
-        if frame.type == pinocchio().FrameType.BODY:
-            pose = frame.placement.homogeneous.copy()
-            turn = np.eye(4)
-            turn[:3, :3] = turns[frame.parentJoint].T
-            name = frame.name
-            links[name] = Link(name, frame.parentJoint, turn @ pose, meshes.get(name), places.get(name))
+    links = _links(model, turns, meshes, places)
     robot = Robot(
         description.name,
         model,
@@ -154,6 +147,21 @@ def _assemble(
     _check_configurations(description, robot)
     _check_structure(description, robot)
     return robot
+
+
+def _links(
+    model: Any, turns: Sequence[Array], meshes: Mapping[str, Mesh], places: Mapping[str, Place]
+) -> dict[str, Link]:
+    """The links by name; `turns`: the rotation of each joint's frame that brings its z to the joint's axis."""
+    links = {}
+    for frame in model.frames:
+        if frame.type == pinocchio().FrameType.BODY:
+            pose = frame.placement.homogeneous.copy()
+            turn = np.eye(4)
+            turn[:3, :3] = turns[frame.parentJoint].T
+            name = frame.name
+            links[name] = Link(name, frame.parentJoint, turn @ pose, meshes.get(name), places.get(name))
+    return links
 
 
 def _actuation(
