@@ -227,6 +227,7 @@ def _shorter(context: Context, path: Array, ways: Sequence[Part], robot: str, ef
         return path[[0, -1]]
     keep = keep_of(part.scene, robot, part.stretch.constraint)
     project = None if keep is None else keep.pull_planned(hand)
+    key: tuple[str | int | float, ...]
     key = context.seed, "joined", robot, *map(float, path[0]), *map(float, path[-1])
     found = [path]
     for number in range(effort.ways if keep is None else min(1, effort.ways)):  # keeping one is slow
