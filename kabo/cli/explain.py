@@ -41,8 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the explanation; the exit codes are those of `solve`."""
+    from kabo.explain.explain import explain, explanation_to_json, invalid_explanation
     from kabo.imports import load_problem
-    from kabo.planner.explaining import explain, explanation_to_json, invalid_explanation
 
     try:
         with clean_standard_output(), interruptible() as stop:
@@ -65,7 +65,7 @@ def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
     """Shows that it was ended by force; the exit code."""
     said = f"Nothing is explained: {message}."
     if options.json:
-        from kabo.planner.explaining import Explanation, explanation_to_json
+        from kabo.explain.explain import Explanation, explanation_to_json
 
         print_json(explanation_to_json(Explanation("exhausted", (said,))))
     else:

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from kabo.arrays import Array
+from kabo.geometry.bounding.stored_parts import canonical, digest_of, write
 from kabo.geometry.parts import Enclosure
-from kabo.geometry.stored_parts import canonical, digest_of, write
 from kabo.meshes import load_mesh
 from kabo.service import pack_problem
 from tests.conftest import PROPERTY_SCALE

@@ -1,0 +1,74 @@
+"""How far each object may be displaced before the proof breaks: the least margin over its pairs, along every branch.
+
+An axis separates two bodies with a margin; displacing one of them by a vector shorter than that leaves the axis
+separating, wherever on the path the body is. Boxes that are apart are axes, too. So the least margin over all claims
+about an object is safe for any translation of it, held or standing, and for a turn whose angle times radius is less.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kabo.plan import Plan, plan_statistics
+from kabo.scene import Scene
+from kabo.verify.certificate.report import BranchClearance, ObjectClearance
+
+MOST = 64  # branches that are told one by one
+
+Least = dict[str, tuple[float, str]]  # object -> its least margin [m], and to what
+
+
+@dataclass
+class Margins:
+    """The least margins of objects at every node [m]; only those less than `near`."""
+
+    near: float
+    nodes: dict[str, Least] = field(default_factory=dict)
+    segments: dict[tuple[str, int], tuple[float, tuple[str, str]]] = field(default_factory=dict)
+
+    def add(self, node: str, segments: Sequence[int], names: tuple[str, str], margin: float) -> None:
+        """Takes the margin of a pair."""
+        if margin >= self.near:
+            return
+        least = self.nodes.setdefault(node, {})
+        for name, other in (names, names[::-1]):
+            if margin < least.get(name, (np.inf, ""))[0]:
+                least[name] = margin, other
+        for i in segments:
+            if margin < self.segments.get((node, i), (np.inf, names))[0]:
+                self.segments[node, i] = margin, names
+
+
+def of_objects(scene: Scene, margins: Margins, order: Sequence[str]) -> tuple[ObjectClearance, ...]:
+    """The clearance of every movable object over all branches."""
+    result = []
+    for name in scene.movable:
+        radius = float(np.linalg.norm(scene.bodies[name].mesh.vertices, axis=1).max(initial=0.0))
+        found = [(*margins.nodes[node][name], node) for node in order if name in margins.nodes.get(node, {})]
+        least = min(found, key=lambda entry: entry[0], default=(None, None, None))
+        result.append(ObjectClearance(name, radius, *least))
+    return tuple(result)
+
+
+def of_branches(plan: Plan, scene: Scene, margins: Margins) -> tuple[BranchClearance, ...] | None:
+    """The clearances along every way from the root to the goal; None if these are more than can be told."""
+    if plan_statistics(plan).plan_leaves > MOST:
+        return None
+    result = []
+    ahead: list[tuple[str, tuple[str, ...], dict[str, float]]] = [(plan.root, (), {})]
+    while ahead:
+        name, outcomes, before = ahead.pop()
+        node = plan.nodes[name]
+        here = {each: margin for each, (margin, _) in margins.nodes.get(name, {}).items()}
+        least = {each: min(before.get(each, np.inf), here.get(each, np.inf)) for each in {**before, **here}}
+        if node.kind == "goal":
+            result.append(BranchClearance(outcomes, {each: least.get(each) for each in scene.movable}))
+        elif node.branches:
+            ahead.extend(
+                (after, (*outcomes, f"{node.on}: {outcome}"), least)
+                for outcome, after in reversed(list(node.branches.items()))
+            )
+        elif node.next is not None:
+            ahead.append((node.next, outcomes, least))
+    return tuple(result)

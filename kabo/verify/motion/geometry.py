@@ -1,0 +1,81 @@
+"""Every motion of a plan in its scene."""
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from kabo.language import Problem
+from kabo.plan import Plan
+from kabo.scene import Scene, load_scene
+from kabo.verify.certificate.check import check_certificate
+from kabo.verify.motion.calls import Calls
+from kabo.verify.motion.collision import Tally
+from kabo.verify.motion.components import Components
+from kabo.verify.motion.contacts.granted import unstated
+from kabo.verify.motion.motions import check_motion
+from kabo.verify.motion.overlaps import Motion, all_meetings, check_overlaps, sharing_time
+from kabo.verify.motion.situation import check_start
+from kabo.verify.motion.world import World
+from kabo.verify.report import Finding
+
+
+def check_geometry(
+    problem: Problem, plan: Plan, order: Sequence[str], *, paranoid: bool = False
+) -> tuple[dict[str, str], list[Finding], dict[str, Any], list[str]]:
+    """All files that were read with their hashes, what is wrong with the motions, the report's figures, and notes.
+
+    With `paranoid` the certificate is checked in exact arithmetic.
+
+    Raises:
+        InputError: the scene's meshes or URDFs do not load.
+    """
+    assert problem.scene is not None
+    if plan.start is None:
+        text = "the plan has no motions (made with --geometry none?), but there is a scene: use --knowledge-only"
+        return dict(problem.files), [Finding(None, text)], {}, []
+    scene = load_scene(problem.scene)
+    files = dict(problem.files) | relative(scene.files.items(), problem.path.parent)
+    world = World(scene, {name: body.model for name, body in problem.scene.bodies.items()})
+    calls, components, tally = Calls(problem), Components(plan, scene, order), Tally()
+    findings = [*check_start(components), *_check_statements(plan, scene)]
+    if findings:
+        return files, findings, {}, []
+    motions, together = 0, sharing_time(plan)
+    walked: dict[str, Motion] = {}
+    for name in order:
+        node = plan.nodes[name]
+        if node.action is not None:
+            kept = walked if name in together else None
+            findings += check_motion(name, node, calls, world, components, tally, kept)
+            motions += bool(node.motion)
+    early = list(check_overlaps(plan, order, walked, world))
+    findings += early
+    meetings = [] if early else all_meetings(plan, order, walked)
+    wrong, certificate = check_certificate(plan, world, order, tally.courses, meetings, paranoid=paranoid)
+    figures = {"motions": motions, "pairs": tally.pairs, "distances": tally.distances, "least": tally.least}
+    proven = {"certificate": certificate, "certificate_gaps": plan.certificate_gaps}
+    return files, [*findings, *wrong], {**figures, **proven}, [*_epsilon(problem, plan), *calls.notes()]
+
+
+def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:
+    """A plan that says nothing of what grants its contacts was made before plans did."""
+    segments = [segment for node in plan.nodes.values() for segment in node.motion]
+    if not any(s.grants for s in segments) and any(unstated(s, scene, frozenset()) for s in segments):
+        text = "the plan does not say what grants its contacts (`grants`): it is of an older kabo; make it anew"
+        yield Finding(None, text)
+
+
+def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:
+    """A note where the plan was made with another epsilon than its files say."""
+    assert problem.scene is not None
+    given = problem.options.epsilon
+    made, told = plan.options.get("epsilon"), problem.scene.epsilon if given is None else given
+    if isinstance(made, float | int) and made != told:
+        yield f"the plan was made with an epsilon of {made:g} m, the files say {told:g} m"
+
+
+def relative(files: Iterable[tuple[Path, str]], folder: Path) -> dict[str, str]:
+    """Files by their path relative to a folder, with forward slashes, as plans record them."""
+    start = folder.resolve()
+    return {Path(os.path.relpath(Path(path).resolve(), start)).as_posix(): digest for path, digest in files}
