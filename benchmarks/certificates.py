@@ -19,7 +19,7 @@ from kabo.geometry_server import GeometryServer
 from kabo.plan import Certificate, Plan, plan_to_json, topological_order
 from kabo.planner.certify.certifying import certify
 from kabo.verify import verify_plan
-from kabo.verify.certificate.report import CertificateReport
+from kabo.verify.certificate_report import CertificateReport
 
 DOMAINS = Path(__file__).resolve().parents[1] / "domains"
 PROBLEMS = (

@@ -17,18 +17,14 @@ from kabo.explain.sentences import report
 from kabo.explain.unused import Unused
 from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
-from kabo.knowledge.grounding.problem import Grounding, conjuncts, ground_whole
-from kabo.knowledge.queries import FALSE
+from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
 from kabo.options import Search
 from kabo.planner.geometry.external_procedures import Procedures
-from kabo.planner.proofs.achievers import Makers
 from kabo.planner.proofs.dead_ends import dead_ends
-from kabo.planner.proofs.mentions import Origins
 from kabo.planner.proofs.reasons import beyond_reasoning
-from kabo.planner.proofs.root_causes import Blocked
-from kabo.planner.proofs.static_false import why_false
-from kabo.planner.proofs.wording import Words, counted, listed
+from kabo.planner.proofs.unreachable import UnreachableGoal, blocked_in, unreachable_in
+from kabo.planner.proofs.wording import counted, listed
 from kabo.planner.result import Reason
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.skeleton import Exhausted, Found, Limits
@@ -47,18 +43,8 @@ SPENT = {
     "time": "as long as allowed",
     "memory": "in as much memory as allowed",
 }
-SAME = "For the same reasons as"
 
 Verdict = Literal["solvable", "proved", "exhausted", "invalid"]
-
-
-@dataclass(frozen=True)
-class UnreachableGoal:
-    """A conjunct of the goal that can never hold: the last layer that helped it, and why, in sentences."""
-
-    text: str
-    layer: int
-    why: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -146,8 +132,8 @@ def explain(
         problem = Procedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
     judged = verdict_of(problem)
-    blocked = _blocked(whole)
-    goals = _unreachable(blocked)
+    blocked = blocked_in(whole)
+    goals = unreachable_in(blocked)
     unused = Unused(blocked)
     idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
     found: Obstacles | None = None
@@ -172,36 +158,6 @@ def explain(
 
 def _has_motions(problem: Problem) -> bool:
     return problem.scene is not None and problem.options.geometry != "none"
-
-
-def unreachable_because(problem: Problem) -> list[UnreachableGoal]:
-    """The conjuncts of the goal that can never hold, each with the sentences that say why."""
-    return _unreachable(_blocked(ground_whole(problem)))
-
-
-def _blocked(whole: Grounding) -> Blocked:
-    words = Words(whole)
-    return Blocked(Makers(whole, words), words, Origins(whole))
-
-
-def _unreachable(blocked: Blocked) -> list[UnreachableGoal]:
-    whole = blocked.makers.whole
-    compiler, reach = whole.compiler, whole.reach
-    told: dict[tuple[object, ...], str] = {}
-    found: list[UnreachableGoal] = []
-    for part, (formula, binding) in zip(whole.goal, conjuncts(compiler, compiler.problem.goal, {}), strict=True):
-        if part.query == FALSE:
-            why = tuple(why_false(compiler, formula, binding))
-            found.append(UnreachableGoal(part.text, 0, why))
-        elif not part.query.possible(reach.ones, reach.zeros):
-            reasons = blocked.reasons(part.query)
-            kinds = tuple(case.kinds for case in reasons.cases)
-            same = told.setdefault(kinds, part.text)
-            why = tuple(blocked.sentences(reasons))
-            if same != part.text:
-                why = (f"{SAME} {same}.",)
-            found.append(UnreachableGoal(part.text, reasons.layer, why))
-    return found
 
 
 def _proved(goals: list[UnreachableGoal]) -> list[str]:

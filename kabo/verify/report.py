@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from kabo.verify.certificate.report import CertificateReport
+from kabo.verify.certificate_report import CertificateReport
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ def verify_plan(
     figures: dict[str, Any] = {}
     files = dict(problem.files)
     if geometry:
-        from kabo.verify.motion.geometry import check_geometry
+        from kabo.verify.geometry import check_geometry
 
         files, more, figures, told = check_geometry(problem, plan, order, paranoid=paranoid)
         findings, notes = [*findings, *more], [*notes, *told]

@@ -12,7 +12,7 @@ from typing import Any
 from kabo.language import Problem, load_problem
 from kabo.plan import Grant, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
 from kabo.scene import load_scene
-from kabo.verify.motion.geometry import relative
+from kabo.verify.geometry import relative
 from tests.verify.counter import GANTRY
 
 DOMAIN = """domain: joining

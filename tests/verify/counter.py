@@ -10,7 +10,7 @@ from typing import Any
 from kabo.language import Problem, load_problem
 from kabo.plan import Grant, Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange
 from kabo.scene import load_scene
-from kabo.verify.motion.geometry import relative
+from kabo.verify.geometry import relative
 
 GANTRY = """<robot name="gantry">
   <link name="base"/>

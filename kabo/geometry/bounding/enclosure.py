@@ -1,8 +1,9 @@
 """The convex parts that enclose a closed mesh, proven within a tolerance of it: stored ones, or made once.
 
-Parts are looked up beside the mesh file, then in the cache, else computed by `kabo.geometry.bounding.decomposition` and kept.
-What a file says is believed once it is proven [kabo.geometry.bounding.believed_parts]. Parts beside a mesh that a scene scales
-are scaled with it: those with deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
+Parts are looked up beside the mesh file, then in the cache, else computed by
+`kabo.geometry.bounding.decomposition` and kept. What a file says is believed once it is proven
+[kabo.geometry.bounding.believed_parts]. Parts beside a mesh that a scene scales are scaled with it: those with
+deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
 """
 
 from collections.abc import Callable, Sequence

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Sequence
 
-from kabo.explain.sentences import refused
 from kabo.geometry_server.answers import Failure
 from kabo.knowledge import Task, Verdict, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
+from kabo.planner.proofs.dead_ends import dead_ends
+from kabo.planner.proofs.refused_calls import refused
+from kabo.planner.proofs.unreachable import SAME, unreachable_because
 from kabo.planner.proofs.wording import listed
 from kabo.planner.result import Reason
 
@@ -42,8 +44,6 @@ def no_plan(
 
 def _beyond(problem: Problem) -> Reason:
     """Some parts of the goal never hold, even if nothing were ever lost."""
-    from kabo.explain.explain import SAME, unreachable_because
-
     goals = unreachable_because(problem)
     told = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME)]
     few = told if len(told) <= EXPLAINED else [*told[:EXPLAINED], "kabo explain says more"]
@@ -54,8 +54,6 @@ def _beyond(problem: Problem) -> Reason:
 
 def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
     """All parts of the goal could hold if nothing were ever lost."""
-    from kabo.planner.proofs.dead_ends import dead_ends
-
     text = (
         "no plan reaches the goal, whatever geometry says: every part of it could hold if nothing that is known were "
         "ever lost, but every way ends in a dead end"

@@ -17,8 +17,8 @@ from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
 from kabo.verify.certificate.couples import course_of
 from kabo.verify.certificate.exact import ExactFrames, ExactSide
 from kabo.verify.certificate.parts import Parts
-from kabo.verify.certificate.report import CertificateReport
 from kabo.verify.certificate.walk import ONE, Couple, Frames, Margin, Refuted, Side, SideOf
+from kabo.verify.certificate_report import CertificateReport
 from kabo.verify.motion.courses import Course
 from kabo.verify.motion.overlaps import Meeting
 from kabo.verify.motion.surfaces import encloses

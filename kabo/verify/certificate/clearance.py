@@ -12,7 +12,7 @@ import numpy as np
 
 from kabo.plan import Plan, plan_statistics
 from kabo.scene import Scene
-from kabo.verify.certificate.report import BranchClearance, ObjectClearance
+from kabo.verify.certificate_report import BranchClearance, ObjectClearance
 
 MOST = 64  # branches that are told one by one
 

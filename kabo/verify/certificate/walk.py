@@ -14,8 +14,8 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.plan import PairProof
-from kabo.verify.certificate.bounds import deviations, frame_of, reach
 from kabo.verify.certificate.parts import Parts
+from kabo.verify.motion.chord_bounds import deviations, frame_of, reach
 from kabo.verify.motion.sweep import Path, Poses, Thing
 
 ONE = 1 << 20  # positions to a piece of the path

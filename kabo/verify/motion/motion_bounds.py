@@ -7,7 +7,7 @@ may leave its chord by [K Eq. 4.19]; the points of a body move no farther than t
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.verify.certificate.bounds import deviations
+from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.contacts.strokes import box_corners
 from kabo.verify.motion.sweep import Pair, Path, Stretches, Thing
 

@@ -1,7 +1,7 @@
 """The configuration check: forward kinematics, boxes of groups, oriented boxes of parts, then separating axes.
 
-Kernels take the fields of `Chain`, `Bodies` and what they write (kabo.geometry.collision.arrays says what they are) one by one;
-Python gives them in one flat array [kabo.geometry.collision.kernels.layout]. A kernel allocates nothing.
+Kernels take the fields of `Chain`, `Bodies` and what they write (kabo.geometry.collision.arrays says what they
+are) one by one; Python gives them in one flat array [kabo.geometry.collision.kernels.layout]. A kernel allocates nothing.
 """
 
 import numpy as np

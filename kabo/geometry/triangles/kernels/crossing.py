@@ -1,8 +1,8 @@
 """Whether two triangles of one mesh meet where they should not: outside of the vertices that they share.
 
 "Apart" is proven: by an axis whose gap exceeds its own rounding bound, or, where no axis is clear, by exact signs
-(kabo.geometry.triangles.kernels.orientation). So is "cross", except that triangles without area cross unless an axis says no.
-Vertices are shared by index, not by place: two triangles that merely touch do meet.
+(kabo.geometry.triangles.kernels.orientation). So is "cross", except that triangles without area cross unless an
+axis says no. Vertices are shared by index, not by place: two triangles that merely touch do meet.
 
 A pair is (6, 3) f8: one triangle in rows 0 to 2, the other in rows 3 to 5; shared vertices come first in both, in the
 same order. In `scratch`, (SCRATCH,) f8, three numbers make a vector: 0 to 5 are the points seen from the first one.

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.verify.certificate.bounds import deviations
 from kabo.verify.motion.arms import Mount
+from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.sweep import Path
 
 NEAR = 1.0 / 3.0  # of a family's least length: the part of a stroke that is straight; then a corner may be rounded

@@ -9,7 +9,7 @@ import pytest
 from kabo.scene import attachment
 from kabo.tasks.core import Failure
 from kabo.tasks.robots import Details, TaskScene
-from kabo.tasks.robots.motion.letting_go import letting_go
+from kabo.tasks.robots.stages.letting_go import letting_go
 from tests.tasks.robots.conftest import first
 from tests.tasks.robots.test_library import end, solve, task
 
