@@ -7,7 +7,7 @@ from kabo.explain.explain import explain as explain
 from kabo.geometry import bounding_decomposition as bounding_decomposition
 from kabo.geometry import bounding_mesh as bounding_mesh
 from kabo.geometry_server import GeometryServer as GeometryServer
-from kabo.imports import load_problem as load_problem
+from kabo.language import load_problem as load_problem
 from kabo.language.problem import Problem as Problem
 from kabo.meshes import load_mesh as load_mesh
 from kabo.plan import Plan as Plan

@@ -46,8 +46,8 @@ REMEMBERED = {
     "kabo/geometry_server/spreading.py": {"_TURNS"},  # by content
     "kabo/geometry_server/surroundings.py": {"_ENCLOSURES"},  # by content
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
-    "kabo/language/procedures.py": {"library_names", "library_signature"},  # of this installation
-    "kabo/language/syntax.py": {"_parser"},
+    "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
+    "kabo/language/yaml/syntax.py": {"_parser"},
     "kabo/linking.py": {"whole_compiler", "part_compiler"},
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts

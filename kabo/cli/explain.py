@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Prints the explanation; the exit codes are those of `solve`."""
     from kabo.explain.explain import explain, explanation_to_json, invalid_explanation
-    from kabo.imports import load_problem
+    from kabo.language import load_problem
 
     try:
         with clean_standard_output(), interruptible() as stop:

@@ -72,7 +72,7 @@ def read_problem(path: Path, within: Path | None = None, domain: Path | None = N
     Raises:
         InputError: all that is wrong in the files; or the files outside of `within`, none of them opened.
     """
-    from kabo.imports import load_problem
+    from kabo.language import load_problem
     from kabo.service.inline import refuse_outside
 
     if within is None:
@@ -96,7 +96,7 @@ def verify_file(
         InputError: all that is wrong in the problem's files, or in the form of the plan.
         OSError: the plan file cannot be read.
     """
-    from kabo.imports import load_problem
+    from kabo.language import load_problem
     from kabo.plan import load_plan
     from kabo.verify import verify_plan
 
@@ -107,8 +107,8 @@ def verify_file(
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     """All findings in files of any kind; scenes without errors are loaded with their meshes and URDFs."""
-    from kabo.imports import check_files as findings_in
-    from kabo.imports import is_imported
+    from kabo.language import check_files as findings_in
+    from kabo.language import is_imported
 
     named = list(paths)
     found = list(findings_in(named))

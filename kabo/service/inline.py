@@ -13,7 +13,7 @@ from typing import Any
 from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
 from kabo.errors import Diagnostic, InputError
-from kabo.imports import load_problem
+from kabo.language import load_problem
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable

@@ -10,9 +10,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from kabo.language.calls import TRUTH
 from kabo.language.formulas import GroundCall
-from kabo.language.procedures import FOLDER, LIBRARY
+from kabo.language.yaml.calls import TRUTH
+from kabo.language.yaml.procedures import FOLDER, LIBRARY
 from kabo.scene import Scene
 from kabo.tasks.core import Generator, InitialisationError
 from kabo.tasks.core.model.stages import Connector

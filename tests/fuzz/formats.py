@@ -88,7 +88,7 @@ class Workspace:
 
 # ------------------------------------------------------------------------------------------------ what reading means
 def _problem(path: Path, number: int) -> None:
-    from kabo.imports import check_files, load_problem
+    from kabo.language import check_files, load_problem
 
     check_files([path])
     problem = load_problem(path)
@@ -100,7 +100,7 @@ def _problem(path: Path, number: int) -> None:
 
 def _checked(path: Path, number: int) -> None:
     from kabo.errors import InputError
-    from kabo.imports import check_files
+    from kabo.language import check_files
 
     found = check_files([path])
     if found:

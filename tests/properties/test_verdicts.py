@@ -10,8 +10,8 @@ from functools import cache
 import pytest
 
 from kabo.errors import InputError
-from kabo.imports import load_problem
 from kabo.knowledge import Task, ground
+from kabo.language import load_problem
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.nodes import Space
 from kabo.planner.search.searches import SEARCHES

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from kabo.language.formulas import Constant, ProcedureCall, Variable
 from kabo.language.problem import Problem
-from kabo.language.procedures import Procedures
 from kabo.language.scene_description import SceneDescription
+from kabo.language.yaml.procedures import Procedures
 from kabo.plan import Node
 
 KINDS = ("robot", "body", "region")

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kabo.imports import load_problem
 from kabo.knowledge import verdict_of
 from kabo.knowledge.completeness.gaps import Gap
+from kabo.language import load_problem
 
 ROOT = Path(__file__).parents[3]
 

@@ -6,8 +6,8 @@ import pytest
 
 from kabo.cli import main
 from kabo.errors import InputError
-from kabo.imports import load_problem
 from kabo.knowledge import ground
+from kabo.language import load_problem
 
 DOMAIN = """domain: d
 types: [thing]
