@@ -105,8 +105,7 @@ def test_importing_all_names_of_a_lazy_room_gives_them_and_no_more(room):
 def test_a_stub_offers_what_the_room_itself_has(room):
     stub = REPOSITORY.joinpath(*room.split(".")) / "__init__.pyi"
     homes = re.findall(r"^from (\S+) import", stub.read_text(), re.MULTILINE)
-    inside = room.removesuffix(".stages")  # those of robots, which share files beside them
-    assert homes and all(home.startswith(f"{inside}.") for home in homes)
+    assert homes and all(home.startswith(f"{room}.") for home in homes)
 
 
 def test_an_unknown_name_is_refused_with_the_room_and_what_is_near():
