@@ -4,9 +4,10 @@ import argparse
 
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import SEARCHES, add_problem_argument, epsilon, natural
+from kabo.cli.solving import add_problem_argument, epsilon, natural
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import InputError
+from kabo.options import SEARCHES
 
 NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"

@@ -11,13 +11,13 @@ from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
 from kabo.errors import Diagnostic, InputError
+from kabo.options import GEOMETRIES, GEOMETRY_ORDERS, QUALITIES, SEARCHES
 
 TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
 OPTIONS = (
     *("search", "seed", "epsilon", "geometry", "geometry_order", "quality"),
     *("max_expansions", "max_samples", "timeout", "memory", "certificate"),
 )
-SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening")
 
 
 def add_search_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,17 +26,17 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--search", choices=SEARCHES, help="how to search (default: best; astar: least cost)")
     parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
     parser.add_argument("--epsilon", type=epsilon, metavar="E", help="tolerance of geometric predicates in metres")
-    parser.add_argument("--geometry", choices=("bounding", "exact", "none"), help="how bodies are checked")
+    parser.add_argument("--geometry", choices=GEOMETRIES, help="how bodies are checked")
     parser.add_argument(
         "--geometry-order",
-        choices=("adaptive", "lazy", "eager"),
+        choices=GEOMETRY_ORDERS,
         default="adaptive",
         help="when procedures are evaluated: along a finished plan (lazy), at every search node (eager), or lazy "
         "until that is in vain (default: adaptive)",
     )
     parser.add_argument(
         "--quality",
-        choices=("fast", "good"),
+        choices=QUALITIES,
         default="fast",
         help="motion as it is found, or refined: shorter, smoother, both arms at once (default: fast)",
     )

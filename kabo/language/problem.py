@@ -6,6 +6,7 @@ from pathlib import Path
 
 from kabo.language.formulas import Application, Atom, Effect, Formula, GroundCall, Place, ProcedureCall, Term
 from kabo.language.scene_description import SceneDescription
+from kabo.options import Geometry, Search
 
 
 @dataclass(frozen=True)
@@ -103,10 +104,10 @@ class Domain:
 class Options:
     """What a problem file says about how to solve it; None where it says nothing."""
 
-    search: str | None = None
+    search: Search | None = None
     seed: int | None = None
     epsilon: float | None = None
-    geometry: str | None = None
+    geometry: Geometry | None = None
     max_expansions: int | None = None
     max_samples: int | None = None
     seconds: float | None = None

@@ -18,12 +18,11 @@ from kabo.language.task_description import FAMILIES, THINGS
 from kabo.language.terms import Context
 from kabo.language.values import Reader
 from kabo.language.vocabulary import Scope, Symbol, Vocabulary
+from kabo.options import GEOMETRIES, SEARCHES
 
 PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "initial", "goal", "options")
 OPTION_KEYS = ("search", "seed", "epsilon", "geometry", "budget")
 BUDGET_KEYS = ("expansions", "samples", "seconds")
-SEARCHES = ("best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening")
-GEOMETRIES = ("bounding", "exact", "none")
 
 
 def read_problem(

@@ -8,6 +8,7 @@ import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from kabo.language.documents import Mapping, Node, Scalar, Sequence
 from kabo.language.findings import Findings
@@ -21,6 +22,7 @@ RESERVED = frozenset(
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _LARGEST_WHOLE = 10**18
 SMALLEST_SIZE = 1e-6  # m
+_Word = TypeVar("_Word", bound=str)
 
 
 @dataclass(frozen=True)
@@ -234,17 +236,18 @@ class Reader:
             return None
         return scalar.text == "true"
 
-    def choice(self, node: Node | None, options: Collection[str], what: str) -> str | None:
+    def choice(self, node: Node | None, options: Collection[_Word], what: str) -> _Word | None:
         """One of some words."""
         scalar = self.scalar(node, what)
         if scalar is None:
             return None
-        if scalar.text not in options:
-            hint = self.findings.near(scalar.text, options)
-            message = f'{what} must be one of {", ".join(options)}, not "{_short(scalar.text)}"'
-            self.findings.add(scalar.place, message, hint)
-            return None
-        return scalar.text
+        for option in options:
+            if scalar.text == option:
+                return option
+        hint = self.findings.near(scalar.text, options)
+        message = f'{what} must be one of {", ".join(options)}, not "{_short(scalar.text)}"'
+        self.findings.add(scalar.place, message, hint)
+        return None
 
     def numbers(
         self, node: Node | None, what: str, count: int | None = None, *, angle: bool = False

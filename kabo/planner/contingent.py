@@ -13,6 +13,7 @@ from collections.abc import Callable, Generator, Hashable
 
 from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
+from kabo.options import Search
 from kabo.planner.delay import delay_sensing
 from kabo.planner.explanation import Explanation
 from kabo.planner.failures import Failure, Failures
@@ -35,7 +36,7 @@ from kabo.planner.skeleton import (
 from kabo.planner.space import Decide, Node, Space, Step
 from kabo.planner.weak import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
 
-DEFAULT_SEARCH = "best"
+DEFAULT_SEARCH: Search = "best"
 SECOND_OPINION = (
     150  # expansions: what `best` solves with fewer is solved once more, and the smaller plan is taken
 )
@@ -51,7 +52,7 @@ Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be s
 def find_skeleton(
     task: Task,
     *,
-    search: str | None = None,
+    search: Search | None = None,
     geometry: Geometry | None = None,
     limits: Limits | None = None,
     on_progress: OnProgress | None = None,
@@ -88,7 +89,7 @@ def find_skeleton(
     return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
 
 
-def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: str, counter: Counter) -> Outcome:
+def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter) -> Outcome:
     """Searches; `best` starts over with other hopes where one dead end follows the other.
 
     Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.

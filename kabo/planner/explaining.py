@@ -18,6 +18,7 @@ from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding import Grounding, conjuncts, ground_whole
 from kabo.knowledge.queries import FALSE
 from kabo.language.problem import Problem
+from kabo.options import Search
 from kabo.planner.blocked import Blocked
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.dead_ends import dead_ends
@@ -111,7 +112,7 @@ class Explanation:
 def explain(
     problem: Problem,
     *,
-    search: str | None = None,
+    search: Search | None = None,
     max_expansions: int | None = None,
     timeout: float | None = None,
     memory: float | None = None,
@@ -216,7 +217,7 @@ def _unproved(unproved: Reason, goals: list[UnreachableGoal]) -> list[str]:
 
 
 def _searched(
-    problem: Problem, judged: Judged, search: str | None, expansions: int, stop: StopFlag
+    problem: Problem, judged: Judged, search: Search | None, expansions: int, stop: StopFlag
 ) -> tuple[Verdict, list[str]]:
     task = ground(problem)
     found = find_skeleton(task, search=search, limits=Limits(expansions, stop))

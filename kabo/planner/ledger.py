@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from kabo.geometry_server import MAX_EFFORT, Failure, Success
 from kabo.language.formulas import GroundCall
+from kabo.options import Search
 from kabo.planner.skeleton import Entry, LearntBook, Origin, Pattern
 from kabo.scene import Component
 
@@ -117,7 +118,7 @@ class Ledger:
             everywhere for _, everywhere in rows
         )
 
-    def most_expansions(self, search: str) -> float:
+    def most_expansions(self, search: Search) -> float:
         """As many as may be."""
         return inf
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 from kabo.budgets import StopFlag
 from kabo.knowledge import Task, verdict_of
 from kabo.language.problem import Problem
+from kabo.options import Geometry as GeometryKind
+from kabo.options import GeometryOrder, Quality, Search
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.packed import PackedTask
 from kabo.planner.procedures import Procedures
@@ -22,22 +24,23 @@ if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic p
     from kabo.tasks.procedures import GeometricProcedures
 
 MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
-DEFAULT_SEARCH, DEFAULT_QUALITY = "best", "fast"
+DEFAULT_SEARCH: Search = "best"
+DEFAULT_QUALITY: Quality = "fast"
 
 
 @dataclass(frozen=True)
 class Options:
     """The resolved options of one run: command line before problem before scene before these defaults."""
 
-    search: str
+    search: Search
     seed: int
     epsilon: float | None
-    geometry: str
-    geometry_order: str
+    geometry: GeometryKind
+    geometry_order: GeometryOrder
     max_expansions: int
     max_samples: int
     timeout: float
-    quality: str = DEFAULT_QUALITY
+    quality: Quality = DEFAULT_QUALITY
     memory: float = inf  # bytes
 
     def written(self) -> dict[str, str | float | int | None]:

@@ -15,6 +15,7 @@ from kabo.budgets import default_memory
 from kabo.errors import CutOff
 from kabo.knowledge import Task, ground, verdict_of
 from kabo.language.problem import Problem
+from kabo.options import Geometry, GeometryOrder, Quality, Search
 from kabo.plan import Plan
 from kabo.planner.garbage import older_objects_apart
 from kabo.planner.procedures import Procedures, refuse_without_motion
@@ -42,16 +43,16 @@ if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic p
 def solve(
     problem: Problem,
     *,
-    search: str | None = None,
+    search: Search | None = None,
     seed: int | None = None,
     epsilon: float | None = None,
-    geometry: str | None = None,
-    geometry_order: str = "adaptive",
+    geometry: Geometry | None = None,
+    geometry_order: GeometryOrder = "adaptive",
     max_expansions: int | None = None,
     max_samples: int | None = None,
     timeout: float | None = None,
     memory: float | None = None,
-    quality: str = DEFAULT_QUALITY,
+    quality: Quality = DEFAULT_QUALITY,
     certificate: bool = True,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
+from kabo.options import Geometry, GeometryOrder, Quality, Search
 
 PROTOCOL = 1
 MAX_DEADLINE_S = 86_400.0
@@ -36,12 +37,12 @@ _IDENTIFIER = re.compile(r"[A-Za-z0-9_.-]{1,128}")
 class SolveOptions(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True, frozen=True):
     """The options of `solve`, as every door takes them; None leaves the choice to problem and scene."""
 
-    search: Literal["best", "greedy", "astar", "breadth-first", "depth-first", "iterative-deepening"] | None = None
+    search: Search | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] | None = None
     epsilon: Annotated[float, msgspec.Meta(ge=SMALLEST_EPSILON, le=LARGEST_EPSILON)] | None = None
-    geometry: Literal["bounding", "exact", "none"] | None = None
-    geometry_order: Literal["adaptive", "lazy", "eager"] = "adaptive"
-    quality: Literal["fast", "good"] = "fast"
+    geometry: Geometry | None = None
+    geometry_order: GeometryOrder = "adaptive"
+    quality: Quality = "fast"
     certificate: bool = True
     max_expansions: Annotated[int, msgspec.Meta(ge=0)] | None = None
     max_samples: Annotated[int, msgspec.Meta(ge=0)] | None = None

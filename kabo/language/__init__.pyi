@@ -1,0 +1,15 @@
+from kabo.language.loading import check_files as check_files
+from kabo.language.loading import load_problem as load_problem
+from kabo.language.loading import load_scene_description as load_scene_description
+from kabo.language.loading import own_task_files as own_task_files
+from kabo.language.problem import Action as Action
+from kabo.language.problem import Domain as Domain
+from kabo.language.problem import Function as Function
+from kabo.language.problem import Options as Options
+from kabo.language.problem import Parameter as Parameter
+from kabo.language.problem import Problem as Problem
+from kabo.language.procedures import Procedures as Procedures
+from kabo.language.procedures import Property as Property
+from kabo.language.scene_description import SceneDescription as SceneDescription
+from kabo.language.spelling import spell as spell
+from kabo.language.spelling import spell_number as spell_number
