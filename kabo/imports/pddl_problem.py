@@ -15,7 +15,7 @@ from kabo.imports.trees import nodes, symbols
 from kabo.imports.vocabulary import NUMBER, Vocabulary
 from kabo.language import formulas as f
 from kabo.language.findings import Findings
-from kabo.language.problem import Domain, Options, Problem
+from kabo.language.problem import Domain, Problem
 from kabo.language.source import SourceFile
 
 
@@ -71,7 +71,7 @@ def read_pddl(
     if only:
         built.functions.pop(cost or "")  # type: ignore[attr-defined]
     name = Names().take(problem.name)
-    return Problem(name, built, objects, effects, goal, Options(), None, problem.document.source.path, dict(files))
+    return Problem(name, built, objects, effects, goal, {}, None, problem.document.source.path, dict(files))
 
 
 def _declare(vocabulary: Vocabulary, domain: PddlDefinition) -> None:

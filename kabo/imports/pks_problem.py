@@ -15,7 +15,7 @@ from kabo.imports.pks_terms import Context
 from kabo.imports.vocabulary import Bound, Vocabulary
 from kabo.language import formulas as f
 from kabo.language.findings import Findings
-from kabo.language.problem import Action, Domain, Options, Problem
+from kabo.language.problem import Action, Domain, Problem
 from kabo.language.source import SourceFile
 
 _ALLOWED = {
@@ -117,7 +117,7 @@ class Pks:
         name = Names().take(problem.name or "problem")
         return Problem(
             name, built, dict(vocabulary.objects.values()), _initial(vocabulary, problem),
-            _goal(vocabulary, problem), Options(), None, problem.source.path, dict(files),
+            _goal(vocabulary, problem), {}, None, problem.source.path, dict(files),
         )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding import Grounding, conjuncts, ground_whole
 from kabo.knowledge.queries import FALSE
 from kabo.language.problem import Problem
-from kabo.options import Search
+from kabo.options import Options, Search
 from kabo.planner.blocked import Blocked
 from kabo.planner.contingent import find_skeleton
 from kabo.planner.dead_ends import dead_ends
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from kabo.planner.counterfactuals import Counterfactual
     from kabo.planner.obstacles import Obstacles
 
-MAX_EXPANSIONS, SECONDS = 2_000_000, 60.0
+SECONDS = 60.0
 
 SHOWN_GAPS = 3  # constructs beyond kabo's reasoning that the summary names
 
@@ -156,7 +156,7 @@ def explain(
         verdict: Verdict = "proved" if unproved is None else "exhausted"
         summary = _proved(goals) if unproved is None else _unproved(unproved, goals)
     else:
-        expansions = MAX_EXPANSIONS if max_expansions is None else max_expansions
+        expansions = Options.max_expansions if max_expansions is None else max_expansions
         verdict, summary = _searched(problem, judged, search, expansions, stop)
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
             from kabo.planner.obstacles import obstacles  # symbolic problems never pay for geometry
@@ -171,7 +171,7 @@ def explain(
 
 
 def _has_motions(problem: Problem) -> bool:
-    return problem.scene is not None and problem.options.geometry != "none"
+    return problem.scene is not None and problem.options.get("geometry") != "none"
 
 
 def unreachable_because(problem: Problem) -> list[UnreachableGoal]:

@@ -9,9 +9,10 @@ import pytest
 
 from kabo.geometry_server import Success
 from kabo.knowledge import ground
+from kabo.options import Options
 from kabo.planner import interleaved, ledger
 from kabo.planner.rounds import Rounds
-from kabo.planner.runs import Options, Run
+from kabo.planner.runs import Run
 from tests.conftest import PROPERTY_SCALE
 from tests.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
 
