@@ -13,9 +13,9 @@ from scipy.spatial import ConvexHull
 from kabo.plan import BodyParts, Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Mesh
 from kabo.verify import Finding
-from kabo.verify.certificate import check_certificate
-from kabo.verify.courses import Course
-from kabo.verify.world import World
+from kabo.verify.certificate.check import check_certificate
+from kabo.verify.motion.courses import Course
+from kabo.verify.motion.world import World
 
 
 @dataclass(frozen=True)

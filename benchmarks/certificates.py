@@ -17,7 +17,7 @@ from table import Table, finish
 import kabo
 from kabo.geometry_server import GeometryServer
 from kabo.plan import Certificate, Plan, plan_to_json, topological_order
-from kabo.planner.certifying import certify
+from kabo.planner.certify.certifying import certify
 from kabo.verify import verify_plan
 from kabo.verify.certificate_report import CertificateReport
 

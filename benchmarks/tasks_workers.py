@@ -4,7 +4,7 @@
 
 Rounds of two sections with jobs of a given length, and the applications of the thesis, planned without workers and with
 two and four processes: seconds by the wall and of all processors, and whether the solutions are the same, in order,
-with their costs. `always` sends every job, `measured` is the rule of `kabo.tasks.core.workers`: jobs of stages are sent
+with their costs. `always` sends every job, `measured` is the rule of `kabo.tasks.core.run.workers`: jobs of stages are sent
 whose mean job takes longer than `PAYS`. Each configuration takes its turn in every repetition.
 """
 
@@ -19,7 +19,8 @@ from typing import Any
 from table import Table, finish
 from tasks_applications import applications
 
-from kabo.tasks.core import Result, Task, connector, forward, generator, workers
+from kabo.tasks.core import Result, Task, connector, forward, generator
+from kabo.tasks.core.run import workers
 
 SIZES = (None, 2, 4)
 RULE = workers.PAYS

@@ -31,14 +31,14 @@ import kabo
 from kabo.plan import Plan, plan_from_json, plan_to_json
 from kabo.scene import Mesh, load_scene
 from kabo.verify import Finding, verify_plan
-from kabo.verify.calls import Calls
-from kabo.verify.collision import Tally
-from kabo.verify.components import Components
-from kabo.verify.motions import check_motion
-from kabo.verify.situation import check_start
+from kabo.verify.motion.calls import Calls
+from kabo.verify.motion.collision import Tally
+from kabo.verify.motion.components import Components
+from kabo.verify.motion.motions import check_motion
+from kabo.verify.motion.situation import check_start
+from kabo.verify.motion.surfaces import Surface
+from kabo.verify.motion.world import World
 from kabo.verify.structure import check_structure
-from kabo.verify.surfaces import Surface
-from kabo.verify.world import World
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))

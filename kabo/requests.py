@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError
-from kabo.imports import check_files as findings_in
-from kabo.imports import is_imported, load_problem
+from kabo.language import check_files as findings_in
+from kabo.language import is_imported, load_problem
 from kabo.language.files import geometry_files
 from kabo.options import SolveOptions
 from kabo.planner.result import Progress, invalid_to_json, result_to_json
 
 if TYPE_CHECKING:
+    from kabo.explain.explain import Explanation
     from kabo.language.problem import Problem
     from kabo.language.scene_description import SceneDescription
-    from kabo.planner.explaining import Explanation
     from kabo.scene import Scene
     from kabo.verify import Report
 
@@ -134,7 +134,7 @@ def explain_file(
         cancelled: asked now and then; True ends it soon, with what was found so far.
         options: of `kabo.explain`.
     """
-    from kabo.planner.explaining import explain, invalid_explanation
+    from kabo.explain.explain import explain, invalid_explanation
 
     try:
         return explain(load_problem(path, domain), geometry=geometry, cancelled=cancelled, **options), None

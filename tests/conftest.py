@@ -13,7 +13,6 @@ from hypothesis import HealthCheck, settings
 TESTS = Path(__file__).parent
 QUICK = (
     "finite_domain",
-    "imports",
     "knowledge",
     "language",
     "meshes",

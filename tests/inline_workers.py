@@ -2,7 +2,7 @@
 
 import pickle
 
-from kabo.tasks.core.workers import Workers, _answer, _Worker
+from kabo.tasks.core.run.workers import Workers, _answer, _Worker
 
 
 class Inline:

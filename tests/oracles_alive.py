@@ -4,12 +4,12 @@
 parked must be of no use. At the end (`at_rest`) both must be equal, and every job that is left parked.
 """
 
-from kabo.tasks.core.fallbacks import ConnectingFallbacksNode, PropagatingFallbacksNode
-from kabo.tasks.core.groups import ParallelNode, SerialNode
-from kabo.tasks.core.leaves import ConnectorNode, PropagatorNode
-from kabo.tasks.core.nodes import Leaf
-from kabo.tasks.core.solutions import LEFT, RIGHT
-from kabo.tasks.core.wrappers import WrapperNode
+from kabo.tasks.core.model.solutions import LEFT, RIGHT
+from kabo.tasks.core.run.fallbacks import ConnectingFallbacksNode, PropagatingFallbacksNode
+from kabo.tasks.core.run.groups import ParallelNode, SerialNode
+from kabo.tasks.core.run.leaves import ConnectorNode, PropagatorNode
+from kabo.tasks.core.run.nodes import Leaf
+from kabo.tasks.core.run.wrappers import WrapperNode
 
 
 def audit(run):

@@ -21,36 +21,36 @@ EDGES = {
     "kabo/service/worker.py",
     "kabo/children.py",
     "kabo/meshes/reading.py",
-    "kabo/tasks/core/planning.py",  # gives the job back and raises the same error again
+    "kabo/tasks/core/run/planning.py",  # gives the job back and raises the same error again
     "kabo/tasks/core/task.py",  # gives the jobs back and raises the same error again
     "kabo/service/workers.py",
-    "kabo/tasks/core/workers.py",
+    "kabo/tasks/core/run/workers.py",
 }
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
 REMEMBERED = {
     "kabo/compilation/cache.py": {"_private_folder", "_warn_of"},  # of this installation
     "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
     "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},
-    "kabo/finite_domain/blind_search.py": {"_kernels"},  # loaded code
-    "kabo/finite_domain/landmark_bound.py": {"_kernel"},
-    "kabo/finite_domain/novelty_search.py": {"_compiled"},
-    "kabo/finite_domain/relaxation.py": {"_load"},
-    "kabo/geometry/believed_parts.py": {"_PROVEN"},  # by content
-    "kabo/geometry/exact.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
-    "kabo/geometry/motions.py": {"_STANDING"},  # for as long as the body is there
+    "kabo/finite_domain/search/blind_search.py": {"_kernels"},  # loaded code
+    "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},
+    "kabo/finite_domain/search/novelty_search.py": {"_compiled"},
+    "kabo/finite_domain/heuristics/relaxation.py": {"_load"},
+    "kabo/geometry/bounding/believed_parts.py": {"_PROVEN"},  # by content
+    "kabo/geometry/collision/exact.py": {"_SURFACES", "path"},  # by the arrays themselves; within one call
+    "kabo/geometry/collision/motions.py": {"_STANDING"},  # for as long as the body is there
     "kabo/geometry_server/context.py": {"_SHARED"},  # by numbers that are given once; for as long as it is there
     "kabo/geometry_server/spreading.py": {"_TURNS"},  # by content
     "kabo/geometry_server/surroundings.py": {"_ENCLOSURES"},  # by content
-    "kabo/knowledge/refusals.py": {"_parts_of"},  # of classes of kabo
-    "kabo/language/procedures.py": {"library_names", "library_signature"},  # of this installation
-    "kabo/language/syntax.py": {"_parser"},
+    "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
+    "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
+    "kabo/language/yaml/syntax.py": {"_parser"},
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts
     "kabo/tasks/binding.py": {"library_task"},  # of this installation
     "kabo/tasks/files/costs.py": {"_registered"},  # by modules that a person names on the command line
     "kabo/tasks/files/registry.py": {"_registered"},
-    "kabo/verify/certificate_exact.py": {"_pi"},  # a constant
-    "kabo/verify/certificate_parts.py": {"_COVERED"},  # by content
+    "kabo/verify/certificate/exact.py": {"_pi"},  # a constant
+    "kabo/verify/certificate/parts.py": {"_COVERED"},  # by content
     "kabo/verify/knowledge/replay/draft.py": {"_spelled"},  # by value
     "kabo/verify/knowledge/replay/states.py": {"symbols_of", "in_order"},  # by value
 }

@@ -8,9 +8,9 @@ from itertools import permutations, product
 import numpy as np
 
 from kabo.tasks import PARENT, Failure, Monitor, Property, Result, Wrapper, register
-from kabo.tasks.robots.directions import frame_of
-from kabo.tasks.robots.poses import local_pose
-from kabo.tasks.robots.targets import frame_for, pose_target
+from kabo.tasks.robots.motion.directions import frame_of
+from kabo.tasks.robots.motion.targets import frame_for, pose_target
+from kabo.tasks.robots.stages.poses import local_pose
 
 UP = np.array([0.0, 0.0, 1.0])
 ANY = "any"

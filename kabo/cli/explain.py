@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the explanation; the exit codes are those of `solve`."""
-    from kabo.planner.explaining import explanation_to_json
+    from kabo.explain.explain import explanation_to_json
     from kabo.requests import explain_file
 
     given: dict[str, Any] = {**chosen_options(options)}
@@ -60,7 +60,7 @@ def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
     """Shows that it was ended by force; the exit code."""
     said = f"Nothing is explained: {message}."
     if options.json:
-        from kabo.planner.explaining import Explanation, explanation_to_json
+        from kabo.explain.explain import Explanation, explanation_to_json
 
         print_json(explanation_to_json(Explanation("exhausted", (said,))))
     else:

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from kabo.finite_domain.agenda import Agenda, agenda
 from kabo.finite_domain.array_tables import array_tables
+from kabo.finite_domain.heuristics.relaxation import RelaxedTask
+from kabo.finite_domain.heuristics.relaxed_facts import RelaxedFacts, relaxed_facts
 from kabo.finite_domain.mutexes import FactTask, Mutexes, fact_task, mutexes
 from kabo.finite_domain.normal_form import NormalTask, normal_form
 from kabo.finite_domain.packing import Packing, pack
 from kabo.finite_domain.plain_states import PlainStates
-from kabo.finite_domain.relaxation import RelaxedTask
-from kabo.finite_domain.relaxed_facts import RelaxedFacts, relaxed_facts
 from kabo.finite_domain.tables import Tables, build_tables
 from kabo.finite_domain.task import FiniteTask
 

@@ -121,7 +121,9 @@ class Stream:
     def near(self, q: Sequence[float] | Array) -> list[Candidate]:
         """The one candidate to which a configuration (n,) leads; none if it leads nowhere."""
         tree = self.robot.tree
-        found, valid = project(tree, self.rows, [q], tree.lower, tree.upper, self._active)
+        found, valid = project(
+            tree, self.rows, np.asarray(q, dtype=np.float64), tree.lower, tree.upper, self._active
+        )
         return [candidate(self.robot, np.round(each, 9) + 0.0) for each in found[valid]]
 
     def at_pose(self, frame: Frame, world_T_frame: Array) -> list[Candidate] | OutOfReach | None:

@@ -5,8 +5,8 @@ integers, nothing is closed-world. This room knows formula trees only; no geomet
 """
 
 from kabo.knowledge.actions import Branching, GroundAction
-from kabo.knowledge.gaps import Gap, Verdict, verdict_of
-from kabo.knowledge.grounding import ground
+from kabo.knowledge.completeness.gaps import Gap, Verdict, verdict_of
+from kabo.knowledge.grounding.problem import ground
 from kabo.knowledge.queries import GeometricOracle, Query, optimistic
 from kabo.knowledge.reachability import Reach, relaxed_reach, unreachable_goals
 from kabo.knowledge.task import GoalPart, Task

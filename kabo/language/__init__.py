@@ -1,7 +1,8 @@
 """The language room: from files to a Problem.
 
-YAML with places, one grammar for formulas, every name resolved and every type checked; all findings at once, as
-diagnostics. It reads text and makes values: it evaluates nothing and opens no mesh.
+YAML, PDDL, contingent PDDL and PKS XML become the one kind of problem that kabo plans for, every name resolved and
+every type checked; all findings at once, as diagnostics with places. What kabo cannot say is refused by name and place,
+never dropped. It reads text and makes values: it evaluates nothing and opens no mesh.
 """
 
 from kabo.lazy import lazy_names

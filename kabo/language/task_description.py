@@ -117,3 +117,24 @@ class TaskDescription:
     max_solutions: int | None = None
     timeout: float | None = None
     source: SourceFile = field(default_factory=lambda: SourceFile(Path(), "", ""))
+
+
+@dataclass(frozen=True)
+class Property:
+    """A property of a procedure, that is, of a task; `kind` says what may fill it.
+
+    Things (robot, body, region) are those of a scene; families (grasp, placement, motion_constraint) names that a
+    scene gives.
+    """
+
+    name: str
+    kind: str
+    required: bool = True
+
+
+Signature = tuple[Property, ...]
+
+
+def spell_signature(name: str, properties: Signature) -> str:
+    """`pick(robot, object, grasp = …)`."""
+    return f"{name}({', '.join(each.name if each.required else f'{each.name} = …' for each in properties)})"

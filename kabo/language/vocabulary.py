@@ -9,7 +9,7 @@ from typing import Literal
 
 from kabo.language.findings import Findings, spell_place
 from kabo.language.formulas import Application, Constant, Place, Variable
-from kabo.language.procedures import Procedures
+from kabo.language.task_description import Signature
 
 NUMBER = "number"
 TEST = "true or false"  # what an external procedure without a value answers; no name of a type has blanks
@@ -70,7 +70,7 @@ class Vocabulary:
     types: dict[str, str | None] = field(default_factory=dict)
     type_places: dict[str, Place] = field(default_factory=dict)
     symbols: dict[str, Symbol] = field(default_factory=dict)
-    procedures: Procedures = field(default_factory=Procedures)  # of geometry
+    procedures: Mapping[str, Signature | None] = field(default_factory=dict)  # of geometry; None: a broken file
 
     def is_a(self, kind: str, ancestor: str) -> bool:
         """Whether type `kind` is `ancestor` or one of its subtypes."""

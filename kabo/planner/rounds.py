@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 from kabo.errors import CutOff
 from kabo.knowledge import Task
-from kabo.planner.evaluation import Evaluation, Evaluator, Expect, Variant
-from kabo.planner.interleaved import Interleaved
-from kabo.planner.ledger import Ledger
-from kabo.planner.repairing import REPAIRS, repaired
-from kabo.planner.runs import Run, search_once
-from kabo.planner.skeleton import Exhausted, Skeleton, Unreachable
+from kabo.planner.geometry.eager import Interleaved
+from kabo.planner.geometry.evaluation import Evaluation, Evaluator, Expect, Variant
+from kabo.planner.geometry.refusals import Ledger
+from kabo.planner.geometry.repairing import REPAIRS, repaired
+from kabo.planner.run import Run, search_once
+from kabo.planner.search.skeleton import Exhausted, Skeleton, Unreachable
 
 if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures

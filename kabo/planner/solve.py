@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
+from kabo.frozen_gc import older_objects_apart
 from kabo.knowledge import Task, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
 from kabo.plan import Plan
-from kabo.planner.garbage import older_objects_apart
-from kabo.planner.procedures import Procedures, refuse_without_motion
-from kabo.planner.reasons import beyond_reasoning, exhausted, no_plan
+from kabo.planner.geometry.external_procedures import Procedures, refuse_without_motion
+from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
-from kabo.planner.runs import Run, search_once, statistics_of, without_plan
-from kabo.planner.skeleton import Exhausted, Found, Unreachable
+from kabo.planner.run import Run, search_once, statistics_of, without_plan
+from kabo.planner.search.skeleton import Exhausted, Found, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
     from typing_extensions import Unpack  # Python 3.11 has it itself
@@ -92,8 +92,8 @@ def solve(
 
 
 def _symbolic(run: Run, task: Task) -> Result:
-    from kabo.planner.assembly import assemble, symbolic_variants
-    from kabo.planner.evaluation import in_order
+    from kabo.planner.geometry.assembly import assemble, symbolic_variants
+    from kabo.planner.geometry.evaluation import in_order
 
     run.tell("searching")
     found = search_once(run, task, None)
@@ -106,8 +106,8 @@ def _symbolic(run: Run, task: Task) -> Result:
 
 def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
     """Plans until all procedures along one succeed."""
-    from kabo.planner.assembly import assemble, symbolic_variants
-    from kabo.planner.evaluation import in_order
+    from kabo.planner.geometry.assembly import assemble, symbolic_variants
+    from kabo.planner.geometry.evaluation import in_order
 
     while True:
         run.tell("asking", sum(counted.calls for counted in procedures.counted.values()))
@@ -138,8 +138,8 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
 
 
 def _integrated(run: Run, task: Task) -> Result:
+    from kabo.planner.geometry.workers import Workers
     from kabo.planner.rounds import Rounds
-    from kabo.planner.workers import Workers
 
     assert run.problem.scene is not None
     run.tell("loading the scene")
@@ -171,8 +171,8 @@ def _integrated(run: Run, task: Task) -> Result:
 
 def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
     """The plan as it is written, with what grants its contacts."""
-    from kabo.planner.assembly import assemble, files_read
-    from kabo.planner.granting import granted
+    from kabo.planner.certify.granting import granted
+    from kabo.planner.geometry.assembly import assemble, files_read
 
     assert run.problem.scene is not None
     plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
@@ -181,7 +181,7 @@ def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
 
 def _uncertified(run: Run, plan: Plan) -> Plan:
     """The plan as it is if nothing more can be done for it: it says that its certificate is missing, and why."""
-    from kabo.planner.certifying import UNFINISHED
+    from kabo.planner.certify.certifying import UNFINISHED
 
     return replace(plan, certificate_gaps=(UNFINISHED,)) if run.certifies else plan
 
@@ -190,7 +190,7 @@ def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
     """The plan with its certificate, if one is asked for and there is time; samples are not drawn any more."""
     if not run.certifies:
         return plan
-    from kabo.planner.certifying import certified
+    from kabo.planner.certify.certifying import certified
 
     run.tell("certifying", sum(server.statistics.calls.values()))
     run.stop = server.server.stop = run.stop.timely()
@@ -201,7 +201,7 @@ def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
 
 
 def _refined(variants: Any, server: "GeometricProcedures") -> Mapping[str, float]:
-    from kabo.planner.refining import refine
+    from kabo.planner.refine.refining import refine
 
     return refine(variants, server).written()
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from kabo.imports import load_problem
+from kabo.language import load_problem
 from kabo.language.files import files_of
 from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable
 

@@ -27,7 +27,7 @@ from pathlib import Path
 import msgspec
 
 from kabo.errors import missing_library
-from kabo.planner.garbage import older_objects_apart
+from kabo.frozen_gc import older_objects_apart
 from kabo.planner.result import Progress
 from kabo.service.messages import SolveRequest, Unreadable, read, said
 

@@ -10,15 +10,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from kabo.language.calls import TRUTH
 from kabo.language.formulas import GroundCall
-from kabo.language.procedures import FOLDER, LIBRARY
+from kabo.language.yaml.calls import TRUTH
+from kabo.language.yaml.procedures import FOLDER, LIBRARY
 from kabo.scene import Scene
 from kabo.tasks.core import Generator, InitialisationError
-from kabo.tasks.core.stages import Connector
+from kabo.tasks.core.model.stages import Connector
 from kabo.tasks.files import TaskFile, load_task_file
 from kabo.tasks.robots import RobotStage, check_meaning, check_names
-from kabo.tasks.robots.states import CurrentState
+from kabo.tasks.robots.stages.states import CurrentState
 
 _PREPOSITIONS = ("robot", "body", "region")
 

@@ -8,16 +8,16 @@ from typing import Any
 from kabo.language import Problem
 from kabo.plan import Plan
 from kabo.scene import Scene, load_scene
-from kabo.verify.calls import Calls
-from kabo.verify.certificate import check_certificate
-from kabo.verify.collision import Tally
-from kabo.verify.components import Components
-from kabo.verify.contacts import unstated
-from kabo.verify.motions import check_motion
-from kabo.verify.overlaps import Motion, all_meetings, check_overlaps, sharing_time
+from kabo.verify.certificate.check import check_certificate
+from kabo.verify.motion.calls import Calls
+from kabo.verify.motion.collision import Tally
+from kabo.verify.motion.components import Components
+from kabo.verify.motion.contacts.granted import unstated
+from kabo.verify.motion.motions import check_motion
+from kabo.verify.motion.overlaps import Motion, all_meetings, check_overlaps, sharing_time
+from kabo.verify.motion.situation import check_start
+from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
-from kabo.verify.situation import check_start
-from kabo.verify.world import World
 
 
 def check_geometry(

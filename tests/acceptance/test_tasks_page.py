@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from kabo.language.task_description import KINDS
-from kabo.language.task_file import INPUT_KEYS, STAGE_KEYS, TASK_KEYS
+from kabo.language.yaml.task_file import INPUT_KEYS, STAGE_KEYS, TASK_KEYS
 from kabo.tasks.files import costs, registry
 
 REPOSITORY = Path(__file__).parents[2]

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import kabo
-from kabo.language.procedures import FOLDER, LIBRARY
+from kabo.language.yaml.procedures import FOLDER, LIBRARY
 
 DOMAINS = Path(__file__).parents[2] / "domains"
 PROBLEMS = [

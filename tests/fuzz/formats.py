@@ -88,7 +88,7 @@ class Workspace:
 
 # ------------------------------------------------------------------------------------------------ what reading means
 def _problem(path: Path, number: int) -> None:
-    from kabo.imports import check_files, load_problem
+    from kabo.language import check_files, load_problem
 
     check_files([path])
     problem = load_problem(path)
@@ -100,7 +100,7 @@ def _problem(path: Path, number: int) -> None:
 
 def _checked(path: Path, number: int) -> None:
     from kabo.errors import InputError
-    from kabo.imports import check_files
+    from kabo.language import check_files
 
     found = check_files([path])
     if found:
@@ -137,9 +137,9 @@ def _mesh(path: Path, number: int) -> None:
 
 
 def _parts(path: Path, number: int) -> None:
-    from kabo.geometry import stored_parts
-    from kabo.geometry.believed_parts import believed
-    from kabo.geometry.solids import Solid
+    from kabo.geometry.bounding import stored_parts
+    from kabo.geometry.bounding.believed_parts import believed
+    from kabo.geometry.triangles.solids import Solid
 
     mesh, digest = _tetrahedron(path)
     for made in stored_parts.read(stored_parts.beside(path), digest).values():
@@ -148,7 +148,7 @@ def _parts(path: Path, number: int) -> None:
 
 @cache
 def _tetrahedron(path: Path):  # type: ignore[no-untyped-def]
-    from kabo.geometry import stored_parts
+    from kabo.geometry.bounding import stored_parts
     from kabo.meshes import load_mesh
 
     mesh = load_mesh(path)

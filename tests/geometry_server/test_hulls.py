@@ -8,7 +8,7 @@ import trimesh
 
 from kabo.errors import InputError, MeshError
 from kabo.geometry_server import GeometryServer
-from kabo.language.loading import load_scene_description
+from kabo.language.yaml.loading import load_scene_description
 from kabo.scene import load_scene
 
 URDF = """<robot name="one">

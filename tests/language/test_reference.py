@@ -4,7 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from kabo.language import bodies, constraints, domain_file, poses, problem_file, procedures, robots, scene_file
+from kabo.language.yaml import (
+    bodies,
+    constraints,
+    domain_file,
+    poses,
+    problem_file,
+    procedures,
+    robots,
+    scene_file,
+)
 
 PAGE = (Path(__file__).parents[2] / "docs" / "files.md").read_text()
 KEYS = {

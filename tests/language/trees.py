@@ -4,13 +4,13 @@ from pathlib import Path
 from typing import Any
 
 from kabo.language import formulas as f
-from kabo.language.documents import Scalar, read_document
-from kabo.language.domain_file import read_domain, read_parsed
-from kabo.language.effects import read_effects
 from kabo.language.findings import Findings
-from kabo.language.queries import read_formula
 from kabo.language.source import SourceFile
 from kabo.language.vocabulary import Scope, Symbol
+from kabo.language.yaml.documents import Scalar, read_document
+from kabo.language.yaml.domain_file import read_domain, read_parsed
+from kabo.language.yaml.effects import read_effects
+from kabo.language.yaml.queries import read_formula
 from tests.language.conftest import DOMAIN
 
 

@@ -6,9 +6,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from kabo.explain.explain import Explanation, explain, explanation_to_json
+from kabo.explain.scene_changes import Finer, Moved, Removed, changed, removable
 from kabo.plan import schema
-from kabo.planner.changes import Finer, Moved, Removed, changed, removable
-from kabo.planner.explaining import Explanation, explain, explanation_to_json
 from kabo.planner.solve import solve
 from kabo.scene import load_scene
 from kabo.verify import verify_plan

@@ -11,10 +11,10 @@ import numpy as np
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
-from kabo.geometry.certificate import Unproven
-from kabo.planner.motion_situation import joint_pose
-from kabo.verify.certificate_walk import Refuted
-from kabo.verify.surfaces import encloses, mesh_distance
+from kabo.geometry.collision.certificate import Unproven
+from kabo.planner.certify.motion_situation import joint_pose
+from kabo.verify.certificate.walk import Refuted
+from kabo.verify.motion.surfaces import encloses, mesh_distance
 from tests.verify.certified import BUDGET, OUT, Box, Scenery, box, small_robot, sought
 
 SCALE = float(os.environ.get("KABO_PROPERTY_SCALE", "1"))

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kabo.explain.explain import explain
+from kabo.explain.scene_changes import changed
 from kabo.language import Problem, load_problem
 from kabo.language.scene_description import BodyDescription, PoseDescription, Shape
-from kabo.planner.changes import changed
-from kabo.planner.explaining import explain
 from kabo.planner.solve import solve
 from kabo.scene import load_scene
 from kabo.verify import verify_plan

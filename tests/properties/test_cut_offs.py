@@ -20,10 +20,10 @@ from hypothesis import strategies as st
 
 from kabo.children import made_in_child
 from kabo.errors import CutOff, KaboError
+from kabo.explain.explain import explain
 from kabo.geometry import enclosing_parts
 from kabo.language import Problem
 from kabo.plan import plan_to_json
-from kabo.planner.explaining import explain
 from kabo.planner.result import Result
 from kabo.planner.solve import solve
 from kabo.tasks.procedures import GeometricProcedures

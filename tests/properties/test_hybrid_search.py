@@ -10,9 +10,10 @@ import pytest
 from kabo.geometry_server import Success
 from kabo.knowledge import ground
 from kabo.options import Options
-from kabo.planner import interleaved, ledger
+from kabo.planner.geometry import eager as interleaved
+from kabo.planner.geometry import refusals as ledger
 from kabo.planner.rounds import Rounds
-from kabo.planner.runs import Run
+from kabo.planner.run import Run
 from tests.conftest import PROPERTY_SCALE
 from tests.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
 

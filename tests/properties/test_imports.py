@@ -9,10 +9,10 @@ from hypothesis import assume, event, given
 from hypothesis import strategies as st
 
 from kabo.errors import InputError
-from kabo.imports import check_files, load_problem
-from tests.imports.meaning import after, holds, parsed, true_in, world_after
-from tests.imports.samples import CLG, LOGISTICS, PKS_TYPED, PKS_UNTYPED
-from tests.imports.written import assert_as_written
+from kabo.language import check_files, load_problem
+from tests.language.meaning import after, holds, parsed, true_in, world_after
+from tests.language.samples import CLG, LOGISTICS, PKS_TYPED, PKS_UNTYPED
+from tests.language.written import assert_as_written
 
 OBJECTS = ("a", "b", "c")
 ATOMS = st.sampled_from(["(p {0})", "(p {1})", "(p a)", "(r)", "(q {0} {1})", "(q {1} b)", "(q {0} {0})"])

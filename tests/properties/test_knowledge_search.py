@@ -9,9 +9,9 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.knowledge import ground
-from kabo.planner.contingent import find_skeleton
-from kabo.planner.searches import SEARCHES
-from kabo.planner.skeleton import Found, Unreachable
+from kabo.planner.search.contingent import find_skeleton
+from kabo.planner.search.searches import SEARCHES
+from kabo.planner.search.skeleton import Found, Unreachable
 from tests import oracles_knowledge as oracles
 from tests.small_problems import branching_problems, gambles, problems
 
@@ -69,7 +69,7 @@ def test_breadth_first_and_iterative_deepening_find_shortest_weak_plans(problem)
 PROGRAM = """
 from hypothesis import HealthCheck, given, settings
 from kabo.knowledge import ground
-from kabo.planner.contingent import find_skeleton
+from kabo.planner.search.contingent import find_skeleton
 from tests.small_problems import branching_problems
 
 @settings(max_examples=40, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.geometry.kernels.crossing import triangles_cross
-from kabo.geometry.kernels.orientation import SCRATCH, orientation
+from kabo.geometry.triangles.kernels.crossing import triangles_cross
+from kabo.geometry.triangles.kernels.orientation import SCRATCH, orientation
 
 SEEDS = st.integers(0, 2**32 - 1)
 GRAINS = st.sampled_from([2.0**-40, 2.0**-3, 1.0])

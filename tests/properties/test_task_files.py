@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language.findings import Findings
-from kabo.language.procedures import LIBRARY
 from kabo.language.source import SourceFile
-from kabo.language.task_file import read_task_text
+from kabo.language.yaml.procedures import LIBRARY
+from kabo.language.yaml.task_file import read_task_text
 from kabo.tasks.files import TaskFile, task_to_yaml
 from kabo.tasks.files.checking import check_task
 from kabo.tasks.files.report_form import read_report
@@ -25,7 +25,7 @@ FILES = sorted(
 for own in REPOSITORY.glob("examples/*/stages.py"):  # they register what these task files name
     runpy.run_path(str(own))
 TEXTS = [path.read_text() for path in FILES] + [
-    (REPOSITORY / "tests" / "language" / "appendix_b.yaml").read_text()
+    (REPOSITORY / "tests" / "language" / "yaml" / "appendix_b.yaml").read_text()
 ]
 PIECES = [
     "", "\n", "  ", "- ", ": ", ":", "#", "&a ", "*a", "<<: *a", "!x ", "|\n", ">", "'", '"', "[", "]", "{", "}", ",",

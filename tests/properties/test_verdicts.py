@@ -10,13 +10,13 @@ from functools import cache
 import pytest
 
 from kabo.errors import InputError
-from kabo.imports import load_problem
 from kabo.knowledge import Task, ground
-from kabo.planner.contingent import find_skeleton
-from kabo.planner.searches import SEARCHES
-from kabo.planner.skeleton import Exhausted, Limits
+from kabo.language import load_problem
+from kabo.planner.search.contingent import find_skeleton
+from kabo.planner.search.nodes import Space
+from kabo.planner.search.searches import SEARCHES
+from kabo.planner.search.skeleton import Exhausted, Limits
 from kabo.planner.solve import solve
-from kabo.planner.space import Space
 from kabo.verify import verify_plan
 from tests import oracles_planning as oracles
 from tests.conftest import PROPERTY_SCALE

@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 from kabo.language.scene_description import PoseDescription, RobotDescription
 from kabo.scene import Mesh, Robot, link_poses
 from kabo.scene.urdf import load_robot
-from kabo.verify.arms import Arm
-from kabo.verify.surfaces import surface
-from kabo.verify.sweep import Path, Thing, open_stretches
+from kabo.verify.motion.arms import Arm
+from kabo.verify.motion.surfaces import surface
+from kabo.verify.motion.sweep import Path, Thing, open_stretches
 
 SAMPLES = 60
 EXAMPLES = settings(max_examples=max(20, round(300 * float(os.environ.get("KABO_PROPERTY_SCALE", "0.1")))))

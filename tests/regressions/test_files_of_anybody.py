@@ -14,7 +14,8 @@ import trimesh
 
 from kabo.cli.main import main
 from kabo.errors import InputError, MeshError
-from kabo.geometry import decomposition, enclosing_parts
+from kabo.geometry import enclosing_parts
+from kabo.geometry.bounding import decomposition
 from kabo.geometry_server import GeometryServer
 from kabo.language import load_problem, load_scene_description
 from kabo.meshes import load_mesh

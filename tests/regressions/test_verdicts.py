@@ -8,7 +8,7 @@ import pytest
 
 import kabo
 from kabo.cli import main
-from kabo.planner.searches import SEARCHES
+from kabo.planner.search.searches import SEARCHES
 from kabo.planner.solve import solve
 
 SCHEMAS = Path(kabo.__file__).parent / "plan" / "schemas"

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.crossings import crossing_faces
+from kabo.geometry.triangles.crossings import crossing_faces
 from scripts.generate_meshes import GEARBOX, MESHES, ROBOTS, THINGS, generate
 from scripts.mesh_files import triangles
 from scripts.solids import HIGH, LOW, Detail

@@ -9,7 +9,7 @@ import pytest
 from kabo.errors import InputError
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.language.procedures import LIBRARY
+from kabo.language.yaml.procedures import LIBRARY
 from kabo.scene import link_poses, world_T
 from kabo.tasks.procedures import GeometricProcedures
 

@@ -9,23 +9,23 @@ from typing import Any
 import numpy as np
 
 from kabo.geometry import Budget, Enclosure
-from kabo.geometry.certificate import Course as Sought
-from kabo.geometry.certificate import Placed, Prover, Unproven, Witness, ordered
+from kabo.geometry.collision.certificate import Course as Sought
+from kabo.geometry.collision.certificate import Placed, Prover, Unproven, Witness, ordered
 from kabo.geometry_server import GeometryServer
 from kabo.language.scene_description import PoseDescription, RobotDescription
 from kabo.meshes import Mesh
 from kabo.plan import BodyParts, Certificate, PairProof, Plan
-from kabo.planner.certifying import certify
-from kabo.planner.motion_situation import joint_pose
+from kabo.planner.certify.certifying import certify
+from kabo.planner.certify.motion_situation import joint_pose
 from kabo.scene import Robot, load_scene
 from kabo.scene.transforms import flat
 from kabo.scene.urdf import load_robot
-from kabo.verify.arms import Arm
-from kabo.verify.certificate_parts import Parts
-from kabo.verify.certificate_walk import Couple, Frames
-from kabo.verify.surfaces import Surface, surface
-from kabo.verify.sweep import Path as Course
-from kabo.verify.sweep import Thing
+from kabo.verify.certificate.parts import Parts
+from kabo.verify.certificate.walk import Couple, Frames
+from kabo.verify.motion.arms import Arm
+from kabo.verify.motion.surfaces import Surface, surface
+from kabo.verify.motion.sweep import Path as Course
+from kabo.verify.motion.sweep import Thing
 from tests.small_robots import write_arm
 from tests.verify.counter import Counter
 

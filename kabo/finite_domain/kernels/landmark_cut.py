@@ -2,9 +2,9 @@
 
 A landmark is a set of operators of which every plan has one. An operator pays for several only until its cost is spent,
 so the sum is never too high. The relaxation has one operator with a cost for each operator of the task and axioms for
-its conditional effects, so that these share the cost [kabo.finite_domain.relaxed_facts].
+its conditional effects, so that these share the cost [kabo.finite_domain.heuristics.relaxed_facts].
 
-`lm` holds all tables, each behind a number that says where it begins [kabo.finite_domain.landmarks].
+`lm` holds all tables, each behind a number that says where it begins [kabo.finite_domain.heuristics.landmarks].
 """
 
 from kabo.compilation import lean_kernel

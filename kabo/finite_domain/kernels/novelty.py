@@ -1,4 +1,4 @@
-"""Novelty-guided best-first search over packed states [kabo.finite_domain.novelty_search, which is the plain twin].
+"""Novelty-guided best-first search over packed states [kabo.finite_domain.search.novelty_search, which is the plain twin].
 
 `layout` names what states are compared by: at its head the numbers of variables and goals, and where the following
 begin: a test for each goal and what it allows, the goals before each goal, and of each variable word, shift, mask, first

@@ -2,7 +2,7 @@
 
 Facts are settled by rising cost, from a queue of buckets one unit wide. The last bucket takes all that is dearer, and
 there costs are corrected until none changes. The queue is first in, first out, so supporters are the same in every run
-and in the Python twin [kabo.finite_domain.plain_relaxation].
+and in the Python twin [kabo.finite_domain.heuristics.plain_relaxation].
 
 `table` and `scratch` are one array each, since every array that Python hands over costs as much as settling ten facts.
 """

@@ -3,7 +3,7 @@
 Scenes are opaque here, and nothing of kabo is imported: any program may plan with these stages.
 """
 
-from kabo.tasks.core.containers import (
+from kabo.tasks.core.model.containers import (
     Alternatives,
     Container,
     Fallbacks,
@@ -13,17 +13,17 @@ from kabo.tasks.core.containers import (
     Serial,
     Wrapper,
 )
-from kabo.tasks.core.costs import constant, offset, total, uniform_random, weighted
-from kabo.tasks.core.custom import backward, connector, forward, generator, monitor, propagator, wrapper
-from kabo.tasks.core.errors import InitialisationError, TaskError, UndeclaredProperty, UndefinedProperty
-from kabo.tasks.core.explanation import Explanation
-from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.interfaces import arrows, directions, shown, tree
-from kabo.tasks.core.nodes import StageStatistics
-from kabo.tasks.core.properties import INTERFACE, MISSING, PARENT, Interface, Parent, Property, Reference
-from kabo.tasks.core.results import SAME, Failure, Result
-from kabo.tasks.core.solutions import Solution, State
-from kabo.tasks.core.stages import Connector, CostTerm, Generator, Monitor, Propagator, Stage
+from kabo.tasks.core.model.costs import constant, offset, total, uniform_random, weighted
+from kabo.tasks.core.model.custom import backward, connector, forward, generator, monitor, propagator, wrapper
+from kabo.tasks.core.model.errors import InitialisationError, TaskError, UndeclaredProperty, UndefinedProperty
+from kabo.tasks.core.model.flow import Flow
+from kabo.tasks.core.model.interfaces import arrows, directions, shown, tree
+from kabo.tasks.core.model.properties import INTERFACE, MISSING, PARENT, Interface, Parent, Property, Reference
+from kabo.tasks.core.model.results import SAME, Failure, Result
+from kabo.tasks.core.model.solutions import Solution, State
+from kabo.tasks.core.model.stages import Connector, CostTerm, Generator, Monitor, Propagator, Stage
+from kabo.tasks.core.run.explanation import Explanation
+from kabo.tasks.core.run.nodes import StageStatistics
 from kabo.tasks.core.task import Task
 
 __all__ = [

@@ -5,18 +5,18 @@ from contextlib import ExitStack
 from time import monotonic
 from typing import Any
 
-from kabo.tasks.core.containers import Serial
-from kabo.tasks.core.errors import TaskError
-from kabo.tasks.core.explanation import Explanation, explain
-from kabo.tasks.core.flow import Flow
-from kabo.tasks.core.interfaces import resolve, tree
-from kabo.tasks.core.nodes import StageStatistics
-from kabo.tasks.core.planning import Planning
-from kabo.tasks.core.results import Failure
-from kabo.tasks.core.solutions import Solution
-from kabo.tasks.core.stages import Stage
-from kabo.tasks.core.strategies import DepthFirst, Rounds
-from kabo.tasks.core.workers import Workers
+from kabo.tasks.core.model.containers import Serial
+from kabo.tasks.core.model.errors import TaskError
+from kabo.tasks.core.model.flow import Flow
+from kabo.tasks.core.model.interfaces import resolve, tree
+from kabo.tasks.core.model.results import Failure
+from kabo.tasks.core.model.solutions import Solution
+from kabo.tasks.core.model.stages import Stage
+from kabo.tasks.core.run.explanation import Explanation, explain
+from kabo.tasks.core.run.nodes import StageStatistics
+from kabo.tasks.core.run.planning import Planning
+from kabo.tasks.core.run.strategies import DepthFirst, Rounds
+from kabo.tasks.core.run.workers import Workers
 
 LAST_LIFTS = 100  # rounds in which solutions are still made of what is there, when planning is told to stop
 

@@ -10,9 +10,9 @@ from typing import Any
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.task_description import StageDescription, TaskDescription, Word
-from kabo.language.task_file import STAGE_KEYS, TASK_KEYS
+from kabo.language.yaml.task_file import STAGE_KEYS, TASK_KEYS
 from kabo.tasks.core import MISSING, Container, Flow, Monitor, Propagator, Property, Serial, Stage, Wrapper
-from kabo.tasks.core.properties import references
+from kabo.tasks.core.model.properties import references
 from kabo.tasks.files import registry
 from kabo.tasks.files.costs import NamedCost, NoCost, cost_of
 from kabo.tasks.files.values import NoValue, described, parent_references, value_of

@@ -14,7 +14,7 @@ from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Pro
 from kabo.tasks.robots import meanings
 
 if TYPE_CHECKING:
-    from kabo.tasks.robots.questions import Question
+    from kabo.tasks.robots.motion.questions import Question
 
 Values = Mapping[str, Any]
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)

@@ -13,7 +13,7 @@ from kabo.tasks.files import load_task, load_task_file, register
 from kabo.tasks.files.building import argument_of
 from tests.tasks.files.conftest import TASK, Below, Near, Step, Way, write
 
-APPENDIX_B = Path(__file__).parents[2] / "language" / "appendix_b.yaml"
+APPENDIX_B = Path(__file__).parents[2] / "language" / "yaml" / "appendix_b.yaml"
 
 
 def test_a_task_is_made_of_its_stages_with_the_arguments_bound(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from kabo.kinematics import satisfied
 from kabo.scene import Scene
 from kabo.tasks.core import Result, Solution, State
 from kabo.tasks.robots import TaskScene
-from kabo.tasks.robots.targets import pose_target
+from kabo.tasks.robots.motion.targets import pose_target
 from tests.tasks.robots.conftest import first
 from tests.tasks.robots.test_stages import make, values
 

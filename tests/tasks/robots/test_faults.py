@@ -16,10 +16,10 @@ from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Failure, InitialisationError, Parent, Result, Task
-from kabo.tasks.core.properties import Resolver
+from kabo.tasks.core.model.properties import Resolver
 from kabo.tasks.files.running import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
-from kabo.tasks.robots.strokes import RESOLUTION, farthest
+from kabo.tasks.robots.stages.strokes import RESOLUTION, farthest
 from tests.conftest import PROPERTY_SCALE
 from tests.tasks.robots.conftest import first
 

@@ -14,9 +14,9 @@ from kabo.geometry_server import candidate, tool_frame
 from kabo.language.scene_description import Constraint, FeatureName, Mate, Stroke
 from kabo.scene import attachment
 from kabo.tasks.core import Failure, InitialisationError, Propagator, Result, Solution, Stage, State, Task
-from kabo.tasks.core.properties import Resolver
+from kabo.tasks.core.model.properties import Resolver
 from kabo.tasks.robots import STAGES, Details, TaskScene, check_names
-from kabo.tasks.robots.directions import direction_of
+from kabo.tasks.robots.motion.directions import direction_of
 from tests.tasks.robots.conftest import first
 from tests.tasks.robots.judge import Judge
 from tests.tasks.robots.test_library import end, solve

@@ -1,4 +1,4 @@
-"""The stages that ask the geometry server, each under its name in task files."""
+"""The stages of robots, one phase of a manipulation each: grasps, placements, motions, filters."""
 
 from kabo.lazy import lazy_names
 

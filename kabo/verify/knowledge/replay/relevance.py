@@ -12,9 +12,9 @@ from itertools import compress
 
 from kabo.plan import Plan
 from kabo.verify.knowledge.ground import Entry, GroundClaim, Symbol, Value
+from kabo.verify.knowledge.replay.dependencies import Traffic, traffic_of
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.states import Knowledge, symbols_of
-from kabo.verify.knowledge.replay.traffic import Traffic, traffic_of
 
 
 class Relevance:

@@ -1,0 +1,243 @@
+"""Why a problem has no plan, or what in it is of no use: sentences that a person can act on.
+
+`explain` grounds the problem whole and asks the delete relaxation first: what can never hold even if nothing were
+ever lost is proven to be out of reach, whatever geometry says, and has causes. Only then does it search; and only where
+knowledge has a plan does it ask whether there are motions for one. If there are none, it looks at the procedures that
+failed, and at what one change would do.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Literal
+
+from kabo.budgets import StopFlag, default_memory
+from kabo.errors import InputError
+from kabo.explain.sentences import report
+from kabo.explain.unused import Unused
+from kabo.knowledge import Verdict as Judged
+from kabo.knowledge import ground, verdict_of
+from kabo.knowledge.grounding.problem import ground_whole
+from kabo.language.problem import Problem
+from kabo.options import Options, Search
+from kabo.planner.geometry.external_procedures import Procedures
+from kabo.planner.proofs.dead_ends import dead_ends
+from kabo.planner.proofs.reasons import beyond_reasoning
+from kabo.planner.proofs.unreachable import UnreachableGoal, blocked_in, unreachable_in
+from kabo.planner.proofs.wording import counted, listed
+from kabo.planner.result import Reason
+from kabo.planner.search.contingent import find_skeleton
+from kabo.planner.search.skeleton import Exhausted, Found, Limits
+
+if TYPE_CHECKING:
+    from kabo.explain.counterfactuals import Counterfactual
+    from kabo.explain.failed_calls import Finding
+    from kabo.explain.geometry import Obstacles
+
+SECONDS = 60.0
+
+SHOWN_GAPS = 3  # constructs beyond kabo's reasoning that the summary names
+
+SPENT = {
+    "expansions": "as many nodes as allowed",
+    "time": "as long as allowed",
+    "memory": "in as much memory as allowed",
+}
+
+Verdict = Literal["solvable", "proved", "exhausted", "invalid"]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What `kabo explain` says.
+
+    `verdict`: whether there is a plan (`solvable`), proven not (`proved`), or neither (`exhausted`: the budget was
+    spent, or kabo would have to reason by cases);
+    `invalid` if the files cannot be read. `summary` are one to three sentences. `layers` counts those of the delete
+    relaxation; `reachable` says whether all of the goal is in the last one. `findings` tell of procedures that failed,
+    `counterfactuals` of changes that were tried. Where kabo's knowledge is not `complete`, what can never be known
+    is so only as far as kabo's knowledge goes.
+    """
+
+    verdict: Verdict
+    summary: tuple[str, ...]
+    reachable: bool = False
+    layers: int = 0
+    unreachable_goals: tuple[UnreachableGoal, ...] = ()
+    unused_actions: tuple[str, ...] = ()
+    never_known: tuple[str, ...] = ()
+    findings: "tuple[Finding, ...]" = ()
+    counterfactuals: "tuple[Counterfactual, ...]" = ()
+    complete: bool = True
+
+    def __str__(self) -> str:
+        lines = list(self.summary)
+        if self.unreachable_goals:
+            never = "never hold" if self.verdict == "proved" else "never hold as far as kabo's knowledge goes"
+            lines.append(f"\nParts of the goal that {never}:")
+        for goal in self.unreachable_goals:
+            lines.append(f"  - {goal.text}, {self.nearest(goal)}:")
+            lines += [f"      {sentence}" for sentence in goal.why]
+        lines += report(self.findings, self.counterfactuals)
+        so_far = "" if self.complete else ", as far as kabo's knowledge goes"
+        for title, sentences in (
+            (f"Of no use{so_far}", self.unused_actions),
+            (f"Never known{so_far}", self.never_known),
+        ):
+            if sentences:
+                lines += [f"\n{title}:", *(f"  - {sentence}" for sentence in sentences)]
+        return "\n".join(lines)
+
+    def nearest(self, goal: UnreachableGoal) -> str:
+        """How near the delete relaxation comes to a conjunct of the goal that it cannot reach."""
+        if not goal.layer:
+            return "which nothing brings nearer"
+        return f"which nothing brings nearer after layer {goal.layer} of {self.layers}"
+
+
+def explain(
+    problem: Problem,
+    *,
+    search: Search | None = None,
+    max_expansions: int | None = None,
+    timeout: float | None = None,
+    memory: float | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    procedures: Mapping[str, Callable[..., Any]] | None = None,
+    geometry: bool = True,
+    **options: Any,
+) -> Explanation:
+    """What is out of reach in a problem and why, what is of no use in it, and whether there is a plan.
+
+    Args:
+        problem: whose names have been checked.
+        search: how plans are looked for if the relaxation does not settle it; as for `solve`.
+        max_expansions: nodes that this search expands at most.
+        timeout: seconds after which it gives up.
+        memory: bytes that this process may hold before it gives up (None: half of what there is).
+        cancelled: asked now and then; True ends it soon.
+        procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
+            procedure is then taken to succeed.
+        geometry: whether to look for motions, too, if the problem has a scene; else procedures are taken to succeed.
+        options: `seed`, `epsilon`, `max_samples` and `geometry_order` of that looking, as for `solve`; `changes`: how
+            many of them are tried at most to see whether they help.
+
+    Raises:
+        InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
+    """
+    seconds = SECONDS if timeout is None else timeout
+    bytes_ = default_memory() if memory is None else memory
+    stop = StopFlag(seconds, bytes_, cancelled)
+    if procedures:
+        problem = Procedures(problem, procedures, "adaptive").answering()
+    whole = ground_whole(problem)
+    judged = verdict_of(problem)
+    blocked = blocked_in(whole)
+    goals = unreachable_in(blocked)
+    unused = Unused(blocked)
+    idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
+    found: Obstacles | None = None
+    if goals:
+        unproved = beyond_reasoning(judged)
+        verdict: Verdict = "proved" if unproved is None else "exhausted"
+        summary = _proved(goals) if unproved is None else _unproved(unproved, goals)
+    else:
+        expansions = Options.max_expansions if max_expansions is None else max_expansions
+        verdict, summary = _searched(problem, judged, search, expansions, stop)
+        if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
+            from kabo.explain.geometry import obstacles  # symbolic problems never pay for geometry
+
+            left = max(0.0, seconds - (perf_counter() - stop.began))
+            options |= {"search": search, "memory": bytes_}
+            found = obstacles(problem, left, cancelled, expansions, **options)
+            verdict, summary = found.verdict, list(found.summary)
+    said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
+    more = ((), ()) if found is None else (found.findings, found.counterfactuals)
+    return Explanation(*said, *more, not judged.gaps)
+
+
+def _has_motions(problem: Problem) -> bool:
+    return problem.scene is not None and problem.options.get("geometry") != "none"
+
+
+def _proved(goals: list[UnreachableGoal]) -> list[str]:
+    texts = listed((goal.text for goal in goals), "and")
+    return [f"There is no plan, whatever geometry says: {texts} can never hold, whatever is done."]
+
+
+def _unproved(unproved: Reason, goals: list[UnreachableGoal]) -> list[str]:
+    never = f": {listed((goal.text for goal in goals), 'and')} can never be known" if goals else ""
+    first = f"No plan was found, {unproved.message}{never}."
+    where = "; ".join(unproved.details[:SHOWN_GAPS])
+    return [first, f"What kabo does not follow: {where}."]
+
+
+def _searched(
+    problem: Problem, judged: Judged, search: Search | None, expansions: int, stop: StopFlag
+) -> tuple[Verdict, list[str]]:
+    task = ground(problem)
+    found = find_skeleton(task, search=search, limits=Limits(expansions, stop))
+    if isinstance(found, Found):
+        motions = "" if problem.scene is None else "; whether there are motions for it was not asked"
+        return "solvable", [f"There is a plan as far as knowledge goes{motions}."]
+    if isinstance(found, Exhausted):
+        spent = SPENT[stop.spent or found.budget]
+        return "exhausted", [
+            "Every part of the goal could hold if nothing that is known were ever lost.",
+            f"No plan was found in a search that expanded {counted(found.statistics.expanded, 'node')} ({spent}).",
+        ]
+    unproved = beyond_reasoning(judged)
+    if unproved is not None:
+        return "exhausted", _unproved(unproved, [])
+    return "proved", [NO_PLAN_BUT_REACHABLE, *dead_ends(task, stop)][:3]
+
+
+NO_PLAN_BUT_REACHABLE = (
+    "There is no plan, whatever geometry says: every part of the goal could hold if nothing that is known were ever "
+    "lost, but every way ends in a dead end; all of them have been tried."
+)
+
+
+def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
+    """The explanation as the schema `kabo-explain-1` wants it."""
+    return {
+        "verdict": explanation.verdict,
+        "summary": list(explanation.summary),
+        "knowledge": {
+            "reachable": explanation.reachable,
+            "layers": explanation.layers,
+            "unreachable_goals": [
+                f"{goal.text}, {explanation.nearest(goal)}: {' '.join(goal.why)}"
+                for goal in explanation.unreachable_goals
+            ],
+            "unused_actions": list(explanation.unused_actions),
+            "never_known": list(explanation.never_known),
+        },
+        "procedures": [_finding_to_json(finding) for finding in explanation.findings],
+        "counterfactuals": [each.json() for each in explanation.counterfactuals],
+    }
+
+
+def _finding_to_json(finding: "Finding") -> dict[str, Any]:
+    arguments = [*finding.call.arguments, *(f"{name} = {value}" for name, value in finding.call.options)]
+    failures = [asdict(row) | {"between": row.between and list(row.between)} for row in finding.rows]
+    return {
+        "procedure": finding.call.procedure,
+        "arguments": [str(each) for each in arguments],
+        "calls": finding.attempts,
+        "successes": finding.successes,
+        "failures": failures,
+    }
+
+
+def invalid_explanation(error: InputError) -> Explanation:
+    """The explanation of a problem that cannot be read."""
+    found = error.diagnostics
+    first = found[0]
+    return Explanation(
+        "invalid",
+        (
+            f"The problem cannot be read: {counted(len(found), 'finding')}.",
+            f"The first is in {first.file}, line {first.line}: {first.message}.",
+        ),
+    )

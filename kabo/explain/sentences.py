@@ -1,0 +1,123 @@
+"""What stood in the way, and what one change would do, in sentences that a person can act on."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from kabo.planner.proofs.refused_calls import blocking_pairs
+from kabo.planner.proofs.wording import counted, listed
+
+if TYPE_CHECKING:
+    from kabo.explain.counterfactuals import Counterfactual
+    from kabo.explain.failed_calls import Finding, Row
+    from kabo.explain.scene_changes import Change
+
+EXHAUSTED = {
+    "expansions": "No plan was found with as many nodes as allowed",
+    "reasoning": "No plan was found (which is no proof: kabo does not reason by cases, and here a plan may need to)",
+    "samples": "No plan was found",
+    "time": "No plan was found before the time was up",
+    "memory": "No plan was found with as much memory as allowed",
+}
+RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found, and that is no proof"}
+
+
+def main_finding(findings: "Sequence[Finding]", counterfactuals: "Sequence[Counterfactual]") -> "Finding | None":
+    """The call to be told first: the first one that a change that helps is about; else the first of all."""
+    for each in counterfactuals:
+        about = [finding for finding in findings if _concerns(each.change, finding)]
+        if each.result == "solved" and about:
+            return about[0]
+    return findings[0] if findings else None
+
+
+def _concerns(change: "Change", finding: "Finding") -> bool:
+    from kabo.explain.scene_changes import Finer, Removed
+
+    if isinstance(change, Removed):
+        return any(name == change.body and count for name, count in finding.freed)
+    if isinstance(change, Finer):
+        return finding.because_of_epsilon > 0
+    return finding.robot == change.robot and bool(finding.nearer)
+
+
+def summary(
+    verdict: str, budget: str | None, finding: "Finding", others: "Sequence[Counterfactual]", epsilon: float
+) -> list[str]:
+    """Three sentences: which call never succeeded, why, and what would help; two if no change was tried."""
+    failed = "can never succeed" if finding.proof else "never succeeded"
+    if finding.successes:
+        failed = f"failed in a state that mattered (and succeeded {counted(finding.successes, 'time')} elsewhere)"
+    first = "There is no plan, which is proven" if verdict == "proved" else EXHAUSTED[budget or "samples"]
+    return [f"{first}: {finding.call} {failed}.", why(finding, epsilon), *best(others)]
+
+
+def why(finding: "Finding", epsilon: float) -> str:
+    """What its attempts were refused for most often, as "It was blocked by crate in 388 of 400 samples (97 %)."."""
+    reasons = Counter[str]()
+    for row in finding.rows:
+        reasons[row.reason] += row.count
+    reason = reasons.most_common(1)[0][0] if reasons else "empty_family"
+    if reason not in ("collision", "no_path"):
+        if reason == "out_of_reach" and finding.missing:
+            return f"It is out of reach by {finding.missing:.3f} m."
+        said = finding.message.partition(": ")[2] or finding.message
+        return f"{said[0].upper()}{said[1:]}."
+    share = finding.because_of_epsilon
+    samples = _of(share, finding.refused)
+    if 2 * share > finding.refused:
+        return f"It was refused only because of epsilon = {epsilon:g} in {samples}: exact geometry would pass."
+    body, count = blocking(finding)[0] if blocking(finding) else (None, 0)
+    if body is None:
+        return f"No way was found in {_of(reasons[reason], finding.refused)}."
+    too = f", {share} of them only because of epsilon = {epsilon:g}" if share else ""
+    return f"It was blocked by {body} in {_of(count, finding.refused)}{too}."
+
+
+def _of(count: int, total: int) -> str:
+    return f"{count} of {counted(total, 'sample')} ({100.0 * count / max(total, 1):.0f} %)"
+
+
+def blocking(finding: "Finding") -> list[tuple[str, int]]:
+    """The bodies and other robots that blocked attempts, with how many, the most frequent first."""
+    return blocking_pairs(finding.call, ((row.between, row.count) for row in finding.rows if row.between))
+
+
+def best(others: "Sequence[Counterfactual]") -> list[str]:
+    """The sentence about the change that helps most; or that none of those tried does."""
+    if not others:
+        return []
+    first = others[0]
+    if first.result == "solved" and first.plan_actions is not None:
+        text = str(first.change)
+        return [f"{text[0].upper()}{text[1:]} a plan of {counted(first.plan_actions, 'action')} exists."]
+    return [f"No plan was found {listed((str(each.change) for each in others), 'nor')}."]
+
+
+def report(findings: "Sequence[Finding]", others: "Sequence[Counterfactual]") -> Iterator[str]:
+    """The lines of the report beneath the summary."""
+    if findings:
+        yield "\nProcedures that failed:"
+    for finding in findings:
+        answers = f"{counted(finding.successes, 'success')}, " if finding.successes else ""
+        yield f"  - {finding.call}, {answers}{finding.refused} of {counted(finding.attempts, 'sample')} refused:"
+        for row in finding.rows:
+            yield f"      {row.count} {_row(row)}"
+        for name, count in finding.freed:
+            yield f"      {count} of them pass without {name}"
+        if finding.proof:
+            yield f"      proven: {finding.message.partition(': ')[2] or finding.message}"
+    if others:
+        yield "\nWhat one change would do:"
+    for each in others:
+        actions = f"a plan of {counted(each.plan_actions or 0, 'action')}"
+        yield f"  - {each.change}: {RESULTS.get(each.result, actions)}"
+
+
+def _row(row: "Row") -> str:
+    between = "" if row.between is None else f" of {row.between[0]} and {row.between[1]}"
+    if row.reason == "no_path":
+        between = "" if row.between is None else f", mostly for {row.between[0]} and {row.between[1]}"
+    far = "" if row.missing is None else f" by {row.missing:.3f} m"
+    only = f", {row.because_of_epsilon} of them only because of epsilon" if row.because_of_epsilon else ""
+    return f"{row.reason.replace('_', ' ')}{far}{between}{only}"

@@ -1,0 +1,1 @@
+"""Estimates for finite-domain tasks: delete relaxation and landmark cuts."""

@@ -1,0 +1,95 @@
+"""LM-cut over a relaxation that somebody else has made: a lower bound of what a goal costs from any facts.
+
+Operators of one owner share its cost: it is paid by an operator of what all of them need, and they are axioms behind it.
+Otherwise an owner with two conditional effects would be counted twice, and the bound could be too high.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.finite_domain.heuristics.landmarks import relaxation_tables
+from kabo.finite_domain.heuristics.relaxation import RelaxedOperator
+
+FAR = 1 << 60  # as in the kernel
+
+
+class LandmarkBound:
+    """Bounds for one goal. Not for two threads at once."""
+
+    def __init__(
+        self, facts: int, operators: Iterable[RelaxedOperator], goal: Iterable[int], costs: Mapping[int, int]
+    ) -> None:
+        """Prepares the tables.
+
+        Args:
+            facts: how many there are, numbered from 0 on.
+            operators: over them; those without an owner are axioms, and cost nothing.
+            goal: the facts that must hold.
+            costs: of each owner, >= 0.
+        """
+        sharing = _Sharing(facts, costs)
+        made = list(sharing.of(operators))
+        made.append(RelaxedOperator(tuple(dict.fromkeys(goal)), (sharing.facts,), 0))
+        facts = sharing.facts + 1
+        self._table = relaxation_tables(made, facts)
+        self._holding = np.zeros(facts, np.uint8)
+        self._prices = np.array([o.cost for o in made], np.int64)
+        by_operator, by_fact = (len(made),), (facts,)
+        self._scratch = (
+            np.empty(by_operator, np.int64),
+            np.empty((*by_operator, 2), np.int64),
+            np.empty(by_fact, np.int64),
+            *(np.empty(by_fact, np.int32) for _ in range(4)),
+            np.empty(by_operator, np.int32),
+        )
+
+    def below(self, true: NDArray[Any]) -> int | None:
+        """What the goal costs at least if these facts are true; None: it is out of reach."""
+        self._holding[:] = 0
+        self._holding[true] = 1
+        bound = int(_kernel()(self._table, self._prices, self._holding, *self._scratch, False))
+        return None if bound >= FAR else bound
+
+
+class _Sharing:
+    """Operators in which each owner pays once for all that is its own."""
+
+    def __init__(self, facts: int, costs: Mapping[int, int]) -> None:
+        self.facts, self._costs = facts, costs
+
+    def of(self, operators: Iterable[RelaxedOperator]) -> Iterator[RelaxedOperator]:
+        """The same operators, with what pays for those that share an owner."""
+        owned: dict[int, list[RelaxedOperator]] = {}
+        for operator in operators:
+            if operator.owner < 0:
+                yield operator._replace(cost=0)
+            else:
+                owned.setdefault(operator.owner, []).append(operator)
+        for owner, those in owned.items():
+            if len(those) == 1:
+                yield those[0]._replace(cost=self._costs[owner])
+            else:
+                yield from self._shared(those, self._costs[owner])
+
+    def _shared(self, those: Sequence[RelaxedOperator], cost: int) -> Iterator[RelaxedOperator]:
+        common = frozenset.intersection(*(frozenset(o.preconditions) for o in those))
+        done, self.facts = self.facts, self.facts + 1
+        adds = [done]
+        for operator in those:
+            rest = tuple([f for f in operator.preconditions if f not in common])
+            if rest:
+                yield RelaxedOperator((done, *rest), operator.adds, 0)
+            else:
+                adds += operator.adds
+        yield RelaxedOperator(tuple(sorted(common)), tuple(dict.fromkeys(adds)), cost, those[0].owner)
+
+
+@cache
+def _kernel() -> Any:
+    from kabo.finite_domain.kernels.landmark_cut import bound_of_facts
+
+    return bound_of_facts

@@ -1,0 +1,283 @@
+"""The delete relaxation over abstract facts: how far a goal seems to be, and which operators seem to help [FF, HSP].
+
+Facts are numbers; whoever asks knows what they mean. Answers come from a plain Python twin at first, and from a
+compiled kernel once so much has been asked in this process that loading it pays; both answer the same.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import accumulate
+from math import gcd
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.finite_domain.heuristics.plain_relaxation import PlainTables, relaxed_plan
+
+Facts = Sequence[int] | NDArray[Any] | int  # an int is a set of bits: bit i says that fact i is true
+Engine = Literal["automatic", "python", "compiled"]
+WORTH_LOADING = (
+    600_000  # visits of operators' conditions and adds in Python that take as long as loading the kernel
+)
+BUCKETS = 1024
+UNREACHED_BELOW = 1 << 28  # costs by h_add are cut off here: they only compare supporters
+
+
+class RelaxedOperator(NamedTuple):
+    """What becomes true if its preconditions are; several operators may be one owner's, which then pays once."""
+
+    preconditions: tuple[int, ...]
+    adds: tuple[int, ...]
+    cost: int = 1  # >= 0; 0 and owner -1: an axiom
+    owner: int = -1  # the caller's number, >= 0; -1: nobody's
+
+
+class Estimate(NamedTuple):
+    """What a relaxed plan says."""
+
+    value: int | None  # its cost; None: the goal is out of reach even relaxed
+    preferred: tuple[int, ...]  # owners of its operators that can go now, through axioms too; sorted
+    plan_facts: tuple[int, ...]  # what it makes true that does not hold yet, from the goal backwards
+
+
+class KernelView(NamedTuple):
+    """Arguments of the kernel but for what is true [kabo.finite_domain.kernels.relaxed_plan]."""
+
+    table: NDArray[np.int32]
+    scratch: NDArray[np.int32]
+    goal: NDArray[np.int32]
+    out: NDArray[np.int32]
+
+
+NOTHING = Estimate(None, (), ())
+
+
+class RelaxedTask:
+    """Operators over facts 0 … facts − 1 and a goal, ready to be asked many times.
+
+    Supporters are the cheapest by h_add; of equals, the one found first. In comparing them an operator that is free
+    but owned counts as cheaper than any other, and not as nothing. Not for two threads at once.
+    """
+
+    def __init__(
+        self,
+        facts: int,
+        operators: Sequence[RelaxedOperator],
+        goal: Iterable[int],
+        *,
+        engine: Engine = "automatic",
+    ) -> None:
+        """Raises ValueError: a fact out of range, a negative cost, or one beyond 2³¹ − 1."""
+        self.facts, self.goal = facts, tuple(goal)
+        self._core = _Core(facts, operators, engine)
+        self._core.require(self.goal)
+
+    def with_goal(self, goal: Iterable[int]) -> "RelaxedTask":
+        """The same operators for another goal; they share what was prepared."""
+        other = object.__new__(RelaxedTask)
+        other.facts, other.goal, other._core = self.facts, tuple(goal), self._core
+        self._core.require(other.goal)
+        return other
+
+    def evaluate(self, true: Facts, goal: tuple[int, ...] | None = None) -> Estimate:
+        """A relaxed plan from what is true (any order; or an int of bits) to the goal, or to another one."""
+        return self._core.evaluate(true, self.goal if goal is None else goal)
+
+    def for_kernels(self) -> "KernelView":
+        """What other kernels need to ask the relaxed_plan kernel themselves; the scratch is this task's own."""
+        return self._core.view(self.goal)
+
+    def reachable(self, true: Facts) -> NDArray[np.bool_]:
+        """(facts,) which facts can become true if nothing ever becomes false."""
+        return self.layers(true) >= 0
+
+    def layers(self, true: Facts) -> NDArray[np.int64]:
+        """(facts,) after how many rounds of all operators at once a fact is reached; axioms take none; -1: never."""
+        return self._core.layers(list(_numbers(true)))
+
+
+class _Core:
+    """The tables of both twins, and the choice between them."""
+
+    def __init__(self, facts: int, operators: Sequence[RelaxedOperator], engine: Engine) -> None:
+        self.facts, self._engine = facts, engine
+        self._names = sorted({o.owner for o in operators if o.owner >= 0})
+        self._plain = _plain_tables(facts, operators, {name: i for i, name in enumerate(self._names)})
+        self._visits = len(operators) + sum(len(o.preconditions) + len(o.adds) for o in operators)
+        self._goals: dict[tuple[int, ...], NDArray[np.int32]] = {}
+        self._table: NDArray[np.int32] | None = None
+        self._switched = False
+        self._words = np.empty(0, np.uint64)
+        self._none = np.empty(0, np.int32)
+
+    def require(self, goal: Sequence[int]) -> None:
+        if any(not 0 <= f < self.facts for f in goal):
+            raise ValueError(f"a goal names a fact beyond the {self.facts} there are: {sorted(goal)}")
+
+    def evaluate(self, true: Facts, goal: tuple[int, ...]) -> Estimate:
+        if not self._compiled():
+            _spent.visits += self._visits
+            value, owners, made = relaxed_plan(self._plain, _numbers(true), goal)
+            return NOTHING if value is None else self._estimate(value, owners, made)
+        return self._evaluate_compiled(true, goal)
+
+    def _compiled(self) -> bool:
+        """Whether to go over to the kernel: it is loaded anyway, or would have paid by now."""
+        if self._engine == "python":
+            return False
+        if self._switched:
+            return True
+        if self._engine == "automatic" and _spent.visits < WORTH_LOADING and not _load.cache_info().currsize:
+            return False
+        self._prepare()
+        self._switched = True
+        return True
+
+    def _prepare(self) -> None:
+        if self._table is not None:
+            return
+        tables = self._plain
+        self._table = _array_table(self.facts, tables, len(self._names))
+        size = 1 + 2 * tables.buckets + 8 * self.facts + 3 * len(tables.costs) + 2 * len(self._names)
+        self._scratch = np.zeros(size, np.int32)
+        self._scratch[1 : 1 + 2 * tables.buckets] = -1
+        self._out = np.zeros(2 + len(self._names) + self.facts, np.int32)
+
+    def view(self, goal: tuple[int, ...]) -> KernelView:
+        self._prepare()
+        assert self._table is not None
+        return KernelView(self._table, self._scratch, np.array(goal, np.int32), self._out)
+
+    def _evaluate_compiled(self, true: Facts, goal: tuple[int, ...]) -> Estimate:
+        goals = self._goals.get(goal)
+        if goals is None:
+            self.require(goal)
+            goals = self._goals[goal] = np.array(goal, np.int32)
+        words, listed = self._words, self._none
+        if isinstance(true, int):
+            words = np.frombuffer(true.to_bytes((self.facts + 63) // 64 * 8, "little"), np.uint64)
+        else:
+            listed = np.asarray(true, np.int32)
+        out = self._out
+        value = _load()(self._table, self._scratch, words, listed, goals, out)
+        if value < 0:
+            return NOTHING
+        owned, needed = out[:2].tolist()
+        first = 2 + len(self._names)
+        return self._estimate(value, out[2 : 2 + owned].tolist(), out[first : first + needed].tolist())
+
+    def _estimate(self, value: int, owners: list[int], made: list[int]) -> Estimate:
+        names = self._names
+        return Estimate(value, tuple([names[w] for w in sorted(owners)]), tuple(made))
+
+    def layers(self, true: list[int]) -> NDArray[np.int64]:
+        tables = self._plain
+        found = np.full(self.facts, -1, np.int64)
+        waiting = list(tables.waiting)
+        found[true] = 0
+        layer, now, ready = 0, sorted(set(true)), list(tables.free)
+        while now or ready:
+            later: list[int] = []
+            while now or ready:  # axioms within this layer, all else for the next
+                for f in now:
+                    for o in tables.uses[f]:
+                        waiting[o] -= 1
+                        if not waiting[o]:
+                            ready.append(o)
+                now = []
+                for o in ready:
+                    axiom = not tables.costs[o] and tables.owners[o] < 0
+                    for f in tables.adds[o]:
+                        if axiom and not 0 <= found[f] <= layer:
+                            found[f] = layer
+                            now.append(f)
+                        elif not axiom and found[f] < 0:
+                            found[f] = layer + 1
+                            later.append(f)
+                ready = []
+            now = [f for f in later if found[f] == layer + 1]
+            layer += 1
+        return found
+
+
+def _plain_tables(facts: int, operators: Sequence[RelaxedOperator], owners: dict[int, int]) -> PlainTables:
+    preconditions = [sorted(set(o.preconditions)) for o in operators]
+    adds = [sorted(set(o.adds).difference(o.preconditions)) for o in operators]
+    uses: list[list[int]] = [[] for _ in range(facts)]
+    for i, (needed, made) in enumerate(zip(preconditions, adds, strict=True)):
+        if needed and not 0 <= needed[0] <= needed[-1] < facts or made and not 0 <= made[0] <= made[-1] < facts:
+            raise ValueError(f"an operator names a fact beyond the {facts} there are: {operators[i]}")
+        if not 0 <= operators[i].cost < 1 << 31:
+            raise ValueError(f"the cost of an operator must be from 0 to 2^31 - 1: {operators[i]}")
+        for f in needed:
+            uses[f].append(i)
+    prices = _prices(operators)
+    most, dearest = max(map(len, preconditions), default=0), max(prices, default=0)
+    return PlainTables(
+        preconditions=preconditions,
+        adds=adds,
+        uses=uses,
+        waiting=[len(needed) for needed in preconditions],
+        prices=prices,
+        costs=[o.cost for o in operators],
+        owners=[owners.get(o.owner, -1) for o in operators],
+        free=[i for i, needed in enumerate(preconditions) if not needed],
+        limit=min(UNREACHED_BELOW, ((1 << 31) - 1 - dearest) // max(most, 1)),  # sums stay below 2^31
+        unit=max(1, min((p for p in prices if p), default=1)),
+        buckets=BUCKETS,
+    )
+
+
+def _prices(operators: Sequence[RelaxedOperator]) -> list[int]:
+    """Costs in their common unit, for comparing supporters; what is free but owned costs a quarter of a unit."""
+    unit = gcd(*{o.cost for o in operators}) or 1
+    scale = 4 if any(not o.cost and o.owner >= 0 for o in operators) else 1
+    prices = [scale * (o.cost // unit) or int(o.owner >= 0) for o in operators]
+    shift = max(0, max(prices, default=0).bit_length() - 26)
+    return [max(1, p >> shift) if p else 0 for p in prices]
+
+
+def _array_table(facts: int, tables: PlainTables, owners: int) -> NDArray[np.int32]:
+    """All arrays of the kernel one after the other, behind a head that says where each begins."""
+    lists: list[list[int]] = []
+    for nested in (tables.preconditions, tables.adds, tables.uses):
+        flat = [i for row in nested for i in row]
+        lists += [[0, *accumulate(map(len, nested))], flat]
+    fresh = [x for o, price in enumerate(tables.prices) for x in (len(tables.preconditions[o]), price)]
+    lists += [fresh, tables.costs, tables.owners, tables.free]
+    head = [facts, len(tables.costs), tables.buckets, tables.unit, tables.limit, len(tables.free), owners, 0]
+    starts = list(accumulate(map(len, lists), initial=len(head) + len(lists) + 2))
+    # The starts of the rows within a flat list count from 0: the kernel adds where the flat list begins.
+    return np.array([*head, *starts, 0, *(i for row in lists for i in row)], np.int32)
+
+
+def _numbers(true: Facts) -> list[int]:
+    if isinstance(true, np.ndarray):
+        return true.tolist()  # type: ignore[no-any-return]
+    if not isinstance(true, int):
+        return list(true)
+    numbers = []
+    while true:
+        lowest = true & -true
+        numbers.append(lowest.bit_length() - 1)
+        true ^= lowest
+    return numbers
+
+
+@dataclass
+class _Spent:
+    """What plain Python has done in this process, over all tasks."""
+
+    visits: int = 0
+
+
+_spent = _Spent()
+
+
+@cache
+def _load() -> Any:
+    from kabo.finite_domain.kernels.relaxed_plan import relaxed_plan as compiled
+
+    return compiled

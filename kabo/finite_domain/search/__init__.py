@@ -1,0 +1,1 @@
+"""Searches in finite-domain tasks, one file each: breadth-first, novelty-guided, A*."""

@@ -1,0 +1,147 @@
+"""The compiled A*: its arrays, which grow with what is found [kabo.finite_domain.kernels.astar]."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never
+from kabo.finite_domain.heuristics.landmarks import landmark_tables
+from kabo.finite_domain.kernels.astar import expand as _expand
+from kabo.finite_domain.kernels.seen import move_table
+from kabo.finite_domain.mutexes import Mutexes, mutexes
+from kabo.finite_domain.result import SearchResult
+
+expand: Any = _expand
+SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # as in the kernel
+BETWEEN_LOOKS = 500_000  # operators and facts, times states, between two questions whether to stop
+FAR = 1 << 60
+EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+
+def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> SearchResult:
+    """A* with LM-cut."""
+    memory = _Memory(compiled, start, never)
+    size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
+    while True:
+        limit = budget.left(int(memory.progress[1]), max(1, min(1000, BETWEEN_LOOKS // size)))
+        if not limit:
+            return memory.without_plan("exhausted")
+        if budget.stopped():
+            return memory.without_plan("stopped")
+        status = expand(*memory.arguments(), limit)
+        if status == SOLVED:
+            return memory.with_plan()
+        if status == UNSOLVABLE:
+            return memory.without_plan("unsolvable")
+        if status == FULL and not memory.grow(budget.memory):
+            return memory.without_plan("exhausted")
+
+
+def valid_mutexes(compiled: CompiledTask, start: int) -> Mutexes:
+    """Pairs that are impossible from this start on: those of the task, if the start shows none of them."""
+    facts = compiled.relaxed.of(compiled.packing.values(start))
+    known = compiled.mutexes
+    return known if known.allow(facts) else mutexes(compiled.fact_task, facts)
+
+
+class _Memory:
+    """The arrays of a search; those of states double when they are full."""
+
+    def __init__(self, compiled: CompiledTask, start: int, never: Never) -> None:
+        self.compiled, self.never = compiled, never
+        self.operators = len(compiled.task.operators)
+        words, room = compiled.packing.words, max(1024, 2 * self.operators)
+        self.rooms: dict[str, NDArray[Any]] = {
+            "states": np.empty((room, words), np.uint64),
+            "rows": np.empty((room, 6), np.int64),
+            "queue": np.empty((2 * room, 3), np.int64),
+        }
+        self.known = np.full(1 << (2 * room).bit_length(), EMPTY, np.uint64)
+        self.progress = np.zeros(8, np.int64)
+        self.rooms["states"][0] = compiled.packing.array(start)
+        self.costs = np.array([o.cost for o in compiled.task.operators], np.int64)
+        self.after = np.empty((1, words), np.uint64)
+        self.able = np.empty(self.operators, np.int32)
+        self.bound = self._bound(start)
+
+    def _bound(self, start: int) -> tuple[NDArray[Any], ...]:
+        """The arguments of LM-cut."""
+        lm, relaxed = landmark_tables(self.compiled, valid_mutexes(self.compiled, start))
+        facts, operators = int(lm[0]), len(relaxed)
+        never = np.unpackbits(self.never.view(np.uint8), bitorder="little")
+        prices = [FAR if o.owner >= 0 and never[o.owner] else o.cost for o in relaxed]
+        numbers = [np.empty(facts, np.int32) for _ in range(4)]
+        return (
+            lm,
+            np.array(prices, np.int64),
+            np.empty(facts, np.uint8),
+            np.empty(operators, np.int64),
+            np.empty((operators, 2), np.int64),
+            np.empty(facts, np.int64),
+            *numbers,
+            np.empty(operators, np.int32),
+        )
+
+    def arguments(self) -> tuple[Any, ...]:
+        """All but the limit, as the kernel wants them."""
+        room = self.rooms
+        numbers, bits = self.compiled.arrays
+        return (
+            numbers,
+            bits,
+            self.never,
+            self.costs,
+            room["states"],
+            room["rows"],
+            self.known,
+            room["queue"],
+            self.progress,
+            self.able,
+            self.after,
+            *self.bound,
+        )
+
+    def grow(self, most: int) -> bool:
+        """Makes room for another expansion; False: that would take more bytes than `most`."""
+        count, waiting = int(self.progress[0]), int(self.progress[3])
+        kept = self.known.nbytes + sum(array.nbytes for array in self.rooms.values())
+        needed = {"states": count, "rows": count, "queue": waiting}
+        for name, used in needed.items():
+            old = self.rooms[name]
+            if used + self.operators > len(old):
+                kept += old.nbytes
+                if kept > most:
+                    return False
+                self.rooms[name] = np.empty((2 * len(old), *old.shape[1:]), old.dtype)
+                self.rooms[name][: len(old)] = old
+        while 10 * (count + self.operators) > 7 * len(self.known):
+            kept += self.known.nbytes
+            if kept + self.known.nbytes > most:
+                return False
+            larger = np.full(2 * len(self.known), EMPTY, np.uint64)
+            move_table(self.known, larger, self.rooms["states"], self.after, True)
+            self.known = larger
+        return True
+
+    def without_plan(self, status: Any) -> SearchResult:
+        """A result that has none."""
+        count, expanded, generated = self.progress[:3].tolist()
+        return SearchResult(status, None, None, expanded, generated, count, initial_estimate=self._start_bound())
+
+    def with_plan(self) -> SearchResult:
+        """The way to the goal that was found."""
+        plan, row, rows = [], int(self.progress[4]), self.rooms["rows"]
+        cost = int(rows[row, 2])
+        while rows[row, 0] >= 0:
+            plan.append(int(rows[row, 1]))
+            row = int(rows[row, 0])
+        count, expanded, generated = self.progress[:3].tolist()
+        path = tuple(reversed(plan))
+        return SearchResult(
+            "solved", path, cost, expanded, generated, count, optimal=True, initial_estimate=self._start_bound()
+        )
+
+    def _start_bound(self) -> int | None:
+        bound = int(self.progress[6])
+        return bound if self.progress[5] and bound < FAR else None

@@ -1,0 +1,192 @@
+"""The compiled novelty search: its arrays, which grow with what is found [kabo.finite_domain.kernels.novelty]."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never
+from kabo.finite_domain.kernels.novelty import expand as _expand
+from kabo.finite_domain.kernels.seen import move_table
+from kabo.finite_domain.result import SearchResult
+from kabo.finite_domain.search.novelty_search import MOST_PLAN_FACTS, pair_partitions, pair_words
+
+expand: Any = _expand
+SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # as in the kernel
+BETWEEN_LOOKS = 1_000_000  # operators and facts, times expansions, between two questions whether to stop
+EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+
+def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> SearchResult:
+    """The same search as the plain one."""
+    memory = _Memory(compiled, start)
+    size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
+    while True:
+        limit = budget.left(int(memory.progress[1]), max(1, min(2000, BETWEEN_LOOKS // size)))
+        if not limit:
+            return memory.without_plan("exhausted")
+        if budget.stopped():
+            return memory.without_plan("stopped")
+        status = expand(*memory.arguments(never), limit, memory.most_pairs)
+        if status == SOLVED:
+            return memory.with_plan(compiled)
+        if status == UNSOLVABLE:
+            return memory.without_plan("unsolvable")
+        if status == FULL and not memory.grow(budget.memory):
+            return memory.without_plan("exhausted")
+
+
+def novelty_layout(compiled: CompiledTask) -> NDArray[np.int32]:
+    """What states are compared by, as the kernel reads it."""
+    packing, offset, changing = compiled.packing, compiled.relaxed.offset, compiled.changing.offset
+    goal, before = compiled.normal.goal, compiled.agenda.before
+    flat = [0] * 9
+
+    def put(row: list[int]) -> int:
+        flat.extend(row)
+        return len(flat) - len(row)
+
+    def place(v: int) -> list[int]:
+        return [packing.word[v], packing.shift[v], packing.mask[v]]
+
+    tests = [
+        [*place(v), put([int(x in allowed) for x in range(compiled.normal.sizes[v])])]
+        for v, allowed in goal.items()
+    ]
+    starts = [0]
+    for row in before:
+        starts.append(starts[-1] + len(row))
+    tests_at, starts_at = put([n for row in tests for n in row]), put(starts)
+    before_at = put([j for row in before for j in row])
+    places = put([n for v in range(len(offset)) for n in (*place(v), offset[v], changing[v])])
+    owners = len({o.owner for o in compiled.relaxed.operators if o.owner >= 0})
+    facts = compiled.relaxed.facts
+    flat[:9] = [
+        len(offset),
+        len(goal),
+        tests_at,
+        starts_at,
+        before_at,
+        places,
+        facts,
+        compiled.changing.facts,
+        owners,
+    ]
+    return np.array(flat, np.int32)
+
+
+class _Memory:
+    """The arrays of a search, which double when they are full."""
+
+    def __init__(self, compiled: CompiledTask, start: int) -> None:
+        self.compiled = compiled
+        self.layout = novelty_layout(compiled)
+        self.able = np.empty(len(compiled.task.operators), np.int32)
+        words, self.width = compiled.packing.words, len(self.able)  # at most so many states from one expansion
+        room = max(1024, 2 * self.width)
+        facts = compiled.changing.facts
+        self.most_pairs = pair_partitions(facts)
+        self.rooms: dict[str, NDArray[Any]] = {
+            "states": np.empty((room, words), np.uint64),
+            "rows": np.empty((room, 7), np.int32),
+            "reached": np.empty((room, MOST_PLAN_FACTS // 64), np.uint64),
+            "plans": np.empty((room, 2), np.int32),
+            "plan_facts": np.empty(room * MOST_PLAN_FACTS, np.int32),
+            "facts_seen": np.zeros((room, facts), np.uint8),
+            "pairs_seen": np.zeros((min(room, self.most_pairs), pair_words(facts)), np.uint64),
+        }
+        self.known = np.full(1 << (2 * room).bit_length(), EMPTY, np.uint64)
+        goals = len(compiled.normal.goal)
+        self.numbered = np.full((goals + 1) * (MOST_PLAN_FACTS + 1), -1, np.int32)
+        self.queues = np.full((3 * (goals + 1), 2), -1, np.int32)
+        self.progress = np.zeros(7, np.int64)
+        self.rooms["states"][0] = compiled.packing.array(start)
+        self.relaxed = compiled.relaxation.for_kernels()
+        variables = len(compiled.normal.sizes)
+        self.true, self.holding = np.empty(variables, np.int32), np.full(compiled.relaxed.facts, -1, np.int64)
+        self.done, self.changing = np.empty(goals, np.int32), np.empty((2, variables), np.int32)
+        self.fact_bits = np.zeros((facts + 63) // 64, np.uint64)
+        self.after = np.empty((1, words), np.uint64)
+
+    def arguments(self, never: Never) -> tuple[Any, ...]:
+        """All but the limits, as the kernel wants them."""
+        room, relaxed = self.rooms, self.relaxed
+        return (
+            *self.compiled.arrays,
+            never,
+            self.layout,
+            room["states"],
+            room["rows"],
+            room["reached"],
+            self.known,
+            room["plans"],
+            room["plan_facts"],
+            self.numbered,
+            room["facts_seen"],
+            room["pairs_seen"],
+            self.queues,
+            self.progress,
+            relaxed.table,
+            relaxed.scratch,
+            self.true,
+            self.holding,
+            relaxed.goal,
+            relaxed.out,
+            np.empty(0, np.uint64),
+            self.done,
+            self.changing,
+            self.fact_bits,
+            self.able,
+            self.after,
+        )
+
+    def grow(self, most: int) -> bool:
+        """Makes room for another expansion; False: that would take more bytes than `most`."""
+        count, _, _, plans, plan_facts, partitions, _ = self.progress.tolist()
+        width = self.width
+        needed = {
+            "states": count + width,
+            "rows": count + width,
+            "reached": count + width,
+            "plans": plans + width,
+            "plan_facts": plan_facts + width * MOST_PLAN_FACTS,
+            "facts_seen": partitions + width,
+            "pairs_seen": min(partitions + width, self.most_pairs),
+        }
+        for name, size in needed.items():
+            old = self.rooms[name]
+            if size <= len(old):
+                continue
+            room = max(2 * len(old), size)
+            if name == "pairs_seen":
+                room = min(room, self.most_pairs)
+            elif self.bytes() + (room - len(old)) * old[:1].nbytes > most:
+                return False
+            self.rooms[name] = np.zeros((room, *old.shape[1:]), old.dtype)
+            self.rooms[name][: len(old)] = old
+        while 10 * (count + width) > 7 * len(self.known):
+            if self.bytes() + 2 * self.known.nbytes > most:
+                return False
+            larger = np.full(2 * len(self.known), EMPTY, np.uint64)
+            move_table(self.known, larger, self.rooms["states"], np.empty_like(self.after), False)
+            self.known = larger
+        return True
+
+    def bytes(self) -> int:
+        """What is kept of states; pairs have their own limit."""
+        return self.known.nbytes + sum(array.nbytes for name, array in self.rooms.items() if name != "pairs_seen")
+
+    def without_plan(self, status: Any) -> SearchResult:
+        """A result that has none."""
+        count, expanded, generated = self.progress[:3].tolist()
+        return SearchResult(status, None, None, expanded, generated, count)
+
+    def with_plan(self, compiled: CompiledTask) -> SearchResult:
+        """The way to the goal that was found."""
+        plan, row, rows = [], int(self.progress[6]), self.rooms["rows"]
+        while row > 0:
+            plan.append(int(rows[row, 1]))
+            row = int(rows[row, 0])
+        path = tuple(reversed(plan))
+        count, expanded, generated = self.progress[:3].tolist()
+        return SearchResult("solved", path, compiled.cost(path), expanded, generated, count)

@@ -1,0 +1,189 @@
+"""Bounding convex decompositions [K Def. 3]: parts that cover a solid, their union within epsilon of it, both proven.
+
+Covering holds by construction and is proven cell by cell (`enclosing_union`); the distance of every point of every
+part to the solid is proven by tetrahedra (`nearness`). Made once, then kept in the cache.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.compilation import cache_folder
+from kabo.errors import Diagnostic, MeshError
+from kabo.geometry.bounding import stored_decompositions, stored_parts
+from kabo.geometry.parts import Array
+from kabo.meshes import Mesh, require_closed
+
+if TYPE_CHECKING:
+    from kabo.geometry.bounding.enclosing_union import Union
+    from kabo.geometry.triangles.solids import Solid
+
+MANY = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
+COARSER = 0.1  # of epsilon: what that mesh may take
+Made = tuple[tuple[Array, ...], tuple[float, ...]]  # parts and their deviations
+TIGHTER = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried for a target number of parts
+
+
+class Triangles(Protocol):
+    """Anything with vertices (V, 3) [m] and faces (F, 3)."""
+
+    @property
+    def vertices(self) -> Array:
+        """(V, 3) [m]."""
+
+    @property
+    def faces(self) -> NDArray[np.int64]:
+        """(F, 3) indices of vertices."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decomposition:
+    """Convex parts whose union holds the whole solid, and whose points are all near it."""
+
+    parts: tuple[Array, ...]  # the corners of each, (V, 3) [m]
+    deviations: tuple[float, ...]  # of each part: a proven bound of its greatest distance from the solid [m]
+    epsilon: float  # [m]
+    seconds: float  # it took to make or to find them
+
+    @property
+    def hausdorff_upper_bound(self) -> float:
+        """A proven bound of the Hausdorff distance of the union and the solid [m], at most `epsilon`."""
+        return max(self.deviations)
+
+    @property
+    def worst(self) -> int:
+        """The part that may stick out most."""
+        return int(np.argmax(self.deviations))
+
+
+def bounding_decomposition(
+    mesh: Triangles,
+    epsilon: float,
+    *,
+    parts: int | None = None,
+    vertices_per_part: int | None = None,
+    seed: int = 0,
+    cache: Path | None = None,
+) -> Decomposition:
+    """Few convex parts of few vertices that cover a closed mesh, none farther than `epsilon` from its solid [K 4.4].
+
+    The same triangles, parameters and seed give the same parts, whatever the order of vertices and faces.
+
+    Args:
+        mesh: closed; vertices (V, 3) [m]. Components may overlap.
+        epsilon: how far any point of the parts may be from the solid [m].
+        parts: a target: the parts are as tight as so many can be; more if epsilon needs them.
+        vertices_per_part: a target: where it can be kept, no part has more.
+        seed: names the answer; nothing is drawn at random yet, so that every seed gives the same parts.
+        cache: a folder; by default the decompositions' folder in kabo's cache.
+
+    Raises:
+        ValueError: epsilon is not a positive length, a target is not positive.
+        MeshError: empty, not finite, indices out of range, open, or too fine for epsilon: with the figures.
+    """
+    began = perf_counter()
+    if not (np.isfinite(epsilon) and epsilon > 0.0):
+        raise ValueError(f"epsilon is {epsilon:g} m, which is not a positive length")
+    if (parts is not None and parts < 1) or (vertices_per_part is not None and vertices_per_part < 4):
+        raise ValueError("a decomposition has at least one part, and a part at least four vertices")
+    folder = cache_folder() / "decompositions" if cache is None else cache
+    vertices = np.asarray(mesh.vertices, np.float64)
+    faces = np.asarray(mesh.faces, np.int64)
+    parameters = (float(epsilon), parts, vertices_per_part, seed)
+    path = getattr(mesh, "path", None)
+    require_closed(Mesh(vertices, faces, path))
+    given = stored_decompositions.name_of(vertices, faces, parameters)
+    found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, given))
+    if found is None:
+        vertices, faces = stored_parts.canonical(vertices, faces)
+        canonical = stored_decompositions.name_of(vertices, faces, parameters)
+        found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, canonical))
+        if found is None:
+            found = _made(vertices, faces, epsilon, parts, vertices_per_part, path)
+        with suppress(OSError):  # a read-only cache costs time, never an answer
+            for name in {given, canonical}:
+                stored_decompositions.write(folder, name, *found)
+    return Decomposition(*found, epsilon, perf_counter() - began)
+
+
+def _believed(vertices: Array, faces: NDArray[np.int64], epsilon: float, found: Made | None) -> Made | None:
+    """What a file in the cache holds, if it keeps what it says."""
+    from kabo.geometry.bounding.believed_parts import believed
+    from kabo.geometry.triangles.solids import Solid
+
+    if found is None or max(found[1]) > epsilon:
+        return None
+    return found if believed(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
+
+
+def _made(
+    vertices: Array,
+    faces: NDArray[np.int64],
+    epsilon: float,
+    parts: int | None,
+    vertices_per_part: int | None,
+    path: Path | None,
+) -> Made:
+    from kabo.geometry.bounding.believed_parts import remember
+    from kabo.geometry.bounding.enclosing_union import TooFine, Undecided, proven_union
+    from kabo.geometry.triangles.solids import Solid
+
+    solid = Solid(vertices, faces)
+    coarse, epsilon_left = _coarse(vertices, faces, epsilon)
+    try:
+        try:
+            union = _union(coarse or solid, epsilon_left, parts, vertices_per_part)
+            if coarse is not None:
+                union = proven_union(solid, union, epsilon - epsilon_left, epsilon)
+        except (TooFine, Undecided):
+            if coarse is None:
+                raise
+            union = _union(solid, epsilon, parts, vertices_per_part)
+    except (TooFine, Undecided) as error:
+        why = (
+            "need more than a thousand convex parts"
+            if isinstance(error, TooFine)
+            else "have hollows around which no convex parts could be proven"
+        )
+        said = f"is too fine: its {len(faces)} triangles {why} within {epsilon:g} m"
+        remedy = "ask for a larger epsilon, or simplify the mesh where it has fine hollows"
+        named = "mesh" if path is None else str(path)
+        raise MeshError([Diagnostic(named, 1, 1, f"the mesh {said}", remedy)]) from None
+    remember(solid, union.parts, union.deviations)
+    return union.parts, union.deviations
+
+
+def _coarse(vertices: Array, faces: NDArray[np.int64], epsilon: float) -> tuple["Solid | None", float]:
+    """For a mesh of many triangles, one around it that has few, and what it leaves of epsilon.
+
+    Whoever covers it covers the mesh. How far parts are from the mesh itself is proven in the end.
+    """
+    from kabo.geometry.bounding.bounding_mesh import bounding_mesh
+    from kabo.geometry.triangles.solids import Solid
+
+    if len(faces) <= MANY:
+        return None, epsilon
+    try:
+        outer = bounding_mesh(Mesh(vertices, faces), COARSER * epsilon)
+    except (MeshError, ValueError):  # what it cannot bound may still be cut
+        return None, epsilon
+    return Solid(outer.vertices, outer.faces), epsilon - outer.hausdorff_upper_bound
+
+
+def _union(solid: "Solid", epsilon: float, parts: int | None, vertices_per_part: int | None) -> "Union":
+    from kabo.geometry.bounding.enclosing_union import Undecided, cells_of, enclosing_union
+
+    cells = cells_of(solid, epsilon)
+    union = enclosing_union(solid, cells, epsilon, vertices_per_part)
+    target = parts or 0
+    for share in TIGHTER if len(union.parts) < target else ():
+        with suppress(Undecided):
+            tighter = enclosing_union(solid, cells, share * epsilon, vertices_per_part)
+            if len(tighter.parts) <= target:
+                return tighter
+    return union

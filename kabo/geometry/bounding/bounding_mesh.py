@@ -1,0 +1,223 @@
+"""Bounding meshes: few vertices, on one side of the original, within a proven distance of it [K 4.3].
+
+Edges are contracted, cheapest first, to points that lie behind no face of the edge's star: what is new is then a chain
+of tetrahedra of non-negative volume, so no point of the enclosed side is lost. The signs are exact. Which contractions
+are done is decided by proven distances, not by their cost: every new face from the original, and every original
+triangle from the new faces. What cannot be proven is not done.
+"""
+
+import time
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.bounding import contraction_state as state
+from kabo.geometry.bounding.hausdorff import hausdorff_bound
+from kabo.geometry.bounding.kernels import contraction, quadrics
+from kabo.geometry.bounding.kernels.carried import start
+from kabo.geometry.bounding.kernels.star import NOTHING, prepare
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.kernels.octree import octree_of
+from kabo.geometry.triangles.triangle_trees import tree_of
+from kabo.meshes import Mesh, require_solid
+
+Faces = NDArray[np.int64]
+Side = Literal["outer", "inner"]
+Borders = Literal["refuse", "keep"]
+Cost = Literal["memoryless", "planes", "adapted", "triangles", "diagonal"]
+
+COSTS: dict[str, int] = {
+    "memoryless": quadrics.MEMORYLESS,
+    "planes": quadrics.PLANES,
+    "adapted": quadrics.ADAPTED,
+    "triangles": quadrics.TRIANGLES,
+    "diagonal": quadrics.DIAGONAL,
+}
+PATIENCE = 1.2  # an edge that turns out dearer by less goes first all the same
+# What is tried one after the other: the least cosine between a face's old and new normal, and which part of a quadric's
+# trace pulls a new point to its edge's middle, where the quadric alone would leave it free.
+ATTEMPTS = ((0.0, 1e-6), (-1.0, 1e-4), (-1.0, 1e-2), (-1.0, 1.0))
+ROUNDING = 2.0**-45  # of the largest coordinate: far more than rounding adds to any distance
+NAMES = (
+    "contractions",
+    "solved",
+    "topology",
+    "facing",
+    "sides",
+    "far",
+    "uncovered",
+    "crossing",
+    "popped",
+    "passes",
+    "postponed",
+)
+
+
+class TriangleMesh(Protocol):
+    """Vertices (V, 3) [m] and faces (F, 3), counter-clockwise seen from outside."""
+
+    @property
+    def vertices(self) -> Array: ...  # noqa: D102
+
+    @property
+    def faces(self) -> Faces: ...  # noqa: D102
+
+
+@dataclass(frozen=True, eq=False)
+class BoundingMesh:
+    """A mesh that encloses another (outer) or lies inside it (inner), and what is proven of it.
+
+    One-sided: wherever the enclosed mesh winds around a point, the enclosing one does so at least as often.
+    """
+
+    vertices: Array  # (V, 3) [m]
+    faces: Faces  # (F, 3)
+    side: Side
+    epsilon: float  # what was asked for [m]
+    hausdorff_upper_bound: float  # proven, of both directions [m]
+    contractions: int
+    contraction_seconds: (
+        float  # of the contractions with their proofs; checking the input and the result not counted
+    )
+    seconds: float  # of everything
+    counts: dict[str, int]  # what was done, and what refused the rest
+    one_sided: Literal[True] = True
+
+
+def bounding_mesh(
+    mesh: TriangleMesh,
+    epsilon: float,
+    side: Side = "outer",
+    *,
+    vertices: int | None = None,
+    cost: Cost = "memoryless",
+    certify: bool = True,
+    borders: Borders = "refuse",
+) -> BoundingMesh:
+    """A mesh of few vertices on one side of `mesh`, proven within `epsilon` of it in both directions.
+
+    Args:
+        mesh: closed, orientable, a manifold; several components are bounded together, and may cross as they do.
+        epsilon: [m].
+        side: "outer" encloses the mesh, "inner" is enclosed by it.
+        vertices: contraction stops when so few are left, even if more could be saved.
+        cost: what orders the contractions: the planes of today's neighbourhood (memoryless), or of the original summed
+            up [K Eq. 4.5], with adapted constant, fully adapted (diagonal) [K Eq. 4.6, 4.7]; or the distances to
+            triangles' middles, which keep convex meshes nearly convex [K A.2].
+        certify: False leaves distances and crossings unproven on the way and stops where the cost exceeds epsilon
+            squared, as [K Algorithm 2] does: faster; the bound in the result is proven, but may exceed epsilon.
+        borders: "keep" accepts an open mesh, and leaves its borders untouched.
+
+    Raises:
+        MeshError: the mesh is not usable, in one sentence with counts and the remedy.
+        ValueError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
+    """
+    begin = time.perf_counter()
+    points, faces = np.array(mesh.vertices, np.float64, order="C"), np.ascontiguousarray(mesh.faces, np.int64)
+    points[np.abs(points) < NOTHING] = 0.0
+    _require_options(epsilon, side, cost)
+    require_solid(Mesh(points, faces, getattr(mesh, "path", None)), borders=borders)
+    rounding = ROUNDING * float(np.abs(points).max())
+    limit = epsilon * (1.0 - 1e-9) - rounding
+    if limit < 0.5 * epsilon:
+        raise ValueError(
+            f"epsilon is {epsilon:g} m, less than rounding allows so far from the origin ({rounding:g} m)"
+        )
+    turned = faces if side == "outer" else np.ascontiguousarray(faces[:, ::-1])
+    settings = _settings(points, epsilon, limit, vertices or 0, COSTS[cost], certify)
+    locked, start_of_contraction = _on_border(points, turned), time.perf_counter()
+    new, new_faces, counts = _contracted(points, turned, settings, locked)
+    contraction_seconds = time.perf_counter() - start_of_contraction
+    if side == "inner":
+        new_faces = np.ascontiguousarray(new_faces[:, ::-1])
+    bound = rounding
+    if counts["contractions"]:
+        bound = hausdorff_bound(points, faces, new, new_faces, ceiling=epsilon - 2.0 * rounding)[1] + rounding
+    if certify:  # the contractions' own certificate holds in any case
+        bound = min(bound, limit + rounding)
+    return BoundingMesh(
+        vertices=new,
+        faces=new_faces,
+        side=side,
+        epsilon=epsilon,
+        hausdorff_upper_bound=bound,
+        contractions=counts["contractions"],
+        contraction_seconds=contraction_seconds,
+        seconds=time.perf_counter() - begin,
+        counts=counts,
+    )
+
+
+def _require_options(epsilon: float, side: str, cost: str) -> None:
+    if not (np.isfinite(epsilon) and epsilon > 0.0):
+        raise ValueError(f"epsilon must be a positive number of metres, but is {epsilon!r}")
+    if side not in ("outer", "inner"):
+        raise ValueError(f"side must be outer or inner, but is {side!r}")
+    if cost not in COSTS:
+        raise ValueError(f"cost must be one of {', '.join(COSTS)}, but is {cost!r}")
+
+
+def _settings(
+    points: Array, epsilon: float, limit: float, vertices: int, cost: int, certify: bool
+) -> state.Settings:
+    low, high = points.min(axis=0), points.max(axis=0)
+    diagonal, middle = float(np.linalg.norm(high - low)), 0.5 * (low + high)
+    return state.Settings(
+        cost=cost,
+        certify=certify,
+        vertices=vertices,
+        alive=len(points),
+        epsilon=float(epsilon),
+        limit=limit,
+        dearest=float(np.finfo(np.float64).max) if certify else float(epsilon) ** 2,
+        facing=ATTEMPTS[0][0],
+        patience=PATIENCE,
+        regular=ATTEMPTS[0][1],
+        slack=1e-12 * diagonal + 2.0**-48 * float(np.abs(points).max()),
+        diagonal=diagonal,
+        x=float(middle[0]),
+        y=float(middle[1]),
+        z=float(middle[2]),
+    )
+
+
+def _on_border(points: Array, faces: Faces) -> NDArray[np.bool_]:
+    """Whether a vertex is an end of an edge with one face only."""
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    different, count = np.unique(edges, axis=0, return_counts=True)
+    locked = np.zeros(len(points), np.bool_)
+    locked[different[count == 1]] = True
+    return locked
+
+
+def _contracted(
+    points: Array, faces: Faces, settings: state.Settings, locked: NDArray[np.bool_]
+) -> tuple[Array, Faces, dict[str, int]]:
+    """The vertices and faces that are left, and the counts."""
+    count, certify = len(faces), settings.certify
+    tree = tree_of(points, faces)
+    triangle_of_face = np.empty(count, np.int64)
+    triangle_of_face[tree.order] = np.arange(count)
+    kept_quadrics = 1 if settings.cost == quadrics.MEMORYLESS else len(points)
+    net = state.net_of(points, faces, locked, triangle_of_face, kept_quadrics)
+    octree = octree_of(
+        points.min(axis=0) - settings.epsilon, points.max(axis=0) + settings.epsilon, count if certify else 1
+    )
+    carried = state.carried_of(count, 3 * count + 10_000 if certify else count)
+    draft = state.draft_of(count, 2 * count + 10_000 if certify else 1)
+    counters = np.zeros(len(NAMES), np.int64)
+    prepare(net, settings)
+    start(carried, triangle_of_face)
+    if certify:
+        contraction.enter_all(net, octree)
+    star, work = state.star_of(count), state.work_of(count)
+    queue, refused = state.queue_of(6 * count + 1000), state.refused_of(4 * count + 100)
+    for facing, regular in ATTEMPTS if certify else ATTEMPTS[:1]:
+        now = settings._replace(facing=facing, regular=regular)
+        contraction.contract_all(net, tree, carried, star, queue, refused, draft, octree, now, work, counters)
+    left = net.faces[net.faces[:, 0] >= 0]
+    used, index = np.unique(left, return_inverse=True)
+    counts = dict(zip(NAMES, counters.tolist(), strict=True))
+    return np.ascontiguousarray(net.vertices[used]), np.ascontiguousarray(index.reshape(-1, 3)), counts

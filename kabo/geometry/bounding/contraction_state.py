@@ -1,0 +1,208 @@
+"""The arrays of an edge contraction, named and made in one place: what the kernels of a bounding mesh work on."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.kernels.octree import STACK
+from kabo.geometry.triangles.kernels.orientation import SCRATCH
+
+Numbers = NDArray[np.int64]
+WIDEST = 20_000  # faces of a star; larger ones are left alone
+
+
+class Settings(NamedTuple):
+    """What decides about contractions; metres."""
+
+    cost: int  # which cost function (kernels.quadrics)
+    certify: bool  # whether distances are proven and crossings avoided
+    vertices: int  # stop when so many are left
+    alive: int  # vertices at the beginning
+    epsilon: float
+    limit: float  # epsilon less all rounding of a distance
+    dearest: float  # the greatest cost
+    facing: float  # the least cosine between a face's normals before and after
+    patience: float  # how much dearer than it seemed an edge may be and still go first
+    regular: float  # part of the quadric's trace that pulls a new point to the edge's middle
+    slack: float  # by which new points keep away from the planes that they must be outside of
+    diagonal: float
+    x: float  # the middle of the mesh: quadrics are relative to it
+    y: float
+    z: float
+
+
+class Net(NamedTuple):
+    """The mesh, V vertices and F faces; `kernels.star` tells what the arrays mean."""
+
+    vertices: Array  # (V + 1, 3): the last row is for a point on trial
+    faces: Numbers  # (F, 3)
+    normals: Array  # (F, 3)
+    first: Numbers  # (V,)
+    following: Numbers  # (3 F,)
+    quadrics: Array  # (V, 10), or (1, 10) without memory
+    locked: NDArray[np.bool_]  # (V,) must not move
+    dead: NDArray[np.bool_]  # (V,)
+    marks: Numbers  # (V,)
+    moved: Numbers  # (V,) number of the contraction that put the vertex where it is
+    changed: Numbers  # (V,) number of the last contraction that changed a face at the vertex
+    face_marks: Numbers  # (F,)
+    errors: Array  # (F,) proven bound of the face's distance to the original
+    hints: Numbers  # (F,) an original triangle near the face
+    waits: Numbers  # (V,) how many faces a star of the vertex may have to be looked at
+    components: Numbers  # (V,) the connected part that a vertex belongs to
+    volumes: Array  # (C, 2) the signed volume of each: now, and at the beginning
+    clock: Numbers  # (3,) last vertex mark, last face mark, how many edges are refused
+
+
+class Star(NamedTuple):
+    """Scratch for one star of at most S faces."""
+
+    faces: Numbers  # (S,)
+    corners: Numbers  # (S,)
+    places: Numbers  # (S,) which of the new triangles replaces the face
+    errors: Array  # (S,)
+    planes: Array  # (S, 4)
+    bounds: Array  # (S, 4) the planes of faces that have an area
+    turned: Array  # (S, 5)
+    triangles: Array  # (S, 3, 3) the new faces
+    slots: Numbers  # (S,) the face that each of these becomes
+    ring: Numbers  # (S,)
+    lower: Array  # (6,)
+    holding: Numbers  # (4,)
+    quadric: Array  # (10,)
+    scratch: Array  # (13, 10)
+
+
+class Carried(NamedTuple):
+    """The original triangles on the faces; `kernels.carried` tells what the arrays mean."""
+
+    heads: Numbers  # (F,)
+    items: Numbers  # (N,)
+    bounds: Array  # (N,)
+    stamps: Numbers  # (N,)
+    following: Numbers  # (N,)
+    valid: Numbers  # (T,)
+    marks: Numbers  # (T,)
+    marks_used: Numbers  # (1,)
+    free: Numbers  # (3,) first free node, how many, and below how many stale ones are looked for
+
+
+class Draft(NamedTuple):
+    """What a contraction would do to the carried triangles."""
+
+    nodes: Numbers  # (M,)
+    faces: Numbers  # (M,)
+    bounds: Array  # (M,)
+    again: Numbers  # (T, 2) triangles to be proven anew, and a new face near each
+    proven: Numbers  # (3,) moves by bound, all moves, triangles proven anew
+
+
+class Queue(NamedTuple):
+    """The heap of edges."""
+
+    costs: Array  # (H,)
+    edges: Numbers  # (H, 3)
+
+
+class Work(NamedTuple):
+    """Scratch of many kernels."""
+
+    pieces: Array  # (64, 16)
+    found: Numbers  # (F,)
+    stack: Numbers
+    pair: Array  # (6, 3)
+    exact: Array
+    budget: Numbers  # (1,) what is left for the proofs of one contraction
+
+
+def _zeros(*shape: int) -> Numbers:
+    return np.zeros(shape, np.int64)
+
+
+def net_of(vertices: Array, faces: Numbers, locked: NDArray[np.bool_], hints: Numbers, quadrics: int) -> Net:
+    """The net of a mesh; `quadrics` is how many are kept."""
+    v, f = len(vertices), len(faces)
+    edges = coo_array((np.ones(2 * f), (faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())), shape=(v, v))
+    many, components = connected_components(edges, directed=False)
+    return Net(
+        vertices=np.vstack([vertices, np.zeros((1, 3))]),
+        faces=faces.copy(),
+        normals=np.empty((f, 3)),
+        first=_zeros(v),
+        following=_zeros(3 * f),
+        quadrics=np.zeros((quadrics, 10)),
+        locked=locked,
+        dead=np.zeros(v, np.bool_),
+        marks=_zeros(v),
+        moved=_zeros(v),
+        changed=_zeros(v),
+        face_marks=_zeros(f),
+        errors=np.zeros(f),
+        hints=hints,
+        waits=np.full(v, WIDEST, np.int64),
+        components=components.astype(np.int64),
+        volumes=np.zeros((many, 2)),
+        clock=_zeros(3),
+    )
+
+
+def star_of(faces: int) -> Star:
+    """Scratch for the stars of a mesh."""
+    s = min(faces, WIDEST)
+    return Star(
+        faces=_zeros(s),
+        corners=_zeros(s),
+        places=_zeros(s),
+        errors=np.empty(s),
+        planes=np.empty((s, 4)),
+        bounds=np.empty((s, 4)),
+        turned=np.empty((s, 5)),
+        triangles=np.empty((s, 3, 3)),
+        slots=_zeros(s),
+        ring=_zeros(s),
+        lower=np.empty(6),
+        holding=_zeros(4),
+        quadric=np.empty(10),
+        scratch=np.empty((13, 10)),
+    )
+
+
+def carried_of(faces: int, nodes: int) -> Carried:
+    """Room for so many nodes on so many faces, which are as many as the original's."""
+    return Carried(
+        heads=_zeros(faces),
+        items=_zeros(nodes),
+        bounds=np.empty(nodes),
+        stamps=_zeros(nodes),
+        following=_zeros(nodes),
+        valid=_zeros(faces),
+        marks=_zeros(faces),
+        marks_used=_zeros(1),
+        free=_zeros(3),
+    )
+
+
+def draft_of(faces: int, moves: int) -> Draft:
+    """Room for so many moves."""
+    return Draft(_zeros(moves), _zeros(moves), np.empty(moves), _zeros(faces, 2), _zeros(3))
+
+
+def work_of(faces: int) -> Work:
+    """Scratch for a mesh of so many faces."""
+    return Work(
+        np.empty((64, 16)), _zeros(faces), _zeros(max(STACK, 64)), np.empty((6, 3)), np.empty(SCRATCH), _zeros(1)
+    )
+
+
+def queue_of(edges: int) -> Queue:
+    """Room for so many entries."""
+    return Queue(np.empty(edges), np.empty((edges, 3), np.int64))
+
+
+def refused_of(edges: int) -> Numbers:
+    """Room for so many refused edges: both ends, when they were refused, and their stamp."""
+    return np.zeros((edges, 4), np.int64)

@@ -1,0 +1,221 @@
+"""Few convex sets for many cells: each grown from a cell while its hull stays near the solid, then the fewest chosen.
+
+A set may hold cells that another one holds too. Choosing is a set cover, solved to optimality by branch and bound
+(scipy's HiGHS), so that the same cells give the same sets.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import Bounds, LinearConstraint, linprog, milp
+from scipy.spatial import ConvexHull, QhullError
+
+from kabo.geometry.bounding.kernels.depths import between_is_far
+from kabo.geometry.bounding.nearness import GLANCE, INSIDE, SAMPLES, Voids, judged, looks_near
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.solids import Solid
+
+Members = tuple[int, ...]
+COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
+REFRESHED = 4  # of them, whose figure is made anew
+ROUGHLY = 0.5  # of the limit: what may be missing where that is compared
+NEIGHBOURS = 8  # that are asked to take a cell
+AGAIN = 6  # times a set may grow until its hull is not refuted
+SURE = 4_000  # tetrahedra after which it is not
+
+
+class Growth:
+    """Grows sets of cells whose joint hull looks near a solid."""
+
+    def __init__(self, solid: Solid, limit: float, points: Sequence[Array], voids: Voids) -> None:
+        self.solid, self.limit, self._voids = solid, limit, voids
+        self.points = [thinned(each, 0.05 * limit) for each in points]
+        self._few = [thinned(each, ROUGHLY * limit) for each in self.points]
+        self._volumes = [float(ConvexHull(each).volume) for each in self._few]
+        self._middles = np.array([each.mean(axis=0) for each in self.points])
+        self._low = np.array([each.min(axis=0) for each in self.points])
+        self._high = np.array([each.max(axis=0) for each in self.points])
+        low, high = self._low - 1e-2 * limit, self._high + 1e-2 * limit
+        self._touching: NDArray[np.bool_] = np.asarray(
+            (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
+        )
+        self._joints: dict[Members, bool] = {}
+
+    def from_seed(self, seed: int, nearest: bool, prices: Array | None = None) -> Members:
+        """The cells of the set grown from one: always the nearest neighbour, or the one that adds least in vain.
+
+        With prices (C,) of the cells those come first that have one, the others where there is room left.
+        Where the hull is refuted for all that, the set grows again around the void that was found.
+        """
+        for _ in range(AGAIN):
+            members = self._grown(seed, nearest, prices)
+            if len(members) == 1:
+                break
+            hull = ConvexHull(np.vstack([self.points[j] for j in members]))
+            far = judged(self.solid, hull.points, self.limit, SURE)[1]
+            if far is None:
+                break
+            self._voids.add(far, hull)
+        return members
+
+    def _grown(self, seed: int, nearest: bool, prices: Array | None) -> Members:
+        members, hull = [seed], ConvexHull(self.points[seed])
+        compared = np.zeros(len(self.points), np.int64)  # with how many of the members a cell is known to fit
+        refused = np.zeros(len(self.points), bool)
+        known: dict[int, float] = {}  # how much of what a cell would add is in vain
+        while True:
+            refused[members] = True
+            touching = np.logical_or.reduce(self._touching[members], axis=0)
+            near = np.flatnonzero(touching & ~refused).tolist()
+            candidates = [j for j in near if self._fits_all(members, j, compared, refused)]
+            if not candidates:
+                return tuple(sorted(members))
+            corners = hull.points[hull.vertices]
+            away = np.linalg.norm(self._middles[candidates] - corners.mean(axis=0), axis=1)
+            candidates = [candidates[i] for i in np.argsort(np.round(away, 9), kind="stable")]
+            if not nearest:
+                some = self._least_in_vain(members, candidates[:COMPARED], known)
+                candidates = some + candidates[COMPARED:]
+            if prices is not None:
+                candidates.sort(key=lambda j: prices[j] <= 0.0)
+            for j in candidates:
+                larger = ConvexHull(np.vstack([corners, self.points[j]]))
+                if self._looks_near(larger):
+                    hull = larger
+                    members.append(j)
+                    members += self._swallowed(hull, members)
+                    break
+                refused[j] = True
+
+    def _least_in_vain(self, members: list[int], candidates: list[int], known: dict[int, float]) -> list[int]:
+        """The candidates, those first that add least to the hull beside what they hold: roughly, by few points.
+
+        What is known from before the hull grew is asked again for the best of them only.
+        """
+        hull = ConvexHull(np.vstack([self._few[i] for i in members]))
+        corners = hull.points[hull.vertices]
+        best = sorted((j for j in candidates if j in known), key=lambda j: (known[j], candidates.index(j)))
+        for j in [j for j in candidates if j not in known] + best[:REFRESHED]:
+            joined = ConvexHull(np.vstack([corners, self._few[j]]))
+            known[j] = round(1.0 - (hull.volume + self._volumes[j]) / float(joined.volume), 9)
+        return sorted(candidates, key=lambda j: (known[j], candidates.index(j)))
+
+    def with_one_less(self, sets: Sequence[Members]) -> list[Members]:
+        """The sets, each cell in one only, after as many as possible have given all of theirs to neighbours."""
+        owned: set[int] = set()
+        groups: list[list[int]] = []
+        for members in sorted(sets, key=lambda members: (-len(members), members)):
+            groups.append([i for i in members if i not in owned])
+            owned |= set(members)
+        groups = [group for group in groups if group]
+        fewer: list[list[int]] | None = groups
+        while fewer is not None:
+            groups = fewer
+            order = sorted(range(len(groups)), key=lambda a: (len(groups[a]), groups[a]))
+            fewer = next((less for a in order if (less := self._given_away(groups, a)) is not None), None)
+        return [tuple(sorted(group)) for group in groups]
+
+    def _given_away(self, groups: list[list[int]], giver: int) -> list[list[int]] | None:
+        """The groups without one of them, whose cells the others have taken; None if they cannot."""
+        others = [list(group) for index, group in enumerate(groups) if index != giver]
+        for i in groups[giver]:
+            touched = [b for b, group in enumerate(others) if self._touching[i, group].any()]
+            middles = [self._middles[others[b]].mean(axis=0) for b in touched]
+            away = [float(np.round(np.linalg.norm(middle - self._middles[i]), 9)) for middle in middles]
+            for b in [touched[k] for k in np.argsort(away, kind="stable")][:NEIGHBOURS]:
+                if self._joint(tuple(sorted([*others[b], i]))):
+                    others[b].append(i)
+                    break
+            else:
+                return None
+        return others
+
+    def _joint(self, members: Members) -> bool:
+        """Whether the hull of some cells looks near, or did before the latest voids were found; of two: some lines."""
+        if members not in self._joints:
+            if len(members) == 2:
+                known = (*self.solid.depths, *self.solid.tree, np.zeros(64, np.int64))
+                one, other = (self.points[j] for j in members)
+                self._joints[members] = not between_is_far(one, other, SAMPLES[:GLANCE], self.limit, *known)
+            else:
+                hull = ConvexHull(np.vstack([self.points[j] for j in members]))
+                self._joints[members] = self._looks_near(hull)
+        return self._joints[members]
+
+    def _looks_near(self, hull: ConvexHull) -> bool:
+        return not self._voids.meet(hull, self.limit) and looks_near(self.solid, hull, self.limit)
+
+    def _fits_all(
+        self, members: list[int], j: int, compared: NDArray[np.int64], refused: NDArray[np.bool_]
+    ) -> bool:
+        known, compared[j] = compared[j], len(members)
+        if all(self._joint((min(i, j), max(i, j))) for i in members[known:]):
+            return True
+        refused[j] = True
+        return False
+
+    def _swallowed(self, hull: ConvexHull, members: list[int]) -> list[int]:
+        """Cells wholly inside a hull that are not members yet."""
+        low, high = hull.min_bound - INSIDE, hull.max_bound + INSIDE
+        within = ((self._low >= low) & (self._high <= high)).all(axis=1)
+        within[members] = False
+        planes = hull.equations
+        return [
+            int(j)
+            for j in np.flatnonzero(within)
+            if (self.points[j] @ planes[:, :3].T + planes[:, 3] <= INSIDE).all()
+        ]
+
+
+def thinned(points: Array, tolerance: float) -> Array:
+    """Some of the corners of a hull, so that no other is farther than `tolerance` [m] outside the hull of those."""
+    points = points[np.sort(ConvexHull(points).vertices)]
+    axes = np.array(
+        [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]
+    )
+    heights = points @ axes.T
+    chosen = np.unique(np.r_[heights.argmin(axis=0), heights.argmax(axis=0)])
+    while len(chosen) < len(points):
+        try:
+            planes = ConvexHull(points[chosen]).equations
+        except QhullError:  # the extremes lie in a plane
+            return points
+        beyond = points @ planes[:, :3].T + planes[:, 3]
+        far = np.unique(beyond.argmax(axis=0)[beyond.max(axis=0) > tolerance])
+        if not len(far):
+            break
+        chosen = np.union1d(chosen, far)
+    return points[chosen]
+
+
+def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Array:
+    """What holding each cell is worth (C,), where sets may be taken in part: the dual of the cheapest cover.
+
+    Only a set whose cells are together worth more than it costs makes the cover cheaper [Dantzig and Wolfe 1960].
+    """
+    holds = np.zeros((cells, len(sets)))
+    for column, members in enumerate(sets):
+        holds[list(members), column] = 1.0
+    found = linprog(np.asarray(costs, np.float64), A_ub=-holds, b_ub=-np.ones(cells), method="highs-ds")
+    if found.x is None:
+        return np.zeros(cells)
+    prices: Array = -np.asarray(found.ineqlin.marginals, np.float64)
+    return prices.round(9)
+
+
+def fewest_sets(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> list[int]:
+    """The indices of the sets that together hold all cells for the least total cost."""
+    holds = np.zeros((cells, len(sets)))
+    for column, members in enumerate(sets):
+        holds[list(members), column] = 1.0
+    found = milp(
+        np.asarray(costs, np.float64),
+        constraints=LinearConstraint(holds, lb=1.0),
+        integrality=np.ones(len(sets)),
+        bounds=Bounds(0.0, 1.0),
+        options={"node_limit": 2000},
+    )
+    if found.x is None:
+        return list(range(len(sets)))
+    return [int(i) for i in np.flatnonzero(found.x > 0.5)]

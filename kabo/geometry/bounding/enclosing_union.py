@@ -1,0 +1,281 @@
+"""Few convex parts of few corners whose union encloses a solid and stays near it: cells, sets of cells, parts.
+
+Covering needs no sampling: the cells hold all of the solid by construction, and every cell is proven to lie inside
+one part. A part may stick out of its own cells wherever other parts of the solid are: what is proven is its distance
+to the whole solid.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
+from kabo.geometry.bounding.nearness import Voids, judged, proven_near
+from kabo.geometry.bounding.reduction import PROOF
+from kabo.geometry.bounding.simplification import enclosing_part
+from kabo.geometry.bounding.splitting import Atom, TooFine, atoms, in_two
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.solids import Solid
+
+CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
+COARSE, FEW = 0.7, 120  # of epsilon: then; cells so made, above which finer ones would be too many
+JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
+CROWDED = 110  # cells above which only the last of these is tried
+NUMEROUS = 150  # cells above which long ones are cut, and sets are grown that make the cover cheaper
+LONG = 9.5  # epsilon: then longer cells are cut, the longest first, while there are less than MANY
+WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
+MOST = 1000  # cells
+PRICED, CHEAPER = 4, 1e-6  # rounds of growing what would make the cover cheaper; by how much of a set
+ENOUGH = 2  # sets of one kind that hold a cell
+ROUNDS = 6  # of choosing sets by what their parts turned out to cost
+SPARE = 1.5  # parts made for each that is used, after which no better choice is sought
+HALVINGS = 8  # of a cell whose part has too many corners
+CUTS = 24  # of a cell whose part cannot be proven
+SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
+FEWER_PARTS = 2.0  # corners that one part less is worth
+
+
+@dataclass(frozen=True)
+class Union:
+    """Convex parts (V, 3) [m], and for each a proven bound of its greatest distance from the solid [m]."""
+
+    parts: tuple[Array, ...]
+    deviations: tuple[float, ...]
+
+
+class Undecided(Exception):
+    """A cell cannot be enclosed within epsilon, however small it is cut."""
+
+
+def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
+    """Cells that hold all of the solid, whose hulls look near it.
+
+    Raises:
+        TooFine: a thousand cells are not enough.
+    """
+    cells = atoms(solid, COARSE * epsilon, MOST, CELLS * epsilon)
+    if len(cells) <= FEW:
+        with suppress(TooFine):
+            cells = atoms(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, cells)
+    return _shorter(solid, cells, epsilon) if len(cells) > NUMEROUS else cells
+
+
+def _shorter(solid: Solid, cells: list[Atom], epsilon: float) -> list[Atom]:
+    """The cells, the longest of which are cut across: what a long one holds on the way, a neighbour may take."""
+    cells = list(cells)
+    while len(cells) < MANY:
+        lengths = [float(np.round(np.ptp(cell.points, axis=0).max(), 9)) for cell in cells]
+        longest = int(np.argmax(lengths))
+        if lengths[longest] <= LONG * epsilon:
+            break
+        cells[longest : longest + 1] = in_two(solid, cells[longest], CELLS * epsilon, None)
+    return cells
+
+
+def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
+    """The union of parts around all cells, each proven within `epsilon` [m] of the solid.
+
+    Args:
+        corners: of a part; a target, which cells are cut further to reach.
+
+    Raises:
+        Undecided: a cell cannot be enclosed.
+        TooFine: a thousand cells are not enough.
+    """
+    cells = list(cells)
+    voids = Voids(solid)
+    sets = _sets(solid, cells, epsilon, voids)
+    made: dict[Members, Array | None] = {}
+    chosen = _chosen(solid, cells, sets, made, epsilon, corners, voids)
+    needed = {members: set(members) for members in chosen}
+    parts = {members: part for members in chosen if (part := made[members]) is not None}
+    for members in chosen:
+        large = corners is not None and members in parts and len(parts[members]) > corners
+        if members not in parts or (large and len(members) == 1):
+            parts.pop(members, None)
+            for atom, part in _in_smaller_cells(solid, cells[members[0]], epsilon, corners, voids):
+                cells.append(atom)
+                name = (len(cells) - 1,)
+                parts[name], needed[name] = part, set(name)
+            del needed[members]
+    live = sorted(set().union(*needed.values()))
+    parts = _shrunk(solid, cells, live, parts, needed, epsilon, voids)
+    if not _covers(cells, live, list(parts.values())):
+        raise Undecided
+    ordered = sorted(parts.values(), key=lambda part: tuple(part.mean(axis=0)))
+    return Union(tuple(ordered), tuple(deviation(solid, part, epsilon) for part in ordered))
+
+
+def _sets(solid: Solid, cells: list[Atom], epsilon: float, voids: Voids) -> list[Members]:
+    """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
+    found: set[Members] = {(i,) for i in range(len(cells))}
+    for share, nearest in JOINED if len(cells) <= CROWDED else JOINED[-1:]:
+        growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
+        found |= _grown(growth, len(cells), nearest)
+        sets = sorted(found)
+        for weight in WEIGHTS:
+            costs = [1.0 + weight * len(members) for members in sets]
+            found |= set(growth.with_one_less([sets[i] for i in fewest_sets(len(cells), sets, costs)]))
+        for _ in range(PRICED if len(cells) > NUMEROUS else 0):
+            before = len(found)
+            found |= _priced(growth, len(cells), sorted(found), nearest)
+            if len(found) == before:
+                break
+    return sorted(found)
+
+
+def _priced(growth: Growth, cells: int, sets: list[Members], nearest: bool) -> set[Members]:
+    """Sets that make the cheapest cover cheaper, if others are taken in part: grown from the dearest cells."""
+    prices = prices_of(cells, sets, [1.0] * len(sets))
+    found: set[Members] = set()
+    held = np.zeros(cells, np.bool_)
+    for i in np.argsort(-prices, kind="stable"):
+        if prices[i] > 0.0 and not held[i]:
+            members = growth.from_seed(int(i), nearest, prices)
+            held[list(members)] = True
+            if prices[list(members)].sum() > 1.0 + CHEAPER:
+                found.add(members)
+    return found
+
+
+def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
+    """Sets grown from every cell that is not in so many of them already that one more would hardly be new."""
+    found: set[Members] = set()
+    held = np.zeros(cells, np.int64)
+    for i in range(cells):
+        if held[i] < ENOUGH:
+            members = growth.from_seed(i, nearest)
+            found.add(members)
+            held[list(members)] += 1
+    return found
+
+
+def deviation(solid: Solid, part: Array, epsilon: float) -> float:
+    """A proven bound, at most `epsilon`, of how far any point of a part that is proven within it is from the solid."""
+    reached = float(solid.outside_distances(part).max())
+    for share in SHARES:
+        bound = reached + share * (epsilon - reached)
+        if bound < epsilon and proven_near(solid, part, bound):
+            return bound
+    return epsilon
+
+
+def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Union:
+    """A union that was made around a solid not farther than `away` [m] from this one, proven again for this one.
+
+    Raises:
+        Undecided: a part cannot be proven to be within `epsilon` [m].
+    """
+    deviations = []
+    for part, farthest in zip(around.parts, around.deviations, strict=True):
+        likely = min(farthest + away, epsilon)
+        bound = next((b for b in (likely, epsilon) if proven_near(solid, part, b)), None)
+        if bound is None:
+            raise Undecided
+        deviations.append(bound)
+    return Union(around.parts, tuple(deviations))
+
+
+def _chosen(
+    solid: Solid,
+    cells: list[Atom],
+    sets: list[Members],
+    made: dict[Members, Array | None],
+    epsilon: float,
+    corners: int | None,
+    voids: Voids,
+) -> list[Members]:
+    """The sets that hold all cells for the fewest corners, as far as known; their parts are in `made` then."""
+    typical = 10.0
+    best: list[Members] = []
+    best_cost = np.inf
+    for _ in range(ROUNDS + len(sets)):
+        costs = [_cost(members, made, typical, corners) for members in sets]
+        chosen = [sets[i] for i in fewest_sets(len(cells), sets, costs)]
+        missing = [members for members in chosen if members not in made]
+        for members in missing:
+            points = np.vstack([cells[i].points for i in members])
+            made[members] = enclosing_part(solid, points, epsilon, voids)
+        usable = all(made[members] is not None or len(members) == 1 for members in chosen)
+        cost = sum(_cost(members, made, typical, corners) for members in chosen)
+        if usable and cost < best_cost:
+            best, best_cost = chosen, cost
+        known = [len(part) for part in made.values() if part is not None]
+        typical = float(np.median(known)) if known else typical
+        if not missing or (best and len(made) > SPARE * len(best)):
+            break
+    return best
+
+
+def _cost(members: Members, made: dict[Members, Array | None], typical: float, corners: int | None) -> float:
+    """What a set costs: its part's corners, or what is typical; much if it cannot be had."""
+    if members not in made:
+        return typical + FEWER_PARTS + 0.01 * len(members)
+    part = made[members]
+    if part is None:
+        return 1e4 if len(members) == 1 else 1e6
+    if corners is not None and len(part) > corners:
+        return 1e3 * (1.0 + len(members))
+    return len(part) + FEWER_PARTS
+
+
+def _in_smaller_cells(
+    solid: Solid, atom: Atom, epsilon: float, corners: int | None, voids: Voids
+) -> list[tuple[Atom, Array]]:
+    """A cell that has no part, cut until all that is left of it has one."""
+    work, found = [(atom, 0)], []
+    while work:
+        current, depth = work.pop()
+        part = enclosing_part(solid, current.points, epsilon, voids)
+        few = corners is None or part is None or len(part) <= corners or depth >= HALVINGS
+        if part is not None and few:
+            found.append((current, part))
+            continue
+        if depth == CUTS:
+            raise Undecided
+        far = judged(solid, current.points, CELLS * epsilon)[1]
+        work += [(half, depth + 1) for half in in_two(solid, current, CELLS * epsilon, far)]
+    return found
+
+
+def _shrunk(
+    solid: Solid,
+    cells: list[Atom],
+    live: list[int],
+    parts: dict[Members, Array],
+    needed: dict[Members, set[int]],
+    epsilon: float,
+    voids: Voids,
+) -> dict[Members, Array]:
+    """The parts without what others hold anyway: dropped if nothing is left, made anew where that saves corners."""
+    inside = {name: _held(part, cells, live) for name, part in parts.items()}
+    for name in sorted(parts, key=lambda name: (-len(parts[name]), name)):
+        others: set[int] = set().union(*(held for other, held in inside.items() if other != name))
+        left = sorted(inside[name] - others)
+        if not left:
+            del parts[name], inside[name]
+            continue
+        if len(left) == len(inside[name] & needed[name]) and set(left) >= needed[name]:
+            continue
+        part = enclosing_part(solid, np.vstack([cells[i].points for i in left]), epsilon, voids)
+        if part is not None and len(part) < len(parts[name]):
+            parts[name] = part
+            inside[name] = _held(part, cells, live)
+    return parts
+
+
+def _held(part: Array, cells: list[Atom], live: list[int]) -> set[int]:
+    """The cells that are proven to lie inside a part, by more than rounding can undo."""
+    planes = ConvexHull(part).equations
+    return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -PROOF).all()}
+
+
+def _covers(cells: list[Atom], live: list[int], parts: list[Array]) -> bool:
+    """Whether every cell is proven to lie inside a part."""
+    return set(live) == set().union(*(_held(part, cells, live) for part in parts))
+
+
+__all__ = ["TooFine", "Undecided", "Union", "cells_of", "deviation", "enclosing_union", "proven_union"]

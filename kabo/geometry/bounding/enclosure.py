@@ -1,0 +1,172 @@
+"""The convex parts that enclose a closed mesh, proven within a tolerance of it: stored ones, or made once.
+
+Parts are looked up beside the mesh file, then in the cache, else computed by
+`kabo.geometry.bounding.decomposition` and kept. What a file says is believed once it is proven
+[kabo.geometry.bounding.believed_parts]. Parts beside a mesh that a scene scales are scaled with it: those with
+deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.children import never
+from kabo.compilation import cache_folder
+from kabo.errors import Diagnostic, MeshError
+from kabo.geometry.bounding import stored_parts
+from kabo.geometry.parts import Array, Enclosure
+from kabo.meshes import Mesh, load_mesh, outwards, require_closed
+
+if TYPE_CHECKING:
+    from kabo.geometry.triangles.solids import Solid
+
+UNITS = (1.0, 1e-3, 1e-2, 0.0254)  # m: the scales for which parts beside a mesh were made, as a rule
+
+
+def enclosing_parts(
+    vertices: Array,
+    faces: NDArray[np.int64],
+    tolerance: float,
+    *,
+    source: Path | None = None,
+    cache: Path | None = None,
+    seed: int = 0,
+    look: Callable[[], None] = never,
+) -> Enclosure:
+    """Convex parts (V <= 24, 3) whose union covers the solid inside a closed mesh.
+
+    Every point of the parts lies within `deviation` <= `tolerance` of the solid, which is proven, not sampled. The
+    same mesh, tolerance and seed give the same parts, whatever the order of vertices and faces.
+
+    Args:
+        vertices: (V, 3) [m]. faces: (F, 3) indices. tolerance: [m].
+        source: the mesh file; parts stored beside it are used if they were made for this mesh.
+        cache: a folder; by default the parts' folder in kabo's cache.
+        seed: of CoACD.
+        look: called now and then while parts are made; what it raises ends that.
+
+    Raises:
+        MeshError: empty, not finite, indices out of range, open, or too fine for the tolerance: with the figures.
+    """
+    name = "mesh" if source is None else str(source)
+    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), source)
+    from kabo.geometry.triangles.solids import Solid
+
+    solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
+    if source is not None:
+        beside = stored_parts.read(stored_parts.beside(source), digest) or _scaled(solid, source)
+        stored = _believed(solid, beside, tolerance)
+        if stored is not None:
+            return stored
+    kept = (cache_folder() / "parts" if cache is None else cache) / f"{digest[:32]}-{tolerance:.9g}-{seed}.parts"
+    found = _believed(solid, stored_parts.read(kept, digest), tolerance)
+    if found is not None:
+        return found
+    look()
+    made = _made(solid, tolerance, seed, name, look=look)
+    with suppress(OSError):  # a read-only cache costs time, never an answer
+        stored_parts.write(kept, digest, {float(f"{tolerance:.9g}"): made})
+    return made
+
+
+def _believed(solid: "Solid", stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
+    """Of stored enclosures the one that fits best, if it keeps what it says."""
+    from kabo.geometry.bounding.believed_parts import believed
+
+    left = dict(stored)
+    while (best := stored_parts.fitting(left, tolerance)) is not None:
+        if believed(solid, best.parts, [best.deviation] * len(best.parts)):
+            return best
+        left = {key: made for key, made in left.items() if made is not best}
+    return None
+
+
+def _scaled(solid: "Solid", source: Path) -> dict[float, Enclosure]:
+    """What lies beside a mesh file, scaled along each axis as the mesh was; none if the mesh is no scaled one."""
+    if not stored_parts.beside(source).is_file():
+        return {}
+    for unit in UNITS:
+        try:
+            original = load_mesh(source, unit)
+            vertices, faces = _usable(original.vertices, original.faces, source)
+        except MeshError:
+            return {}
+        stored = stored_parts.read(stored_parts.beside(source), stored_parts.digest_of(vertices, faces))
+        sides = np.ptp(vertices, axis=0)
+        if stored and (sides > 0.0).all():
+            factors = np.ptp(solid.vertices, axis=0) / sides
+            grown = float(factors.max()) * (1.0 + 1e-9)
+            return {
+                grown * key: Enclosure(tuple(part * factors for part in made.parts), grown * made.deviation)
+                for key, made in stored.items()
+            }
+    return {}
+
+
+def write_parts(
+    mesh: Path, vertices: Array, faces: NDArray[np.int64], *tolerances: float, pieces: Sequence[Array] = ()
+) -> None:
+    """Writes `<mesh>.parts` with enclosures of the mesh for each tolerance [m]; keeps those that it holds already.
+
+    Args:
+        mesh: the mesh file. vertices, faces: as it is loaded.
+        pieces: convex sets (P, 3) [m] that its designer knows to contain it together; used if that can be proven.
+
+    Raises:
+        MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
+    """
+    vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), mesh)
+    from kabo.geometry.triangles.solids import Solid
+
+    solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
+    enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
+    for tolerance in tolerances:
+        if tolerance not in enclosures:
+            enclosures[float(tolerance)] = _made(solid, tolerance, 0, str(mesh), pieces)
+    stored_parts.write(stored_parts.beside(mesh), digest, enclosures)
+
+
+def _made(
+    solid: "Solid",
+    tolerance: float,
+    seed: int,
+    name: str,
+    pieces: Sequence[Array] = (),
+    look: Callable[[], None] = never,
+) -> Enclosure:
+    from kabo.geometry.bounding.believed_parts import remember
+    from kabo.geometry.bounding.decomposition import TooFine, decompose, proven_deviation
+    from kabo.geometry.bounding.pieces import parts_of_pieces
+    from kabo.geometry.triangles.solids import Solid
+
+    turned, done = outwards(Mesh(solid.vertices, solid.faces))
+    if done is not None:  # inside out it is the same solid, but CoACD makes nothing of it
+        solid = Solid(turned.vertices, turned.faces)
+    try:
+        parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
+            solid, tolerance, seed, look
+        )
+    except TooFine as error:
+        raise _unusable(
+            name,
+            f"a mesh of {len(solid.faces)} triangles needs more than {error} convex parts "
+            f"to be enclosed within {tolerance:g} m",
+            "ask for a larger epsilon, or simplify the mesh where it has fine hollows",
+        ) from None
+    made = Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
+    remember(solid, made.parts, [made.deviation] * len(made.parts))
+    return made
+
+
+def _usable(vertices: Array, faces: NDArray[np.int64], source: Path | None) -> tuple[Array, NDArray[np.int64]]:
+    """The canonical form of a mesh that is closed."""
+    require_closed(Mesh(vertices, faces, source))
+    return stored_parts.canonical(vertices, faces)
+
+
+def _unusable(name: str, message: str, hint: str | None = None) -> MeshError:
+    return MeshError([Diagnostic(name, 1, 1, message, hint)])

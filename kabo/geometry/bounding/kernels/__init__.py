@@ -1,0 +1,1 @@
+"""Kernels on arrays for bounding meshes: contraction, nearness, visibility."""

@@ -1,0 +1,303 @@
+"""Bounding mesh by edge contraction [K Algorithm 2]: the cheapest edge goes first, and only if all is proven to hold.
+
+A contraction is done if the mesh stays a manifold, no face turns over, the new point lies behind no face of the star
+(exactly), no new crossing appears, every new face is within the limit of the original, and every original triangle that
+the star carried is within the limit of the new faces. The cost decides the order alone.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.bounding.kernels import heap
+from kabo.geometry.bounding.kernels.apartness import keeps_apart
+from kabo.geometry.bounding.kernels.carried import (
+    apply_draft,
+    draft_moves,
+    draft_proof,
+    drop_stale,
+    set_candidates,
+)
+from kabo.geometry.bounding.kernels.star import (
+    contract,
+    contraction_point,
+    gather_star,
+    keeps_facing,
+    keeps_orientation,
+    keeps_sides,
+    keeps_topology,
+    set_moved,
+)
+from kabo.geometry.bounding.kernels.within import triangle_bound
+from kabo.geometry.triangles.kernels.octree import insert, remove
+from kabo.geometry.triangles.kernels.triangle_tree import nearest_triangle, to_face_squared
+
+# What the proofs of one contraction may take; what cannot be proven with it is not done.
+PIECES, PIECES_A_FACE = 4000, 20
+DISTANCES, DISTANCES_A_PART = 200_000, 200
+
+# Counters: what was done, and what refused the rest.
+DONE, SOLVED, TOPOLOGY, FACING, SIDES, FAR, UNCOVERED, CROSSING, POPPED, PASSES, POSTPONED = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+)
+
+
+@lean_kernel
+def enter_face(net, tree, f):
+    """Puts face f with its box into the octree."""
+    v, a, b, c = net.vertices, net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
+    low_x, high_x = min(v[a, 0], v[b, 0], v[c, 0]), max(v[a, 0], v[b, 0], v[c, 0])
+    low_y, high_y = min(v[a, 1], v[b, 1], v[c, 1]), max(v[a, 1], v[b, 1], v[c, 1])
+    low_z, high_z = min(v[a, 2], v[b, 2], v[c, 2]), max(v[a, 2], v[b, 2], v[c, 2])
+    insert(tree, f, low_x, low_y, low_z, high_x, high_y, high_z)
+
+
+@lean_kernel
+def faces_near_original(net, original, star, count, x, y, z, limit, work):
+    """Whether every new face is proven within the limit of the original; their bounds go to star.errors."""
+    vertices, faces, bounds, hints, pieces = net.vertices, net.faces, net.errors, net.hints, work.pieces
+    listed, corners, errors, squared, budget = star.faces, star.corners, star.errors, limit * limit, work.budget
+    budget[0] = PIECES + PIECES_A_FACE * count
+    reached, _ = nearest_triangle(original, x, y, z, hints[listed[0]], squared, work.stack)
+    if reached > squared:
+        return False
+    farthest, worst = limit, -1
+    for i in range(count):
+        if corners[i] >= 0:
+            # The new face has two corners in common with the old one; the third is this far from it.
+            f = listed[i]
+            errors[i] = bounds[f] + np.sqrt(to_face_squared(x, y, z, vertices, faces, f))
+            if errors[i] > farthest:
+                farthest, worst = errors[i], i
+    # What has moved farthest is looked at first: if anything refuses, it does.
+    for i in range(-1 if worst >= 0 else count, count):
+        n = worst if i < 0 else i
+        f, k = listed[n], corners[n]
+        if k >= 0 and errors[n] > limit:
+            set_moved(vertices, faces, f, k, x, y, z, pieces)
+            reached, hints[f] = triangle_bound(pieces, squared, original, hints[f], work.stack, budget)
+            if reached == np.inf:
+                return False
+            errors[n] = np.sqrt(reached)
+    return True
+
+
+@lean_kernel
+def original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
+    """Whether every original triangle of the star is proven within the limit of the new faces; drafts what changes."""
+    pieces, found, stack, budget, proven = work.pieces, work.found, work.stack, work.budget, draft.proven
+    many = set_candidates(net, star, count, x, y, z, pieces)
+    moves, again = draft_moves(net, carried, star, count, many, limit, draft)
+    proven[0], proven[2] = moves, again
+    budget[0] = DISTANCES + DISTANCES_A_PART * (moves + again)
+    for m in range(again):  # the part that has come farthest is the first of the list
+        t, near = draft.again[m, 0], draft.again[m, 1]
+        moves = draft_proof(
+            net, original, star, many, t, near, limit, moves, draft, tree, pieces, found, stack, budget
+        )
+        if moves < 0:
+            return False
+    proven[1] = moves
+    return 0 <= moves <= carried.free[1]
+
+
+@lean_kernel
+def _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+    """Whether the distances of a contraction are proven, both ways.
+
+    Fans of hundreds of faces may need more than proofs may take. Their hub waits then until its star has half the faces.
+    """
+    waits, limit = net.waits, settings.limit
+    if count > min(waits[a], waits[b]):
+        counters[POSTPONED] += 1
+        return False
+    if not faces_near_original(net, original, star, count, x, y, z, limit, work):
+        counters[FAR] += 1
+    elif not original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
+        counters[UNCOVERED] += 1
+    else:
+        return True
+    if work.budget[0] <= 0:
+        waits[a], waits[b] = min(waits[a], count // 2), min(waits[b], count // 2)
+    return False
+
+
+@lean_kernel
+def _admissible(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+    """Whether all that must hold after a contraction is proven to hold."""
+    if not keeps_topology(net, a, b, count):
+        counters[TOPOLOGY] += 1
+        return False
+    if not keeps_facing(net, star, count, x, y, z, settings.diagonal, settings.facing):
+        counters[FACING] += 1
+        return False
+    if not keeps_sides(net.vertices, net.faces, star.faces, count, x, y, z, work.exact):
+        counters[SIDES] += 1
+        return False
+    if not keeps_orientation(net, star.faces, count, x, y, z):
+        counters[SIDES] += 1
+        return False
+    net.clock[1] += 1
+    for i in range(count):
+        net.face_marks[star.faces[i]] = net.clock[1]
+    if not settings.certify:
+        return True
+    if not _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters):
+        return False
+    if not keeps_apart(net, star, count, x, y, z, tree, work):
+        counters[CROSSING] += 1
+        return False
+    return True
+
+
+@lean_kernel
+def _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings):
+    """Does the contraction, in all structures."""
+    if settings.certify:
+        for i in range(count):
+            remove(tree, star.faces[i])
+            net.errors[star.faces[i]] = star.errors[i]
+    contract(net, a, b, star, count, x, y, z, settings)
+    if settings.certify:
+        for i in range(count):
+            if star.corners[i] >= 0:
+                enter_face(net, tree, star.faces[i])
+        apply_draft(carried, star, count, draft)
+        drop_stale(carried)
+
+
+@lean_kernel
+def _offer(net, a, b, star, queue, size, stamp, settings, counters):
+    """Puts an edge into the queue, if there is a point for it; returns the queue's size."""
+    if net.locked[a] or net.locked[b]:
+        return size
+    if a > b:
+        a, b = b, a
+    count = gather_star(net, a, b, star)
+    cost, _, _, _ = contraction_point(net, a, b, star, count, settings)
+    counters[SOLVED] += 1
+    if count > 0 and cost <= settings.dearest and size < queue.costs.shape[0]:
+        return heap.push(queue.costs, queue.edges, size, cost, a, b, stamp)
+    return size
+
+
+@lean_kernel
+def _offer_around(net, a, star, queue, size, settings, counters):
+    """Offers all edges at vertex a; returns the queue's size."""
+    net.clock[0] += 2
+    stamp, net.marks[a] = net.clock[0], net.clock[0]
+    c, ring = net.first[a], 0
+    while c >= 0:
+        net.changed[net.faces[c // 3, (c + 1) % 3]] = net.changed[net.faces[c // 3, (c + 2) % 3]] = counters[DONE]
+        for k in range(3):
+            w = net.faces[c // 3, k]
+            if net.marks[w] != stamp:
+                net.marks[w] = stamp
+                star.ring[ring] = w
+                ring += 1
+        c = net.following[c]
+    for r in range(ring):
+        size = _offer(net, a, star.ring[r], star, queue, size, counters[DONE], settings, counters)
+    return size
+
+
+@lean_kernel
+def drop_outdated(net, queue, size):
+    """Rebuilds the queue from the entries that still count; returns its size."""
+    kept = 0
+    for i in range(size):
+        cost, a, b, stamp = queue.costs[i], queue.edges[i, 0], queue.edges[i, 1], queue.edges[i, 2]
+        if not net.dead[a] and not net.dead[b] and stamp >= max(net.moved[a], net.moved[b]):
+            kept = heap.push(queue.costs, queue.edges, kept, cost, a, b, stamp)
+    return kept
+
+
+@lean_kernel
+def _offer_again(net, star, queue, refused, settings, counters):
+    """Offers the refused edges around which the mesh has changed since; returns the queue's size and how many others."""
+    size, kept = 0, 0
+    for i in range(net.clock[2]):
+        a, b, stamp = refused[i, 0], refused[i, 1], refused[i, 2]
+        if net.dead[a] or net.dead[b] or refused[i, 3] < max(net.moved[a], net.moved[b]):
+            continue
+        if max(net.changed[a], net.changed[b]) > stamp:
+            size = _offer(net, a, b, star, queue, size, counters[DONE], settings, counters)
+        else:
+            for k in range(4):
+                refused[kept, k] = refused[i, k]
+            kept += 1
+    net.clock[2] = kept
+    return size
+
+
+@lean_kernel
+def _offer_all(net, star, queue, settings, counters):
+    """Offers all edges; returns the queue's size."""
+    size = 0
+    for f in range(net.faces.shape[0]):
+        if net.faces[f, 0] >= 0:
+            for k in range(3):
+                a, b = net.faces[f, k], net.faces[f, (k + 1) % 3]
+                if a < b:
+                    size = _offer(net, a, b, star, queue, size, counters[DONE], settings, counters)
+    return size
+
+
+@lean_kernel
+def contract_all(net, original, carried, star, queue, refused, draft, tree, settings, work, counters):
+    """Contracts edges, cheapest first, until no more can be, or `settings.vertices` are left."""
+    net.clock[2] = 0
+    size = _offer_all(net, star, queue, settings, counters)
+    alive, before = settings.alive - counters[DONE], -1
+    while alive > settings.vertices:
+        if size == 0:
+            if counters[DONE] == before:
+                break
+            before = counters[DONE]
+            counters[PASSES] += 1
+            size = _offer_again(net, star, queue, refused, settings, counters)
+            continue
+        cost, a, b, stamp = queue.costs[0], queue.edges[0, 0], queue.edges[0, 1], queue.edges[0, 2]
+        size = heap.pop(queue.costs, queue.edges, size)
+        counters[POPPED] += 1
+        if net.dead[a] or net.dead[b] or stamp < max(net.moved[a], net.moved[b]):
+            continue
+        count = gather_star(net, a, b, star)
+        today, x, y, z = contraction_point(net, a, b, star, count, settings)
+        counters[SOLVED] += 1
+        if today > settings.dearest or today == np.inf:
+            continue
+        if today > cost * settings.patience and size > 0 and today > queue.costs[0]:
+            size = heap.push(queue.costs, queue.edges, size, today, a, b, stamp)
+            continue
+        if not _admissible(
+            net, original, carried, star, a, b, count, x, y, z, draft, tree, settings, work, counters
+        ):
+            if net.clock[2] < refused.shape[0]:
+                refused[net.clock[2], 0], refused[net.clock[2], 1] = a, b
+                refused[net.clock[2], 2], refused[net.clock[2], 3] = counters[DONE], stamp
+                net.clock[2] += 1
+            continue
+        _replace(net, carried, star, a, b, count, x, y, z, draft, tree, settings)
+        counters[DONE] += 1
+        alive -= 1
+        net.moved[a] = counters[DONE]
+        if size + 3 * count > queue.costs.shape[0]:
+            size = drop_outdated(net, queue, size)
+        size = _offer_around(net, a, star, queue, size, settings, counters)
+
+
+@lean_kernel
+def enter_all(net, tree):
+    """Puts all faces into the octree."""
+    for f in range(net.faces.shape[0]):
+        enter_face(net, tree, f)

@@ -1,0 +1,152 @@
+"""How far a convex part sticks out of a solid: a proof by tetrahedra, each within a limit of one triangle of the mesh.
+
+The distance to one triangle is convex, so over a tetrahedron it is greatest at a corner: a part may reach the limit
+itself, and large tetrahedra over large triangles are settled at once.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.bounding.kernels.depths import FAR, NEAR, settled
+from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
+from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
+
+SMALL = 0.1  # of the limit: in smaller tetrahedra the corners are asked, too
+
+
+@lean_kernel  # (C, 14) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
+def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
+    """Whether the tetrahedra cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
+
+    A row is four corners, 1 if all of it is known to be outside, and a triangle that may be near. A tetrahedron is
+    settled when the octree knows the ball around it to be near, when its corners are within the limit of one triangle,
+    or when its middle is inside the solid and no corner farther away than the surface and the limit together. Others
+    are halved across their longest edge. A point that is farther than the limit is left in the first three columns of
+    row 0.
+    """
+    enough, small = limit * limit, (SMALL * limit) ** 2
+    for _ in range(most):
+        if top == 0:
+            return 0
+        top -= 1
+        x = 0.25 * (cells[top, 0] + cells[top, 3] + cells[top, 6] + cells[top, 9])
+        y = 0.25 * (cells[top, 1] + cells[top, 4] + cells[top, 7] + cells[top, 10])
+        z = 0.25 * (cells[top, 2] + cells[top, 5] + cells[top, 8] + cells[top, 11])
+        radius = 0.0
+        for c in range(4):
+            px, py, pz = cells[top, 3 * c] - x, cells[top, 3 * c + 1] - y, cells[top, 3 * c + 2] - z
+            radius = max(radius, px * px + py * py + pz * pz)
+        word = settled(x, y, z, np.sqrt(radius), limit, frame, depths, firsts, boxes, children, triangles, stack)
+        if word == NEAR:
+            continue
+        if word == FAR:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+            return 1
+        known = int(cells[top, 13])
+        squared = to_triangle_squared(x, y, z, triangles, known)
+        squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
+        if t < 0:
+            t = known
+        cells[top, 13] = t
+        far = -1
+        for c in range(4):
+            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+            if to_triangle_squared(px, py, pz, triangles, t) > enough:
+                far = c
+                break
+        if far < 0:
+            continue
+        if radius < small:  # its middle may stay near for ever, however near the corner that is not
+            px, py, pz = cells[top, 3 * far], cells[top, 3 * far + 1], cells[top, 3 * far + 2]
+            _, near = nearest_triangle(boxes, children, triangles, px, py, pz, enough, stack)
+            if near < 0 and not inside(boxes, children, triangles, px, py, pz, stack):
+                cells[0, 0], cells[0, 1], cells[0, 2] = px, py, pz
+                return 1
+        distance, radius = np.sqrt(squared), np.sqrt(radius)
+        if cells[top, 12] == 0.0:
+            if inside(boxes, children, triangles, x, y, z, stack):
+                if radius <= distance + limit:
+                    continue
+            elif distance > min(limit, radius):
+                cells[top, 12] = 1.0
+        if cells[top, 12] == 1.0 and distance > limit:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+            return 1
+        if top + 2 > cells.shape[0] or radius < 1e-6 * limit:
+            return 2
+        longest, i, j = -1.0, 0, 1
+        for a in range(4):
+            for b in range(a + 1, 4):
+                length = (
+                    (cells[top, 3 * a] - cells[top, 3 * b]) ** 2
+                    + (cells[top, 3 * a + 1] - cells[top, 3 * b + 1]) ** 2
+                    + (cells[top, 3 * a + 2] - cells[top, 3 * b + 2]) ** 2
+                )
+                if length > longest:
+                    longest, i, j = length, a, b
+        for r in range(14):
+            cells[top + 1, r] = cells[top, r]
+        for r in range(3):
+            middle = 0.5 * (cells[top, 3 * i + r] + cells[top, 3 * j + r])
+            cells[top, 3 * i + r], cells[top + 1, 3 * j + r] = middle, middle
+        top += 2
+    return 2
+
+
+@lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
+def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
+    """As `reaches_beyond`, for triangles in place of tetrahedra: a row is three corners and the two numbers."""
+    enough = limit * limit
+    for _ in range(most):
+        if top == 0:
+            return 0
+        top -= 1
+        x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
+        y = (cells[top, 1] + cells[top, 4] + cells[top, 7]) / 3.0
+        z = (cells[top, 2] + cells[top, 5] + cells[top, 8]) / 3.0
+        radius, longest, at = 0.0, -1.0, 0
+        for c in range(3):
+            d = (c + 1) % 3
+            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+            radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
+            length = (cells[top, 3 * d] - px) ** 2 + (cells[top, 3 * d + 1] - py) ** 2
+            length += (cells[top, 3 * d + 2] - pz) ** 2
+            if length > longest:
+                longest, at = length, c
+        radius = np.sqrt(radius)
+        word = settled(x, y, z, radius, limit, frame, depths, firsts, boxes, children, triangles, stack)
+        if word == NEAR:
+            continue
+        if word == FAR:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+            return 1
+        known, within = int(cells[top, 10]), True
+        squared = to_triangle_squared(x, y, z, triangles, known)
+        squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
+        t = t if t >= 0 else known
+        cells[top, 10] = t
+        for c in range(3):
+            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+            within = within and to_triangle_squared(px, py, pz, triangles, t) <= enough
+        if within:
+            continue
+        distance = np.sqrt(squared)
+        if cells[top, 9] == 0.0:
+            if inside(boxes, children, triangles, x, y, z, stack):
+                if radius <= distance + limit:
+                    continue
+            elif distance > min(limit, radius):
+                cells[top, 9] = 1.0
+        if cells[top, 9] == 1.0 and distance > limit:
+            cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+            return 1
+        if top + 2 > cells.shape[0] or radius < 1e-3 * limit:
+            return 2
+        i, j = 3 * at, 3 * ((at + 1) % 3)
+        for r in range(11):
+            cells[top + 1, r] = cells[top, r]
+        for r in range(3):
+            middle = 0.5 * (cells[top, i + r] + cells[top, j + r])
+            cells[top, i + r], cells[top + 1, j + r] = middle, middle
+        top += 2
+    return 2

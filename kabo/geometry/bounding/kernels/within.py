@@ -1,0 +1,195 @@
+"""Proven distances of triangles from a mesh, by branch and bound.
+
+The distance to one triangle t is a convex function, so over any other triangle it is greatest at a corner. A triangle
+lies within d of a mesh if it can be cut into pieces, each with all three corners within d of one triangle of the mesh.
+Pieces are cut where the nearest triangle changes, so that few are needed.
+
+A piece is a row: three corners, the squared distance of each to its nearest triangle, that triangle, and the depth.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.triangles.kernels.triangle_tree import nearest_triangle, to_triangle_squared
+
+WIDTH = 16  # columns of a piece
+FAR, NEAREST, LEVEL = 9, 12, 15  # where the columns begin
+DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
+HALVINGS = 48  # at most, to find where two triangles are near enough, or equally near
+
+
+@lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8, i8 -> f8
+def piece_to_triangle_squared(pieces, n, triangles, t):
+    """The greatest squared distance of any point of piece n to triangle t."""
+    return max(
+        to_triangle_squared(pieces[n, 0], pieces[n, 1], pieces[n, 2], triangles, t),
+        to_triangle_squared(pieces[n, 3], pieces[n, 4], pieces[n, 5], triangles, t),
+        to_triangle_squared(pieces[n, 6], pieces[n, 7], pieces[n, 8], triangles, t),
+    )
+
+
+@lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8, f8 -> f8
+def piece_bound(pieces, n, triangles, enough):
+    """The least bound (squared) that the triangle nearest to a corner gives for piece n; any up to `enough` will do."""
+    best = np.inf
+    for c in range(3):
+        t = int(pieces[n, NEAREST + c])
+        if c > 0 and t == int(pieces[n, NEAREST + c - 1]):
+            continue
+        best = min(best, piece_to_triangle_squared(pieces, n, triangles, t))
+        if best <= enough:
+            break
+    return best
+
+
+@lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8 -> i8, f8 x 3
+def cut(pieces, n, triangles, enough):
+    """Cuts piece n across its longest edge between corners with different nearest triangles, where both are near.
+
+    Near enough is a squared distance of `enough` from both; where there is no such place, one is as near as the other.
+
+    The halves take rows n and n + 1. Returns the corner of row n that is new, which is corner (it + 2) % 3 of row n + 1,
+    and where it is; its distance and nearest triangle are left to the caller.
+    """
+    level = int(pieces[n, LEVEL])
+    middle = level % 5 == 4  # now and then in the middle, so that pieces shrink whatever happens
+    longest, at = -1.0, 0
+    for c in range(3):
+        d = (c + 1) % 3
+        x = pieces[n, 3 * d] - pieces[n, 3 * c]
+        y, z = pieces[n, 3 * d + 1] - pieces[n, 3 * c + 1], pieces[n, 3 * d + 2] - pieces[n, 3 * c + 2]
+        squared = x * x + y * y + z * z
+        if (middle or pieces[n, NEAREST + c] != pieces[n, NEAREST + d]) and squared > longest:
+            longest, at = squared, c
+    i, j = 3 * at, 3 * ((at + 1) % 3)
+    low, high = 0.0, 1.0
+    s, t = int(pieces[n, NEAREST + at]), int(pieces[n, NEAREST + (at + 1) % 3])
+    part = 0.5
+    if not middle and s != t:
+        for _ in range(HALVINGS):
+            x = pieces[n, i] + part * (pieces[n, j] - pieces[n, i])
+            y = pieces[n, i + 1] + part * (pieces[n, j + 1] - pieces[n, i + 1])
+            z = pieces[n, i + 2] + part * (pieces[n, j + 2] - pieces[n, i + 2])
+            to_s, to_t = to_triangle_squared(x, y, z, triangles, s), to_triangle_squared(x, y, z, triangles, t)
+            if max(to_s, to_t) <= enough:
+                break
+            if to_s <= to_t:
+                low = part
+            else:
+                high = part
+            part = 0.5 * (low + high)
+    for r in range(WIDTH):
+        pieces[n + 1, r] = pieces[n, r]
+    x = pieces[n, i] + part * (pieces[n, j] - pieces[n, i])
+    y = pieces[n, i + 1] + part * (pieces[n, j + 1] - pieces[n, i + 1])
+    z = pieces[n, i + 2] + part * (pieces[n, j + 2] - pieces[n, i + 2])
+    pieces[n, j], pieces[n, j + 1], pieces[n, j + 2] = x, y, z
+    pieces[n + 1, i], pieces[n + 1, i + 1], pieces[n + 1, i + 2] = x, y, z
+    pieces[n, LEVEL] = pieces[n + 1, LEVEL] = level + 1
+    return (at + 1) % 3, x, y, z
+
+
+@lean_kernel  # (S, 16) f8, i8, i8, f8, i8 -> nothing
+def set_new_corner(pieces, n, corner, squared, t):
+    """Notes the distance and nearest triangle of the corner that `cut` made."""
+    pieces[n, FAR + corner], pieces[n, NEAREST + corner] = squared, t
+    other = (corner + 2) % 3
+    pieces[n + 1, FAR + other], pieces[n + 1, NEAREST + other] = squared, t
+
+
+@lean_kernel
+def triangle_bound(pieces, limit, tree, hint, stack, budget):
+    """A proven bound, at most `limit`, of the squared distance of any point of a triangle from the mesh; inf if not proven.
+
+    pieces (64, 16): row 0 holds the triangle. budget (1,) i8: how many pieces may be looked at, less those that were.
+    Returns also the triangle of the mesh near its middle, for the next time.
+    """
+    triangles, top = tree.triangles, 1
+    reached = piece_to_triangle_squared(pieces, 0, triangles, hint)
+    if reached <= limit:
+        return reached, hint
+    x, y, z = pieces[0, 0] + pieces[0, 3] + pieces[0, 6], pieces[0, 1] + pieces[0, 4] + pieces[0, 7], pieces[0, 2]
+    z = (z + pieces[0, 5] + pieces[0, 8]) / 3.0
+    squared, hint = nearest_triangle(tree, x / 3.0, y / 3.0, z, hint, 0.0, stack)
+    if squared > limit:
+        return np.inf, hint
+    reached = piece_to_triangle_squared(pieces, 0, triangles, hint)
+    if reached <= limit:
+        return reached, hint
+    for c in range(3):
+        x, y, z = pieces[0, 3 * c], pieces[0, 3 * c + 1], pieces[0, 3 * c + 2]
+        squared, t = nearest_triangle(tree, x, y, z, hint, 0.0, stack)
+        if squared > limit:
+            return np.inf, hint
+        pieces[0, FAR + c], pieces[0, NEAREST + c] = squared, t
+    pieces[0, LEVEL], reached = 0.0, 0.0
+    while budget[0] > 0:
+        budget[0] -= 1
+        top -= 1
+        bound = piece_bound(pieces, top, triangles, limit)
+        if bound <= limit:
+            reached = max(reached, bound)
+            if top == 0:
+                return reached, hint
+            continue
+        if pieces[top, LEVEL] >= DEPTH or top + 2 > pieces.shape[0]:
+            return np.inf, hint
+        corner, x, y, z = cut(pieces, top, triangles, limit)
+        squared, t = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST + corner]), 0.0, stack)
+        if squared > limit:
+            return np.inf, hint
+        set_new_corner(pieces, top, corner, squared, t)
+        top += 2
+    return np.inf, hint
+
+
+@lean_kernel  # (T, 3, 3) f8, TriangleTree, f8, (64,) i8 -> f8
+def farthest_sample(triangles, tree, reached, stack):
+    """The greatest distance of a corner or middle of the triangles from the mesh, or `reached` if that is more [m]."""
+    squared, hint = reached * reached, 0
+    for t in range(triangles.shape[0]):
+        for c in range(4):
+            x, y, z = triangles[t, c % 3, 0], triangles[t, c % 3, 1], triangles[t, c % 3, 2]
+            if c == 3:
+                x = (x + triangles[t, 1, 0] + triangles[t, 2, 0]) / 3.0
+                y = (y + triangles[t, 1, 1] + triangles[t, 2, 1]) / 3.0
+                z = (z + triangles[t, 1, 2] + triangles[t, 2, 2]) / 3.0
+            found, hint = nearest_triangle(tree, x, y, z, hint, squared, stack)
+            squared = max(squared, found)
+    return np.sqrt(squared)
+
+
+@lean_kernel
+def directed_bounds(triangles, tree, reached, relative, floor, ceiling, pieces, stack):
+    """The greatest distance of any point of the triangles (T, 3, 3) from the mesh: reached by a point, and proven [m].
+
+    They differ by `relative` at most, or lie below `floor`; the proven one does not exceed `ceiling` if that can be
+    shown. Neither is less than `reached`: the more is known to be reached, the fewer pieces the proof takes.
+    pieces (256, 16), stack (64,) i8.
+    """
+    others, reached, hint, ceiling = tree.triangles, reached * reached, 0, ceiling * ceiling
+    proven = reached
+    for t in range(triangles.shape[0]):
+        for c in range(3):
+            for r in range(3):
+                pieces[0, 3 * c + r] = triangles[t, c, r]
+            x, y, z = triangles[t, c, 0], triangles[t, c, 1], triangles[t, c, 2]
+            squared, hint = nearest_triangle(tree, x, y, z, hint, 0.0, stack)
+            pieces[0, FAR + c], pieces[0, NEAREST + c] = squared, hint
+            reached = max(reached, squared)
+        pieces[0, LEVEL], top = 0.0, 1
+        while top > 0:
+            top -= 1
+            wanted = max(reached * (1.0 + relative), floor * floor)
+            if reached <= ceiling:
+                wanted = min(wanted, ceiling)
+            bound = piece_bound(pieces, top, others, wanted)
+            if bound <= wanted or pieces[top, LEVEL] >= 2 * DEPTH or top + 2 > pieces.shape[0]:
+                proven = max(proven, bound)
+                continue
+            corner, x, y, z = cut(pieces, top, others, wanted)
+            squared, hint = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST + corner]), 0.0, stack)
+            set_new_corner(pieces, top, corner, squared, hint)
+            reached = max(reached, squared)
+            top += 2
+    return np.sqrt(reached), np.sqrt(proven)

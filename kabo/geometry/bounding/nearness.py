@@ -1,0 +1,154 @@
+"""Whether a convex part stays near a solid: a quick look at samples of its surface, and a proof."""
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from kabo.geometry.bounding.kernels.depths import first_far, hull_is_far
+from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.solids import FLAT, Solid
+
+GLANCE, LOOKS, DEEPER = 80, 280, 400  # lines between two sets, samples of a surface, and of what is within
+DEEP = 200  # rows of the stack on top of the first tetrahedra
+CLIMBED, STARTS, CLIMBS = 80, 4, 12  # samples of which the farthest so many climb, and their steps
+INSIDE = 1e-12  # m
+PIECES = 500  # of a triangle, after which that proof ends
+MOST = 200_000  # tetrahedra after which a proof is given up
+
+
+def _halton(count: int) -> Array:
+    """Points (count, 4) that fill the unit cube evenly [Halton 1960]."""
+    columns = []
+    for base in (2, 3, 5, 7):
+        index, value, share = np.arange(1, count + 1), np.zeros(count), 1.0
+        while index.any():
+            share /= base
+            value += share * (index % base)
+            index //= base
+        columns.append(value)
+    return np.column_stack(columns)
+
+
+SAMPLES = _halton(LOOKS + DEEPER)
+
+
+def _directions(many: int) -> Array:
+    """Unit vectors (N, 3) in pairs of opposite ones, evenly: a spiral of golden turns, and its mirror image."""
+    half = many // 2
+    height, turn = (np.arange(half) + 0.5) / half, np.pi * (3.0 - np.sqrt(5.0)) * np.arange(half)
+    across = np.sqrt(1.0 - height**2)
+    upper = np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
+    return np.vstack([upper, -upper])
+
+
+EVEN = _directions(32)
+
+
+def looks_near(solid: Solid, hull: ConvexHull, limit: float) -> bool:
+    """Whether samples of a hull are all within `limit` [m] of the solid: no proof."""
+    return _far_sample(solid, hull, limit) is None
+
+
+def surface_samples(hull: ConvexHull) -> Array:
+    """Points (80, 3) on the faces of a hull, evenly by area."""
+    a, b, c = hull.points[hull.simplices].transpose(1, 0, 2)
+    areas = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    chosen = np.minimum(np.searchsorted(areas, SAMPLES[:CLIMBED, 0] * areas[-1]), len(areas) - 1)
+    root, t = np.sqrt(SAMPLES[:CLIMBED, 1])[:, None], SAMPLES[:CLIMBED, 2][:, None]
+    return np.asarray((1 - root) * a[chosen] + root * (1 - t) * b[chosen] + root * t * c[chosen])
+
+
+def _far_sample(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
+    """A point (3,) of a hull that is too far away: samples of its faces, evenly by area, then of what is within."""
+    at, sums = hull.points.mean(axis=0), np.empty(len(hull.simplices))
+    known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
+    far = hull_is_far(hull.points, hull.simplices, SAMPLES, LOOKS, sums, at, limit, *known)
+    return at if far else None
+
+
+def climbed(solid: Solid, hull: ConvexHull, point: Array) -> tuple[Array, float]:
+    """A point (3,) of a hull moved to where it is farther from the solid, but still in the hull; and how far [m]."""
+    depth = float(solid.outside_distances(point[None])[0])
+    step = depth
+    for _ in range(CLIMBS):
+        around = point + step * EVEN
+        around = around[(around @ hull.equations[:, :3].T + hull.equations[:, 3] <= -INSIDE).all(axis=1)]
+        depths = solid.outside_distances(around) if len(around) else np.zeros(1)
+        if depths.max() > depth:
+            point, depth = around[int(np.argmax(depths))], float(depths.max())
+        else:
+            step *= 0.5
+    return point, depth
+
+
+def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
+    """A point (3,) of a hull that is too far away: the ends of climbs from the farthest samples of its surface."""
+    samples = surface_samples(hull)
+    depths = solid.outside_distances(samples)
+    middle = hull.points.mean(axis=0)
+    for start in np.argsort(-depths, kind="stable")[:STARTS]:
+        if depths[start] > 0.5 * limit:
+            point, depth = climbed(solid, hull, middle + (1.0 - 1e-6) * (samples[start] - middle))
+            if depth > limit:
+                return point
+    return None
+
+
+def proven_near(solid: Solid, part: Array, limit: float, most: int = MOST) -> bool | None:
+    """Whether all of a convex part (V, 3) is within `limit` [m] of the solid: proven, refuted, or None: given up."""
+    return judged(solid, part, limit, most)[0]
+
+
+def judged(solid: Solid, part: Array, limit: float, most: int = MOST) -> tuple[bool | None, Array | None]:
+    """As `proven_near`, and if it is refuted a point (3,) of the part that is farther away."""
+    hull = ConvexHull(part)
+    if (far := _far_sample(solid, hull, limit)) is not None:
+        return False, far
+    if solid.is_convex:  # the distance to a convex set is greatest at a corner
+        distances = solid.outside_distances(part)
+        worst = int(np.argmax(distances))
+        return (True, None) if distances[worst] <= limit - 10 * FLAT else (False, part[worst])
+    if (far := _far_summit(solid, hull, limit)) is not None:
+        return False, far
+    stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
+    corner = int(first_far(np.ascontiguousarray(part), limit, *solid.depths, *solid.tree, stack))
+    if corner >= 0:
+        return False, part[corner]
+    corners = part[hull.simplices]
+    cells = np.zeros((len(corners) + DEEP, 14))
+    cells[: len(corners), :9] = corners.reshape(-1, 9)
+    cells[: len(corners), 9:12] = part[hull.vertices].mean(axis=0)
+    answer = int(reaches_beyond(cells, len(corners), limit, *solid.depths, *solid.tree, stack, most))
+    return {0: (True, None), 1: (False, cells[0, :3].copy())}.get(answer, (None, None))
+
+
+def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
+    """Whether triangles (N, 3, 3) are all within `limit` [m] of the solid, as a short proof shows; else they may be."""
+    cells = np.zeros((len(faces) + DEEP, 11))
+    cells[: len(faces), :9] = faces.reshape(-1, 9)
+    stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
+    answer = faces_reach_beyond(cells, len(faces), limit, *solid.depths, *solid.tree, stack, PIECES * len(faces))
+    return int(answer) == 0
+
+
+class Voids:
+    """Points found far outside a solid, which no hull near it may hold: samples of its surface miss closed hollows."""
+
+    def __init__(self, solid: Solid) -> None:
+        self.solid = solid
+        self._points, self._depths = np.empty((0, 3)), np.empty(0)
+
+    def meet(self, hull: ConvexHull, limit: float) -> bool:
+        """Whether a hull holds one that is farther than `limit` [m] from the solid."""
+        points = self.between(hull.min_bound, hull.max_bound, limit)
+        return bool((points @ hull.equations[:, :3].T + hull.equations[:, 3] <= 0.0).all(axis=1).any())
+
+    def between(self, low: Array, high: Array, limit: float) -> Array:
+        """Those (N, 3) in a box that are farther than `limit` [m] from the solid."""
+        chosen = (self._depths > limit) & ((self._points >= low) & (self._points <= high)).all(axis=1)
+        return np.asarray(self._points[chosen])
+
+    def add(self, point: Array, hull: ConvexHull) -> None:
+        """Takes a point (3,) outside, moved to where it is farther from the solid, but still in the hull."""
+        point, depth = climbed(self.solid, hull, point)
+        self._points, self._depths = np.vstack([self._points, point]), np.r_[self._depths, depth]

@@ -1,0 +1,208 @@
+"""A convex point set enclosed by a polytope of few corners that stays within a limit of a whole solid.
+
+Edges are contracted to points beyond all planes of the faces around them, so every step encloses the one before
+[K 4.3]; a corner may lie anywhere near the solid, also in what other parts cover.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from kabo.geometry.bounding.kernels.depths import star_is_far
+from kabo.geometry.bounding.kernels.polytope_corners import contractions
+from kabo.geometry.bounding.nearness import Voids, faces_near, judged, proven_near
+from kabo.geometry.bounding.reduction import contains_proven, widened
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.solids import Solid
+
+MANY = 24  # corners above which several edges are contracted in a round
+AT_ONCE = 0.25  # of the corners
+SHARES = (0.99, 0.93, 0.85)  # of the limit: what corners may take of it, tried in turn until the end can be proven
+AGAIN = 8  # times a way goes on after it was refuted, for each of these
+FACES = 256  # around an edge: more are left alone
+
+Scratch = tuple[Array, Array, Array, Array]
+
+
+def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | None = None) -> Array | None:
+    """Corners (V, 3) [m] of a polytope of few corners, proven to hold points (P, 3) and to stay near the solid.
+
+    Where the end of the way is refuted, the way goes on from before it held the point that was found.
+
+    Args:
+        limit: how far any of it may be from the solid [m].
+        voids: points that no part may hold; those that are found are added.
+
+    Returns:
+        None if not even the hull of the points can be proven.
+    """
+    voids = Voids(solid) if voids is None else voids
+    hull = ConvexHull(points)
+    way = begun = [points[np.sort(hull.vertices)]]
+    asked = False
+    for share in SHARES:
+        way = begun
+        for _ in range(AGAIN):
+            if voids.meet(hull, limit):
+                return None
+            way = _way(solid, way, share * limit, voids)
+            end = widened(way[-1])
+            near, far = judged(solid, end, limit)
+            if near and contains_proven(end, points):
+                return end
+            if not asked and (hollow := judged(solid, begun[0], limit)[1]) is not None:
+                voids.add(hollow, hull)
+                return None
+            asked = True
+            if far is None:
+                break
+            voids.add(far, ConvexHull(end))
+            way = way[: _first_that_meets(way, voids, limit)] or begun
+    return _last_proven(solid, points, way, limit)
+
+
+def _first_that_meets(way: list[Array], voids: Voids, limit: float) -> int:
+    """The first polytope of a way that holds one of the voids; the last one does, or does so widened."""
+    low, high = 0, len(way) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if voids.meet(ConvexHull(way[middle]), limit):
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+def _last_proven(solid: Solid, points: Array, way: list[Array], limit: float) -> Array | None:
+    """The last polytope of a way that can be proven, by bisection."""
+    best: Array | None = None
+    low, index = 0, len(way) - 1
+    high = index + 1
+    while low < high:
+        part = widened(way[index])
+        if contains_proven(part, points) and proven_near(solid, part, limit):
+            best, low = part, index + 1
+        elif index == 0:
+            return None
+        else:
+            high = index
+        # After the end itself the beginning: where not even that can be proven, nothing can.
+        index = 0 if best is None else (low + high) // 2
+    return best
+
+
+def _way(solid: Solid, begun: list[Array], limit: float, voids: Voids) -> list[Array]:
+    """A way carried on to the fewest corners: polytopes, each enclosing those before it, that hold no void."""
+    way, points = list(begun), begun[-1]
+    scratch = _scratch()
+    refused: set[tuple[bytes, bytes]] = set()
+    while len(points) > 4:
+        hull = ConvexHull(points)
+        if len(hull.vertices) < len(points):
+            points = points[np.sort(hull.vertices)]
+            continue
+        edges, costs, places = _contractions(solid, points, hull, limit, scratch)
+        following = _contracted(solid, points, hull, edges, costs, places, limit, refused, voids)
+        if following is None:
+            break
+        points = following
+        way.append(points)
+    return way
+
+
+def _scratch() -> Scratch:
+    return np.empty((FACES, 4)), np.empty(FACES), np.empty((FACES, 4)), np.empty((2, 3))
+
+
+def _contractions(
+    solid: Solid, points: Array, hull: ConvexHull, limit: float, scratch: Scratch
+) -> tuple[NDArray[np.int64], Array, Array]:
+    """The edges (E, 2) of a hull, what contracting each would cost, and where it would go."""
+    faces = hull.simplices.astype(np.int64)
+    corners = points[faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    planes = np.column_stack([hull.equations[:, :3], -hull.equations[:, 3]])
+    edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    order = np.argsort(faces.reshape(-1), kind="stable")
+    starts = np.searchsorted(faces.reshape(-1)[order], np.arange(len(points) + 1))
+    costs, places = np.empty(len(edges)), np.zeros((len(edges), 3))
+    held, stack = np.zeros(4, np.int64), np.zeros(64, np.int64)
+    contractions(
+        points,
+        faces,
+        planes,
+        areas,
+        edges,
+        starts,
+        order // 3,
+        limit,
+        *solid.tree,
+        *scratch,
+        held,
+        stack,
+        costs,
+        places,
+    )
+    return edges, costs, places
+
+
+def _contracted(
+    solid: Solid,
+    points: Array,
+    hull: ConvexHull,
+    edges: NDArray[np.int64],
+    costs: Array,
+    places: Array,
+    limit: float,
+    refused: set[tuple[bytes, bytes]],
+    voids: Voids,
+) -> Array | None:
+    """The points after the cheapest contractions whose new faces look near; None if there is none."""
+    many = len(points) > MANY
+    good = np.flatnonzero(np.isfinite(costs))
+    good = good[np.argsort(costs[good], kind="stable")]
+    allowed = max(1, int(AT_ONCE * len(points))) if many else 1
+    cheap = set(good[: max(1, len(good) // 3)].tolist())
+    touched, keep = np.zeros(len(points), bool), np.ones(len(points), bool)
+    made: list[Array] = []
+    stack = np.zeros(64, np.int64)
+    for e in good:
+        if made and e not in cheap:  # dear ones only where no cheap one can be had
+            break
+        a, b = edges[e]
+        name = points[a].tobytes(), points[b].tobytes()
+        if touched[a] or touched[b] or name in refused:
+            continue
+        if star_is_far(points, hull.simplices, a, b, places[e], limit, *solid.depths, *solid.tree, stack):
+            refused.add(name)
+            continue
+        if not many:
+            joined = np.vstack([np.delete(points, (a, b), axis=0), places[e]])
+            larger = ConvexHull(joined)
+            new = (larger.simplices == len(joined) - 1).any(axis=1)
+            if not voids.meet(larger, limit) and faces_near(solid, joined[larger.simplices[new]], limit):
+                return joined
+            refused.add(name)
+            continue
+        around = hull.simplices[np.isin(hull.simplices, (a, b)).any(axis=1)]
+        moved = np.where(np.isin(around, (a, b))[..., None], places[e], points[around])
+        new = moved[np.isin(around, (a, b)).sum(axis=1) == 1]
+        if not faces_near(solid, new, limit) or _meets_between(points, around, a, b, places[e], limit, voids):
+            refused.add(name)
+            continue
+        keep[[a, b]] = False
+        touched[around] = True
+        made.append(places[e])
+        if len(made) >= allowed:
+            break
+    return np.vstack([points[keep], made]) if made else None
+
+
+def _meets_between(
+    points: Array, around: NDArray[np.int64], a: int, b: int, place: Array, limit: float, voids: Voids
+) -> bool:
+    """Whether a hull would hold a void, were the edge a-b moved to a place; `around` are the faces around it."""
+    box = np.vstack([points[np.unique(around)], place])
+    if not len(voids.between(box.min(axis=0), box.max(axis=0), limit)):
+        return False
+    return voids.meet(ConvexHull(np.vstack([np.delete(points, (a, b), axis=0), place])), limit)

@@ -1,0 +1,219 @@
+"""A solid cut into cells whose hulls stay near it, by lines of sight.
+
+Two points of the solid block each other if the line between them leaves it by more than a limit; a convex part near
+the solid holds no such pair. The plane taken is the one that separates most blocked pairs for few others: unlike the
+volume of the hulls it sees what a first cut through a bore is good for. A cell is cut because some point of its hull
+is too far from the solid: what is seen from there is looked at, too, so that a small hollow in a large cell is found.
+Candidates are planes along the faces of concave edges, and across the axes of the cell.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from kabo.geometry.bounding.cells import Cell, cut, whole
+from kabo.geometry.bounding.kernels.sight import blocked_pairs, first_crossings
+from kabo.geometry.bounding.nearness import EVEN, judged
+from kabo.geometry.bounding.reduction import solid_points
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.solids import Solid
+
+SIGHTS = 48  # points of a cell between which lines are drawn
+SEEN = 0.4  # of the limit: what a line may leave the solid by; less than the limit, since few lines pass the worst place
+CROSSINGS = 256  # of a line and the surface: more are not looked at
+POSITIONS = np.linspace(0.0, 1.0, 14)[1:-1]  # where a cell may be cut, along each of its axes
+CONCAVE = 60  # concave edges of a cell that propose planes, the greatest first
+FOR_THE_REST = 0.5  # what separating a pair that sees each other weighs against one that does not
+SLIVER = 0.2  # of the limit: nothing thinner is cut off
+LARGE = 4000  # points of a cell above which only some are looked at
+PROOF = 20_000  # tetrahedra after which a cell that looks near is taken for it
+THICK = 5e-3  # of the limit: a flat cell is made as thick
+
+
+@dataclass(frozen=True)
+class Creases:
+    """Concave edges: their middles (E, 3), the normals of both faces (E, 3), angle times length (E,)."""
+
+    middles: Array
+    left: Array
+    right: Array
+    weights: Array
+
+    def within(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> "Creases":
+        """Those chosen."""
+        return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
+
+    def nearest(self, point: Array) -> "Creases":
+        """Those nearest to a point."""
+        away = ((self.middles - point) ** 2).sum(axis=1)
+        return self.within(np.argsort(np.round(away, 12), kind="stable")[:CONCAVE])
+
+
+@dataclass(frozen=True)
+class Atom:
+    """What the mesh keeps in a cell: its hull's corners (P, 3), and the concave edges."""
+
+    points: Array
+    cell: Cell
+    concave: Creases
+
+
+class TooFine(Exception):
+    """More cells would be needed than were allowed; carries their number."""
+
+
+def atoms(solid: Solid, limit: float, most: int, sight: float, begun: Sequence[Atom] | None = None) -> list[Atom]:
+    """Cells whose hulls look near the solid within `limit` [m]; together they hold all of it.
+
+    Args:
+        most: cells allowed.
+        sight: how far a line between two points that see each other may leave the solid [m]: where cells are cut.
+        begun: cells to go on from, not from the whole solid.
+
+    Raises:
+        TooFine: more than `most` cells would be needed.
+    """
+    work = [_whole(solid, sight)] if begun is None else list(begun)
+    found: list[Atom] = []
+    while work:
+        atom = work.pop()
+        near, far = judged(solid, atom.points, limit, PROOF)
+        if near is not False:
+            found.append(atom)
+            continue
+        if len(found) + len(work) >= most:
+            raise TooFine(f"{most}")
+        work += in_two(solid, atom, sight, far)
+    return found
+
+
+def _whole(solid: Solid, sight: float) -> Atom:
+    cell = whole(solid.vertices, solid.faces)
+    return Atom(solid_points(cell.points, THICK * sight), cell, creases(solid.vertices, solid.faces))
+
+
+def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[Atom]:
+    """The parts of a cell on both sides of a plane.
+
+    Args:
+        limit: how far lines of sight may leave the solid [m].
+        far: a point (3,) of the cell's hull that is farther than that from the solid; None: any halves will do.
+    """
+    plane = _middle(atom.points) if far is None else _best_plane(solid, atom, limit, far)
+    normal, offset = plane[:3], float(plane[3])
+    above = atom.concave.middles @ normal >= offset
+    return [
+        Atom(solid_points(half.points, THICK * limit), half, atom.concave.within(side))
+        for half, side in zip(cut(atom.cell, normal, offset), (~above, above), strict=True)
+        if len(half.segments)
+    ]
+
+
+def creases(vertices: Array, faces: NDArray[np.int64]) -> Creases:
+    """The edges of a closed mesh at which it is hollow by more than 5 degrees."""
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T[::-1])
+    edges, owner = edges[order], order // 3
+    twin = np.flatnonzero((edges[:-1] == edges[1:]).all(axis=1))
+    left, right, edges = owner[twin], owner[twin + 1], edges[twin]
+    opposite = faces[right].sum(axis=1) - edges.sum(axis=1)
+    height = ((vertices[opposite] - vertices[edges[:, 0]]) * normals[left]).sum(axis=1)
+    length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+    angle = np.arccos(np.clip((normals[left] * normals[right]).sum(axis=1), -1.0, 1.0))
+    hollow = (height > 0.0) & (angle > np.radians(5.0))
+    middles = vertices[edges].mean(axis=1)
+    return Creases(middles, normals[left], normals[right], angle * length).within(hollow)
+
+
+def _middle(points: Array) -> Array:
+    """The plane (4,) across the middle of the longest side."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    axis = int(np.argmax(high - low))
+    return np.r_[np.eye(3)[axis], 0.5 * (low + high)[axis]]
+
+
+def _best_plane(solid: Solid, atom: Atom, limit: float, far: Array) -> Array:
+    """The plane (4,) that separates most blocked pairs for few others."""
+    points = atom.points
+    sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHTS)
+    blocked = _blocked(solid, sights, limit)
+    planes = np.vstack([_across(points), _along(atom.concave)])
+    if not blocked.any():  # too coarse a look
+        sights = np.ascontiguousarray(np.vstack([sights, _seen_from(solid, points, far)]))
+        blocked = _blocked(solid, sights, SEEN * limit)
+        planes = np.vstack([planes, _through(planes[:, :3], far), _along(atom.concave.nearest(far))])
+    above = (sights @ planes[:, :3].T >= planes[:, 3]).astype(float)
+    heights = points @ planes[:, :3].T - planes[:, 3]
+    thickness = np.minimum(-heights.min(axis=0), heights.max(axis=0))
+    score = _separated(blocked, above) - FOR_THE_REST * _separated(1.0 - blocked, above)
+    if not blocked.any():
+        score = thickness  # the middle is as good as any
+    score = np.where(thickness >= min(SLIVER * limit, float(thickness.max())), score, -np.inf)
+    return np.asarray(planes[int(np.argmax(np.round(score, 9)))], np.float64)
+
+
+def _blocked(solid: Solid, sights: Array, limit: float) -> Array:
+    """Which pairs of points (N, 3) cannot see each other: 1.0, others 0.0 (N, N)."""
+    blocked = np.zeros((len(sights), len(sights)), np.int64)
+    blocked_pairs(sights, limit, *solid.tree, np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS), blocked)
+    return blocked.astype(float)
+
+
+def _seen_from(solid: Solid, points: Array, far: Array) -> Array:
+    """The points (N, 3) of the surface that are seen from a point within the hull of others, and are in that hull."""
+    hull = ConvexHull(points).equations
+    room = np.maximum(-(hull[:, :3] @ far + hull[:, 3]), 0.0)
+    nearing = np.maximum(hull[:, :3] @ EVEN.T, 1e-12)  # of each face, in each direction
+    steps = np.ascontiguousarray(EVEN * (room[:, None] / nearing).min(axis=0)[:, None])
+    shares = np.ones(len(steps))
+    scratch = np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS)
+    first_crossings(far, steps, *solid.tree, *scratch, shares)
+    met = shares < 1.0
+    return np.asarray(far + steps[met] * shares[met, None])
+
+
+def _separated(pairs: Array, above: Array) -> Array:
+    """The share of the pairs (N, N) that each plane separates, given who is above (N, planes)."""
+    return np.asarray(((pairs @ above) * (1.0 - above)).sum(axis=0) / max(0.5 * pairs.sum(), 1.0))
+
+
+def _across(points: Array) -> Array:
+    """Planes across the coordinate axes and the points' own."""
+    axes = np.vstack([np.eye(3), np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]])
+    low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
+    offsets = low[:, None] + POSITIONS * (high - low)[:, None]
+    return np.column_stack([np.repeat(axes, len(POSITIONS), axis=0), offsets.reshape(-1)])
+
+
+def _through(normals: Array, point: Array) -> Array:
+    """Planes through a point."""
+    normals = np.unique(np.round(normals, 9), axis=0)
+    return np.column_stack([normals, normals @ point])
+
+
+def _along(concave: Creases) -> Array:
+    """Planes along both faces of concave edges, and between them."""
+    chosen = np.argsort(-concave.weights, kind="stable")[:CONCAVE]
+    left, right = concave.left[chosen], concave.right[chosen]
+    between = left - right
+    between /= np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-300)
+    normals = np.vstack([left, right, between])
+    offsets = (normals * np.tile(concave.middles[chosen], (3, 1))).sum(axis=1)
+    return np.column_stack([normals, offsets])
+
+
+def _spread(points: Array, many: int) -> Array:
+    """So many of the points, each as far from those before it as can be."""
+    points = points[:: len(points) // LARGE + 1]
+    chosen = [int(np.argmin(points @ np.array([1.0, 0.9, 0.8])))]
+    distances = ((points - points[chosen[0]]) ** 2).sum(axis=1)
+    while len(chosen) < min(many, len(points)):
+        chosen.append(int(np.argmax(distances)))
+        distances = np.minimum(distances, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
+    return np.ascontiguousarray(points[chosen])

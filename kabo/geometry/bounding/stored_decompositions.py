@@ -1,0 +1,63 @@
+"""Bounding decompositions in the cache: named by the content of the mesh and all parameters, whole or not at all.
+
+A file is found by the mesh's arrays as they are, which takes a millisecond, else by its triangles in canonical order.
+"""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.bounding.stored_parts import read_whole, write_whole
+from kabo.geometry.parts import Array
+
+FORMAT = "kabo-decomposition/1"
+METHOD = 4  # to be counted up when other parts come out of the same mesh and parameters
+
+
+def name_of(vertices: Array, faces: NDArray[np.int64], parameters: tuple[float | int | None, ...]) -> str:
+    """The SHA-256 of a mesh's arrays, the parameters and the method."""
+    digest = hashlib.sha256(repr((FORMAT, METHOD, vertices.shape, faces.shape, parameters)).encode())
+    digest.update(np.ascontiguousarray(vertices, "<f8").tobytes())
+    digest.update(np.ascontiguousarray(faces, "<i8").tobytes())
+    return digest.hexdigest()
+
+
+def read(folder: Path, name: str) -> tuple[tuple[Array, ...], tuple[float, ...]] | None:
+    """The parts and their deviations; None if the file is missing, foreign or damaged.
+
+    What they say of the mesh is not asked here [kabo.geometry.bounding.believed_parts].
+    """
+    whole = read_whole(_file(folder, name))
+    if whole is None:
+        return None
+    header, numbers = whole
+    try:
+        if header["format"] != FORMAT or header["name"] != name:
+            return None
+        counts = list(header["vertices"])
+        if not all(type(count) is int and count >= 4 for count in counts):
+            return None
+        if 3 * sum(counts) + len(counts) != len(numbers):
+            return None
+        corners = np.split(numbers[: 3 * sum(counts)].reshape(-1, 3), np.cumsum(counts)[:-1])
+        return tuple(corners), tuple(numbers[3 * sum(counts) :].tolist())
+    except (ValueError, KeyError, TypeError, OverflowError):
+        return None
+
+
+def write(folder: Path, name: str, parts: tuple[Array, ...], deviations: tuple[float, ...]) -> None:
+    """Writes them, the same bytes for the same parts, and never half a file.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for part in parts)
+    body += np.array(deviations, "<f8").tobytes()
+    header = {"format": FORMAT, "name": name, "vertices": [len(part) for part in parts]}
+    write_whole(_file(folder, name), header, body)
+
+
+def _file(folder: Path, name: str) -> Path:
+    return folder / f"{name[:40]}.decomposition"

@@ -1,0 +1,1 @@
+"""Kernels on arrays for collision checks: boxes, separation of convex sets, sweeps."""

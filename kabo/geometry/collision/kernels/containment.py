@@ -1,0 +1,66 @@
+"""Whether convex parts lie inside a solid: apart from all of its surface, with one vertex inside.
+
+A part is connected, so if no triangle of the closed surface meets it, all of it is on one side. That no triangle
+does is proven by an axis for each that is near; which side is told by the winding number of one vertex, which is then
+farther from the surface than `margin`.
+"""
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.collision.kernels.separation import apart
+from kabo.geometry.triangles.kernels.solids import winding_number
+
+CORNERS = 8  # columns of a triangle's block: its corners, and the first one again
+
+
+@lean_kernel
+def _surface_apart(
+    blocks, part, size, box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex, counters
+):
+    """Whether the surface is proven farther than `margin` from a part, which is copied to pool block 0."""
+    for r in range(3):
+        for i in range(size):
+            pool[0, r, i] = blocks[part, r, i]
+    top = 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        meet = True
+        for r in range(3):
+            meet = meet and boxes[n, r] - margin <= box[part, 3 + r] and box[part, r] <= boxes[n, 3 + r] + margin
+        if not meet:
+            continue
+        if children[n, 0] >= 0:
+            stack[top], stack[top + 1] = children[n, 0], children[n, 1]
+            top += 2
+            continue
+        first = -1 - children[n, 0]
+        for t in range(first, first + children[n, 1]):
+            for r in range(3):
+                middle = (triangles[t, 0, r] + triangles[t, 1, r] + triangles[t, 2, r]) / 3.0
+                axis[r] = 0.5 * (box[part, r] + box[part, 3 + r]) - middle
+                for i in range(CORNERS):
+                    pool[1, r, i] = triangles[t, i if i < 3 else 0, r]
+            if not apart(pool, 0, 0, size, 1, 1, CORNERS, margin, offset, axis, simplex, counters):
+                return False
+    return True
+
+
+@lean_kernel
+def first_outside(
+    blocks, sizes, box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex, counters
+):
+    """The first part (B, 3, 24) with a box (B, 6) that is not proven inside the solid, or -1 if all are.
+
+    The solid is given by its box tree (N, 6), (N, 2), triangles (T, 3, 3) in the order of its leaves.
+    """
+    for part in range(sizes.shape[0]):
+        if not _surface_apart(
+            blocks, part, sizes[part], box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex,
+            counters,
+        ):  # fmt: skip
+            return part
+        turns = winding_number(triangles, blocks[part, 0, 0], blocks[part, 1, 0], blocks[part, 2, 0])
+        if not abs(turns) > 0.5:
+            return part
+    return -1

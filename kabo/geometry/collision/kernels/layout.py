@@ -1,0 +1,74 @@
+"""Where the arrays of a configuration check lie in one flat array, its memory.
+
+Each array that a kernel is given costs the call 40 ns, and 1 us when its header has left the caches; so `memory_of`
+(kabo.geometry.collision.arrays) lays them all out one behind the other, whole numbers first, and kernels take them
+from there.
+"""
+
+import numpy as np
+
+from kabo.compilation import leaf_kernel, lean_kernel, window
+
+# Places of whole numbers in the head: how many there are of what, and where numbers and blocks begin.
+JOINTS, VALUES, MOVING, GROUPS, PARTS, PAIRS, LARGEST, NUMBERS, BLOCKS, ROOM, COLUMNS = range(11)
+MARGIN, OFFSET = 11, 12  # places of numbers in the head
+HEAD = 16  # places before the first array
+LINE = 8  # arrays begin at multiples of so many places: a line of cache
+WORD = 32  # groups whose nearness one whole number tells
+COUNTERS = 8  # pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive, nothing
+
+
+@lean_kernel  # i8, i8 -> i8
+def after(start, count):
+    """Where the next array begins."""
+    return (start + count + LINE - 1) // LINE * LINE
+
+
+@lean_kernel  # i8 -> i8
+def words_for(groups):
+    """How many words tell the nearness of so many groups."""
+    return (groups + WORD - 1) // WORD
+
+
+@leaf_kernel
+def numbers_of(memory):
+    """The arrays of floating point: of `Chain` and `Bodies`, then what a check writes.
+
+    factors (2, J), placement (J, 12), bound (n,), part_extents (B, 6), group_extents (G, 6), world_T (J, 12), rows
+    (6, 32 W) world boxes of groups, pose (12,), axis (3,), simplex (4, 3), blocks (B + room, 3, 24) of
+    vertices: of all parts in their joint's frame, then those that sweeps place.
+    """
+    whole = memory.view(np.int64)
+    joints, columns = whole[JOINTS], WORD * words_for(whole[GROUPS])
+    start = whole[NUMBERS]
+    factors, start = window(memory, start, (2, joints)), after(start, 2 * joints)
+    placement, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
+    bound, start = window(memory, start, (whole[VALUES],)), after(start, whole[VALUES])
+    part_extents, start = window(memory, start, (whole[PARTS], 6)), after(start, 6 * whole[PARTS])
+    group_extents, start = window(memory, start, (whole[GROUPS], 6)), after(start, 6 * whole[GROUPS])
+    world_T, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
+    rows, start = window(memory, start, (6, columns)), after(start, 6 * columns)
+    pose, start = window(memory, start, (12,)), after(start, 12)
+    axis, start = window(memory, start, (3,)), after(start, 3)
+    simplex = window(memory, start, (4, 3))
+    blocks = window(memory, whole[BLOCKS], (whole[PARTS] + whole[ROOM], 3, whole[COLUMNS]))
+    return factors, placement, bound, part_extents, group_extents, world_T, rows, pose, axis, simplex, blocks
+
+
+@leaf_kernel
+def whole_numbers_of(memory):
+    """The arrays of whole numbers.
+
+    counters (8,), joints (3, J), groups (3, G+1), sizes (B,), pairs (2, P), allowed (moving, W) which groups make a
+    pair with a group, a bit for each, and listed (most parts of a group,).
+    """
+    whole = memory.view(np.int64)
+    joints, groups, words = whole[JOINTS], whole[GROUPS] + 1, words_for(whole[GROUPS])
+    counters, start = window(whole, HEAD, (COUNTERS,)), after(HEAD, COUNTERS)
+    tree, start = window(whole, start, (3, joints)), after(start, 3 * joints)
+    ranges, start = window(whole, start, (3, groups)), after(start, 3 * groups)
+    sizes, start = window(whole, start, (whole[PARTS],)), after(start, whole[PARTS])
+    pairs, start = window(whole, start, (2, whole[PAIRS])), after(start, 2 * whole[PAIRS])
+    allowed, start = window(whole, start, (whole[MOVING], words)), after(start, whole[MOVING] * words)
+    listed = window(whole, start, (whole[LARGEST],))
+    return counters, tree, ranges, sizes, pairs, allowed, listed

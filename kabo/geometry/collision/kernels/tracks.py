@@ -1,0 +1,145 @@
+"""Tracks: how a group moves in the frame of a joint during a straight joint-space segment, and where it is at a node.
+
+A pair of groups is swept in the frame of the last joint that carries both, so that only the joints between them count:
+for links of one arm that is the first link's joint, for an arm and the table, or two arms, it is the world.
+
+A segment q(t) = q0 + t (q1 - q0) has 2^20 intervals; node i lies at t = i / 2^20. Nodes on the coarse grid of 32
+intervals keep their poses and boxes during one sweep.
+"""
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.collision.kernels.boxes import place_box, unite_boxes
+from kabo.scene.kernels.poses import forward_kinematics
+
+DEPTH = 20  # nodes: 2^DEPTH + 1
+COARSE = 5  # levels of the coarse grid
+GRID = (1 << COARSE) + 1
+SLOTS = GRID + DEPTH - COARSE  # forward kinematics kept: the coarse grid, and one node of each finer level
+
+
+@lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8 -> writes (J,) f8
+def turning(segment, joints, factors, turned):
+    """Writes for every joint the sum of |angle| over the revolute joints from the world to it."""
+    turned[0] = 0.0
+    for j in range(1, turned.shape[0]):
+        i = joints[2, j]
+        step = abs(factors[0, j] * (segment[1, i] - segment[0, i])) if joints[1, j] == 0 else 0.0
+        turned[j] = turned[joints[0, j]] + step
+
+
+@lean_kernel
+def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
+    """Bounds over the whole segment for points within `radius` of the joint's origin, seen from `frame`.
+
+    Deviation from the chord, |x - c| <= max |x''| / 8; angle turned; length of the path. With d_j = |joint step|,
+    rho_j a bound of the distance to axis j and T_j the sum of d over revolute joints between the frame and j:
+    |x''| <= sum over revolute j of rho_j d_j (d_j + 2 T_j), plus sum over prismatic j of 2 d_j T_j. With one radius
+    for all joints this is [K Eq. 4.20].
+    """
+    bend, path, reach, j = 0.0, 0.0, radius, joint
+    while j != frame:
+        i, parent = joints[2, j], joints[0, j]
+        before = max(0.0, turned[parent] - turned[frame])
+        start, end = factors[0, j] * segment[0, i] + factors[1, j], factors[0, j] * segment[1, i] + factors[1, j]
+        step = abs(end - start)
+        if joints[1, j] == 0:
+            bend += reach * step * (step + 2.0 * before)
+            path += reach * step
+        else:
+            bend += 2.0 * step * before
+            path += step
+            reach += max(abs(start), abs(end))
+        reach += lengths[j]
+        j = parent
+    angle = max(0.0, turned[joint] - turned[frame])
+    return 0.125 * bend * (1.0 + 1e-12), angle * (1.0 + 1e-12), path * (1.0 + 1e-12)
+
+
+@lean_kernel  # f8, f8 [m] -> i8
+def level_for(deviation, enough):
+    """How often the segment is halved (at most to the coarse grid) until the deviation is small `enough`."""
+    level = 0
+    while deviation > enough and level < COARSE:
+        deviation *= 0.25
+        level += 1
+    return level
+
+
+@lean_kernel
+def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags):
+    """The slot of `frames` (SLOTS, J, 12) with all joint frames at a node, made on first use.
+
+    Finer nodes share a slot with all nodes of their level; the two ends of a dyadic interval and its middle never do.
+    """
+    slot, bit = node >> (DEPTH - COARSE), 1 << (DEPTH - COARSE)
+    if node & (bit - 1):
+        slot, bit = GRID, bit >> 1
+        while node & (bit - 1):
+            slot, bit = slot + 1, bit >> 1
+    tag = run * (1 << (DEPTH + 1)) + node
+    if frame_tags[slot] != tag:
+        frame_tags[slot] = tag
+        t = node / (1 << DEPTH)
+        for i in range(segment.shape[1]):
+            segment[2, i] = segment[0, i] + t * (segment[1, i] - segment[0, i])
+        forward_kinematics(
+            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[slot]
+        )
+    return slot
+
+
+@lean_kernel  # (J, 12) f8, i8, i8 -> writes row of (.., 12) f8
+def pose_in(world_T, joint, frame, poses, row):
+    """Writes frame_T_joint."""
+    if frame == 0:
+        for i in range(12):
+            poses[row, i] = world_T[joint, i]
+        return
+    for c in range(3):
+        for r in range(3):
+            poses[row, 3 * r + c] = (
+                world_T[frame, r] * world_T[joint, c]
+                + world_T[frame, 3 + r] * world_T[joint, 3 + c]
+                + world_T[frame, 6 + r] * world_T[joint, 6 + c]
+            )
+    x, y, z = (
+        world_T[joint, 9] - world_T[frame, 9],
+        world_T[joint, 10] - world_T[frame, 10],
+        world_T[joint, 11] - world_T[frame, 11],
+    )
+    for r in range(3):
+        poses[row, 9 + r] = world_T[frame, r] * x + world_T[frame, 3 + r] * y + world_T[frame, 6 + r] * z
+
+
+@lean_kernel
+def whole_box(track, level, grow, moves, node_boxes, whole_boxes):
+    """Writes the box around everything a track's group sweeps, from its boxes at the coarse nodes of a level."""
+    first = track * GRID
+    unite_boxes(node_boxes, first, first, grow, whole_boxes, track)
+    if moves:
+        stride = 1 << (COARSE - level)
+        for c in range(stride, GRID, stride):
+            for r in range(3):
+                whole_boxes[track, r] = min(whole_boxes[track, r], node_boxes[first + c, r] - grow)
+                whole_boxes[track, 3 + r] = max(whole_boxes[track, 3 + r], node_boxes[first + c, 3 + r] + grow)
+
+
+@lean_kernel
+def interval_parts(first, end, part_extents, poses, row0, row1, grow, pair_boxes, boxes, start):
+    """Writes the boxes of parts first..end over an interval, from the poses at its ends, grown by the deviation."""
+    for p in range(first, end):
+        place_box(poses, row0, part_extents, p, pair_boxes, 0)
+        if row1 != row0:
+            place_box(poses, row1, part_extents, p, pair_boxes, 1)
+            unite_boxes(pair_boxes, 0, 1, grow, boxes, start + p - first)
+        else:
+            unite_boxes(pair_boxes, 0, 0, grow, boxes, start + p - first)
+
+
+@lean_kernel  # i8, i8, (H,) i8, (H,) i8 -> i8
+def look_up(key, mark, keys, marks):
+    """The place of a key in an open hash table of a power of two of places, or the free place where it belongs."""
+    place = (key ^ (key >> 15) ^ (key >> 23)) & (keys.shape[0] - 1)
+    while marks[place] == mark and keys[place] != key:
+        place = (place + 1) & (keys.shape[0] - 1)
+    return place

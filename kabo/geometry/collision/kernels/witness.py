@@ -1,0 +1,358 @@
+"""Proofs that two bodies stay apart along a path: boxes, axes, and where path or bodies are halved, in one order.
+
+A path is straight from way point to way point; position s = piece * ONE + fraction. A proof of a pair is a tree, kept
+in the order of a walk: each node is about a stretch [s0, s1] and about a range of parts of each body, and says
+
+    BOXES: the boxes of both ranges over the stretch are apart;   AXIS: this axis separates their swept hulls;
+    TIME: see both halves of the stretch;   FIRST, SECOND: see both halves of the range of parts of that body.
+
+Over a stretch a body sweeps no more than the hull of its poses at the ends and at all way points between, grown by
+the deviation of its points from their chords [K Eq. 4.19-4.22] (`tracks.motion`). Whoever checks a proof derives all
+of that again; only the axes and the choice of halves need to be told.
+
+Arrays of a pair have a first index of 2: the body that is meant. `ends` (2, 4): first part, part after the last,
+first and last row of `poses` (2, W + 2, 12), which holds the poses at all way points and, behind them, at the ends of
+a part of a piece.
+"""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.collision.kernels.separation import nearest, support
+from kabo.geometry.collision.kernels.tracks import motion, pose_in, turning
+from kabo.scene.kernels.poses import forward_kinematics
+
+BITS = 20
+ONE = 1 << BITS  # positions to a piece of the path
+BOXES, AXIS, EXACT_AXIS, TIME, FIRST, SECOND, FAILED = 0, 1, 2, 3, 4, 5, 6
+SAME = 1e-9  # metres: boxes are called apart with so much to spare, for others' rounding
+ITERATIONS = 32
+CLOSE = 0.1  # an axis whose gap is short of the distance by this share is good enough
+GRAIN = 32767.0  # an axis in three short integers
+KEPT = 0.98  # of its margin, which an axis in short integers must keep
+DECIDED = 0.05  # share of the wanted margin: where sweeping adds less than that, halving ends
+LOW, HIGH, START, END = 0, 1, 2, 3  # columns of `ends`
+JOINT, FIRST_PART, LAST_PART = 0, 1, 2  # rows of `things`
+DEVIATION, PATH = 0, 1  # columns of `bounds` and `over`
+NEAR, WANTED, NEEDED, FINEST = 0, 1, 2, 3  # places of `limits`; no stretch of FINEST or less is halved
+
+
+@lean_kernel
+def _body_pose(start_T, world_T, frame, joint, joint_T, thing, poses, row, scratch):
+    """Writes the pose of a body in the world, with the frame held where it is at the start."""
+    pose_in(world_T, joint, frame, scratch, 1)
+    for r in range(3):
+        a, b, c, d = (
+            start_T[frame, 3 * r],
+            start_T[frame, 3 * r + 1],
+            start_T[frame, 3 * r + 2],
+            start_T[frame, 9 + r],
+        )
+        for k in range(3):
+            scratch[0, 3 * r + k] = a * scratch[1, k] + b * scratch[1, 3 + k] + c * scratch[1, 6 + k]
+        scratch[0, 9 + r] = a * scratch[1, 9] + b * scratch[1, 10] + c * scratch[1, 11] + d
+    for r in range(3):
+        a, b, c = scratch[0, 3 * r], scratch[0, 3 * r + 1], scratch[0, 3 * r + 2]
+        for k in range(3):
+            poses[row, 3 * r + k] = a * joint_T[thing, k] + b * joint_T[thing, 3 + k] + c * joint_T[thing, 6 + k]
+        poses[row, 9 + r] = (
+            a * joint_T[thing, 9] + b * joint_T[thing, 10] + c * joint_T[thing, 11] + scratch[0, 9 + r]
+        )
+
+
+@lean_kernel  # -> writes (2, K, 2) deviation and path; returns the length of both paths together
+def _pace(waypoints, joints, factors, lengths, turned, segment, pair, things, radii, bounds):
+    """Writes for every piece how far the points of both leave their chords, and how far they move, in the frame."""
+    total = 0.0
+    for k in range(waypoints.shape[0] - 1):
+        for i in range(waypoints.shape[1]):
+            segment[0, i], segment[1, i] = waypoints[k, i], waypoints[k + 1, i]
+        turning(segment, joints, factors, turned)
+        for e in range(2):
+            t = pair[e]
+            bounds[e, k, DEVIATION], _, bounds[e, k, PATH] = motion(
+                segment, joints, factors, lengths, turned, things[JOINT, t], pair[2], radii[t]
+            )
+            total += bounds[e, k, PATH]
+    return total
+
+
+@lean_kernel  # (2, K, 2), i8, i8 -> writes (2, 2) deviation and path
+def _over(bounds, s0, s1, over):
+    """Writes how far both bodies deviate and move over a stretch: whole pieces, or a part of one."""
+    first, last = s0 >> BITS, (s1 - 1) >> BITS
+    share = min(1.0, (s1 - s0) / ONE)
+    for e in range(2):
+        over[e, DEVIATION], over[e, PATH] = 0.0, 0.0
+        for k in range(first, last + 1):
+            over[e, DEVIATION] = max(over[e, DEVIATION], bounds[e, k, DEVIATION] * share * share)
+            over[e, PATH] += bounds[e, k, PATH] * share
+
+
+@lean_kernel
+def _swept_boxes(boxes, ends, poses, over, box, swept, size):
+    """Writes the boxes (2, 6) around what both ranges of parts sweep, and the diagonals (2,) of the ranges' own."""
+    for e in range(2):
+        size[e] = 0.0
+        for r in range(3):
+            least, most = np.inf, -np.inf
+            for p in range(ends[e, LOW], ends[e, HIGH]):
+                least, most = min(least, boxes[p, r]), max(most, boxes[p, 3 + r])
+            box[r], box[3 + r] = 0.5 * (least + most), 0.5 * (most - least)
+            size[e] += (most - least) * (most - least)
+        size[e] = np.sqrt(size[e])
+        for r in range(3):
+            least, most = np.inf, -np.inf
+            for k in range(ends[e, START], ends[e, END] + 1):
+                a, b, c = poses[e, k, 3 * r], poses[e, k, 3 * r + 1], poses[e, k, 3 * r + 2]
+                middle = a * box[0] + b * box[1] + c * box[2] + poses[e, k, 9 + r]
+                half = abs(a) * box[3] + abs(b) * box[4] + abs(c) * box[5]
+                least, most = min(least, middle - half), max(most, middle + half)
+            swept[e, r], swept[e, 3 + r] = least - over[e, DEVIATION], most + over[e, DEVIATION]
+
+
+@lean_kernel
+def _boxes_apart(swept, near):
+    """Whether two boxes are farther apart than `near` along an axis."""
+    apart = False
+    for r in range(3):
+        apart = apart or swept[0, r] - swept[1, 3 + r] > near or swept[1, r] - swept[0, 3 + r] > near
+    return apart
+
+
+@lean_kernel
+def _gap(blocks, sizes, ends, poses, x, y, z, offset, points):
+    """The gap along an axis of length 1 from the second body to the first; writes the points (2, 3) that make it."""
+    for e in range(2):
+        x, y, z = -x, -y, -z  # towards the second body, then back
+        best, block, at = np.int64(-1), 0, 0
+        for k in range(ends[e, START], ends[e, END] + 1):
+            u = poses[e, k, 0] * x + poses[e, k, 3] * y + poses[e, k, 6] * z
+            v = poses[e, k, 1] * x + poses[e, k, 4] * y + poses[e, k, 7] * z
+            w = poses[e, k, 2] * x + poses[e, k, 5] * y + poses[e, k, 8] * z
+            shift = offset + (poses[e, k, 9] * x + poses[e, k, 10] * y + poses[e, k, 11] * z)
+            for p in range(ends[e, LOW], ends[e, HIGH]):
+                key = support(blocks, p, sizes[p], u, v, w, shift)
+                if key > best:
+                    best, block, at = key, p, k
+        column = best & 63
+        u, v, w = blocks[block, 0, column], blocks[block, 1, column], blocks[block, 2, column]
+        for r in range(3):
+            points[e, r] = (
+                poses[e, at, 3 * r] * u + poses[e, at, 3 * r + 1] * v + poses[e, at, 3 * r + 2] * w
+            ) + poses[e, at, 9 + r]
+    return (
+        x * (points[0, 0] - points[1, 0]) + y * (points[0, 1] - points[1, 1]) + z * (points[0, 2] - points[1, 2])
+    )
+
+
+@lean_kernel
+def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, points, simplex):
+    """The greatest gap found, its axis in `axis` [Gilbert 1988]; ends when it is `enough`, or good, or there is none."""
+    x, y, z = axis[0], axis[1], axis[2]
+    square, size, greatest = x * x + y * y + z * z, 0, -np.inf
+    if not 1e-20 < square < 1e20:
+        x, y, z, square = 1.0, 0.0, 0.0, 1.0
+    for _ in range(ITERATIONS):
+        norm = np.sqrt(square)
+        ux, uy, uz = x / norm, y / norm, z / norm
+        gap = _gap(blocks, sizes, ends, poses, ux, uy, uz, offset, points)
+        if gap > greatest:
+            greatest, axis[0], axis[1], axis[2] = gap, ux, uy, uz
+            if gap > enough:
+                break
+        if size > 0 and norm - greatest <= (CLOSE * norm if greatest > least else 1e-9 * norm + 1e-10):
+            break
+        for r in range(3):
+            simplex[size, r] = points[0, r] - points[1, r]
+        size, x, y, z = nearest(simplex, size + 1)
+        square = x * x + y * y + z * z
+        if size == 4 or not square > max(1e-20, least * least):
+            break
+    return greatest
+
+
+@lean_kernel
+def _write_axis(blocks, sizes, ends, poses, grow, gap, offset, axis, points, codes, axes, row):
+    """Writes the axis in short integers if it keeps its margin, else as it is; returns the gap along what is written."""
+    greatest, square = max(abs(axis[0]), abs(axis[1]), abs(axis[2])), 0.0
+    codes[row] = AXIS
+    for r in range(3):
+        axes[row, r] = np.round(axis[r] / greatest * GRAIN)
+        square += axes[row, r] * axes[row, r]
+    norm = np.sqrt(square)
+    found = _gap(
+        blocks, sizes, ends, poses, axes[row, 0] / norm, axes[row, 1] / norm, axes[row, 2] / norm, offset, points
+    )
+    if found - grow > KEPT * (gap - grow):
+        return found
+    codes[row] = EXACT_AXIS
+    for r in range(3):
+        axes[row, r] = axis[r]
+    return gap
+
+
+@lean_kernel
+def _place(
+    s0,
+    s1,
+    pair,
+    waypoints,
+    segment,
+    joints,
+    factors,
+    placement,
+    frames,
+    things,
+    joint_T,
+    still,
+    ends,
+    poses,
+    scratch,
+):
+    """Sets which poses a stretch has; inside a piece, writes those at its ends behind the others."""
+    count = waypoints.shape[0]
+    inside = s1 - s0 < ONE
+    for c in range(2 if inside else 0):
+        s = s1 if c else s0
+        k, share = s >> BITS, (s & (ONE - 1)) / ONE
+        for i in range(waypoints.shape[1]):
+            segment[2, i] = waypoints[k, i]
+            if share > 0.0:
+                segment[2, i] += share * (waypoints[k + 1, i] - waypoints[k, i])
+        forward_kinematics(
+            segment[2], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[count]
+        )
+        for e in range(2):
+            joint = things[JOINT, pair[e]]
+            _body_pose(frames[0], frames[count], pair[2], joint, joint_T, pair[e], poses[e], count + c, scratch)
+    for e in range(2):
+        ends[e, START] = count if inside else s0 >> BITS
+        ends[e, END] = ends[e, START] if still[e] else count + 1 if inside else s1 >> BITS
+
+
+@lean_kernel
+def _halve(stack, top, s0, s1, ends, size, by_time, codes, row):
+    """Puts both halves on the stack, the first on top: of the stretch, or of the larger range of several parts."""
+    for e in range(2):
+        stack[top + e, 0], stack[top + e, 1] = s0, s1
+        stack[top + e, 2], stack[top + e, 3] = ends[0, LOW], ends[0, HIGH]
+        stack[top + e, 4], stack[top + e, 5] = ends[1, LOW], ends[1, HIGH]
+    if by_time:
+        codes[row] = TIME
+        middle = (s0 + s1) >> 1
+        if s1 - s0 > ONE:
+            middle = (((s0 >> BITS) + (s1 >> BITS)) >> 1) << BITS
+        stack[top, 0], stack[top + 1, 1] = middle, middle
+        return
+    e = 0 if ends[1, HIGH] - ends[1, LOW] == 1 or (ends[0, HIGH] - ends[0, LOW] > 1 and size[0] >= size[1]) else 1
+    codes[row] = SECOND if e else FIRST
+    middle = (ends[e, LOW] + ends[e, HIGH]) >> 1
+    stack[top, 2 + 2 * e], stack[top + 1, 3 + 2 * e] = middle, middle
+
+
+@lean_kernel
+def _prove(
+    pair, limits, offset, waypoints, joints, factors, placement, frames, segment, things, joint_T, bounds, blocks,
+    sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex, stack, ends, codes, axes,
+    row, margins,
+):  # fmt: skip
+    """Writes the proof of a pair from `row` on; returns the row after it, or -1 if there is none.
+
+    Where it fails a code says so, with the ends of the stretch in pieces and the gap that is left in place of an axis.
+    """
+    stack[0, 0], stack[0, 1], top = 0, (waypoints.shape[0] - 1) * ONE, 1
+    for e in range(2):
+        stack[0, 2 + 2 * e], stack[0, 3 + 2 * e] = things[FIRST_PART, pair[e]], things[LAST_PART, pair[e]]
+    for r in range(3):
+        axis[r] = 0.0
+    while top > 0:
+        top -= 1
+        s0, s1 = stack[top, 0], stack[top, 1]
+        for e in range(2):
+            ends[e, LOW], ends[e, HIGH] = stack[top, 2 + 2 * e], stack[top, 3 + 2 * e]
+        _place(
+            s0, s1, pair, waypoints, segment, joints, factors, placement, frames, things, joint_T, still, ends, poses,
+            scratch,
+        )  # fmt: skip
+        _over(bounds, s0, s1, over)
+        _swept_boxes(boxes, ends, poses, over, box, swept, size)
+        if row >= codes.shape[0] or top + 2 >= stack.shape[0]:
+            return -1
+        if _boxes_apart(swept, limits[NEAR] + SAME):
+            codes[row] = BOXES
+            row += 1
+            continue
+        grow, moved = over[0, DEVIATION] + over[1, DEVIATION], over[0, PATH] + over[1, PATH]
+        single = ends[0, HIGH] - ends[0, LOW] == 1 and ends[1, HIGH] - ends[1, LOW] == 1
+        last = single and (grow + moved <= DECIDED * limits[WANTED] or s1 - s0 <= limits[FINEST])
+        least = grow + (limits[NEEDED] if last else limits[WANTED])
+        if axis[0] == 0.0 and axis[1] == 0.0 and axis[2] == 0.0:
+            for r in range(3):
+                axis[r] = swept[0, r] + swept[0, 3 + r] - swept[1, r] - swept[1, 3 + r]
+        gap = _greatest_gap(blocks, sizes, ends, poses, grow + limits[NEAR], least, offset, axis, points, simplex)
+        if gap > least:
+            gap = _write_axis(blocks, sizes, ends, poses, grow, gap, offset, axis, points, codes, axes, row)
+            margins[0] = min(margins[0], gap - grow)
+        elif last:
+            codes[row] = FAILED
+            axes[row, 0], axes[row, 1], axes[row, 2] = s0 / ONE, s1 / ONE, gap - grow
+            return -1
+        else:
+            several = 0.0
+            for e in range(2):
+                if ends[e, HIGH] - ends[e, LOW] > 1:
+                    several = max(several, size[e])
+            _halve(
+                stack,
+                top,
+                s0,
+                s1,
+                ends,
+                size,
+                single or (moved > several and s1 - s0 > limits[FINEST]),
+                codes,
+                row,
+            )
+            top += 2
+        row += 1
+    return row
+
+
+@lean_kernel
+def prove_pairs(
+    pairs, limits, offset, waypoints, joints, factors, placement, lengths, turned, frames, segment, things, radii,
+    joint_T, bounds, blocks, sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex,
+    stack, ends, codes, axes, where, margins,
+):  # fmt: skip
+    """Proves pairs (P, 3) of first thing, second thing, frame; writes the row after each proof, and its least margin.
+
+    A pair that does not move, or that boxes over the whole path settle, has a proof of no rows: whoever checks sees
+    that unasked. Returns how many pairs were proven; P is all.
+    """
+    count, row = waypoints.shape[0], 0
+    for k in range(count):
+        forward_kinematics(
+            waypoints[k], joints[0], joints[1], joints[2], factors[0], factors[1], placement, frames[k]
+        )
+    for p in range(pairs.shape[0]):
+        margins[p], where[p] = np.inf, row
+        if not _pace(waypoints, joints, factors, lengths, turned, segment, pairs[p], things, radii, bounds) > 0.0:
+            continue
+        for e in range(2):
+            t, path = pairs[p, e], 0.0
+            for k in range(count):
+                _body_pose(frames[0], frames[k], pairs[p, 2], things[JOINT, t], joint_T, t, poses[e], k, scratch)
+                path += bounds[e, k, PATH] if k + 1 < count else 0.0
+            still[e] = path == 0.0
+        after = _prove(
+            pairs[p], limits, offset, waypoints, joints, factors, placement, frames, segment, things, joint_T, bounds,
+            blocks, sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex, stack, ends,
+            codes, axes, row, margins[p:],
+        )  # fmt: skip
+        if after < 0:
+            return p
+        if after > row + 1 or codes[row] != BOXES:
+            row = after
+        where[p] = row
+    return pairs.shape[0]

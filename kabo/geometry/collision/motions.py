@@ -1,0 +1,163 @@
+"""Motions of bodies on a chain along straight joint-space segments, and their arrays for the kernels.
+
+Links, tools and what a gripper holds are all bodies on a joint; a body that stands still is a motion of nothing.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from kabo.geometry.collision.arrays import Integers, chain_of, reach
+from kabo.geometry.collision.kernels.boxes import place_groups
+from kabo.geometry.collision.kernels.tracks import turning
+from kabo.geometry.collision.kernels.volumes import frames_on, part_bounds
+from kabo.geometry.parts import COLUMNS, Array, FixedGroup, MovingGroup
+from kabo.scene import KinematicTree
+
+Segment = tuple[Array, Array]  # start and end (n,)
+
+
+class Placed(NamedTuple):
+    """The parts of one body in its joint's frame."""
+
+    blocks: Array  # (B, 3, 24)
+    sizes: Integers  # (B,)
+    extents: Array  # (B, 6) centre and half extents
+    radii: Array  # (B,) about the joint's origin [m]
+    diameters: Array  # (B,) [m]
+
+
+class Swept(NamedTuple):
+    """A body on a segment, as `kernels.volumes` takes it."""
+
+    poses: Array  # (N + 1, 12) of its joint, at the nodes
+    blocks: Array
+    sizes: Integers
+    extents: Array
+    bounds: Array  # (B, 3) deviation, angle * diameter / 4, diameter / 4
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Bodies on a chain that moves from waypoint to waypoint, straight in joint space."""
+
+    tree: KinematicTree
+    bodies: tuple[MovingGroup, ...]
+    waypoints: Array  # (W, n), W >= 1
+
+    def __post_init__(self) -> None:
+        """Refuses waypoints that are no configurations of the tree.
+
+        Raises:
+            ValueError: another shape, a value that is not finite or far out of a sliding joint's limits, a tree
+                with a sliding joint without limits, a body on a joint that is not there.
+        """
+        rows = np.ascontiguousarray(self.waypoints, np.float64)
+        if rows.ndim != 2 or len(rows) == 0 or rows.shape[1] != self.tree.size:
+            raise ValueError(f"waypoints are (W, {self.tree.size}) with W >= 1, not {rows.shape}")
+        if not (np.abs(rows) <= chain_of(self.tree).bound).all():
+            raise ValueError("a waypoint is not finite, or out of the limits of a sliding joint")
+        if any(not 0 <= body.joint < len(self.tree.parent) for body in self.bodies):
+            raise ValueError("a body hangs on a joint that the tree does not have")
+        object.__setattr__(self, "waypoints", rows)
+
+    @property
+    def deviation(self) -> float:
+        """How far the parts of any body stick out of it [m]."""
+        return max((body.enclosure.deviation for body in self.bodies), default=0.0)
+
+    @property
+    def reach(self) -> float:
+        """How far any vertex may get from the world's origin [m]."""
+        far = reach(chain_of(self.tree))
+        return max(
+            (far[b.joint] + p.radii.max(initial=0.0) for b, p in zip(self.bodies, self.placed, strict=True)),
+            default=0.0,
+        )
+
+    @cached_property
+    def placed(self) -> list[Placed]:
+        """The parts of every body.
+
+        Raises:
+            ValueError: vertices or poses that are no finite numbers.
+        """
+        return [placed(body) for body in self.bodies]
+
+    @property
+    def segments(self) -> list[Segment]:
+        """Start and end of every straight segment; one of no length for a single waypoint."""
+        if len(self.waypoints) == 1:
+            return [(self.waypoints[0], self.waypoints[0])]
+        return list(zip(self.waypoints, self.waypoints[1:], strict=False))
+
+    def swept(self, start: Array, end: Array, intervals: int) -> list[Swept]:
+        """Every body on a straight segment, at the nodes of 2^k intervals; one that does not move needs one."""
+        chain = chain_of(self.tree)
+        lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
+        segment, turned = np.array([start, end, start]), np.zeros(len(lengths))
+        turning(segment, chain.joints, chain.factors, turned)
+        frames = np.zeros((intervals + 1, len(lengths), 12))
+        frames[:, 0, [0, 4, 8]] = 1.0
+        frames_on(segment, chain.joints, chain.factors, chain.placement, frames)
+        found = []
+        for body, own in zip(self.bodies, self.placed, strict=True):
+            bounds = np.empty((len(own.sizes), 3))
+            part_bounds(
+                *(segment, chain.joints, chain.factors, lengths, turned, body.joint),
+                *(own.radii, own.diameters, bounds),
+            )
+            poses = np.ascontiguousarray(frames[:, body.joint])
+            found.append(Swept(poses, own.blocks, own.sizes, own.extents, bounds))
+        return found
+
+
+def placed(body: MovingGroup) -> Placed:
+    """The parts of a body in its joint's frame.
+
+    Raises:
+        ValueError: vertices or a pose that are no finite numbers.
+    """
+    packed = body.enclosure.packed
+    pose = np.asarray(body.joint_T_group, np.float64).reshape(1, -1)
+    if pose.shape != (1, 12) or not np.isfinite(pose).all():
+        raise ValueError("the pose of a body is not 12 finite numbers")
+    count = len(packed.sizes)
+    blocks, extents = np.zeros((count, 3, COLUMNS)), np.empty((count, 6))
+    starts = np.array([0, count], np.int64)
+    place_groups(packed.blocks, packed.sizes, starts, pose, blocks, extents, np.empty((1, 6)), np.empty(1))
+    radii = np.linalg.norm(blocks, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
+    return Placed(blocks, packed.sizes, extents, radii, packed.diameters)
+
+
+_STANDING: "WeakKeyDictionary[FixedGroup, Placed]" = WeakKeyDictionary()
+
+
+def standing_parts(body: FixedGroup) -> Placed:
+    """The parts of a standing body in the world, made once for as long as the body is there.
+
+    Raises:
+        ValueError: as `placed`.
+    """
+    known = _STANDING.get(body)
+    if known is None:
+        known = _STANDING[body] = placed(MovingGroup(0, body.world_T_group, body.enclosure))
+    return known
+
+
+def _nothing() -> KinematicTree:
+    whole, none, one = np.zeros(1, np.int64), np.empty(0), np.zeros(1)
+    world = np.array([[1.0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]])
+    return KinematicTree(whole, whole, whole, one, one, world, none, none, none)
+
+
+NOTHING = _nothing()  # the tree of what stands still: the world alone
+
+
+def standing(*bodies: FixedGroup) -> Motion:
+    """Bodies that stand still, as a motion."""
+    groups = tuple(MovingGroup(0, body.world_T_group, body.enclosure, body.mesh) for body in bodies)
+    return Motion(NOTHING, groups, np.zeros((1, 0)))

@@ -1,0 +1,96 @@
+"""How deep bodies overlap: the shortest way to move one until they are apart, with proven bounds [K Table 4.1].
+
+The depth of two convex sets is the distance of the origin from the border of their difference set, whose hull is
+built. Neither bound trusts the hull: a direction along which the extents overlap by u is a way of length u to get
+apart, whatever the direction; and a closed surface of points of the difference set that winds around the origin at a
+distance r leaves no shorter way than r.
+"""
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from kabo.geometry.collision.kernels.separation import rounding
+from kabo.geometry.collision.predicates import Bounds, distance
+from kabo.geometry.parts import Array, FixedGroup
+from kabo.geometry.triangles.hulls import hull_mesh
+from kabo.geometry.triangles.solids import Solid
+
+AXES = np.concatenate([np.eye(3), -np.eye(3)])
+
+
+def penetration(first: Array, second: Array) -> Bounds:
+    """Proven bounds of the penetration depth of two convex sets [m]; 0 below where no overlap is proven.
+
+    Args:
+        first, second: (V, 3) and (W, 3) points that span them, in the same frame.
+
+    Raises:
+        ValueError: no points, or values that are not finite.
+    """
+    for points in (first, second):
+        if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0 or not np.isfinite(points).all():
+            raise ValueError(f"a convex set is (V, 3) finite points with V >= 1, not {points.shape}")
+    middle = 0.5 * (first.mean(axis=0) + second.mean(axis=0))
+    first, second = first - middle, second - middle
+    greatest = float(max(np.abs(first).max(), np.abs(second).max(), 1e-3))
+    delta = float(rounding(8.0 * greatest)) + 4e-16 * float(np.abs(middle).max())
+    differences = (_corners(first)[:, None] - _corners(second)[None]).reshape(-1, 3)
+    try:
+        corners, faces = hull_mesh(differences)
+    except (QhullError, ValueError):  # flat, or fewer than four points: nothing overlaps
+        flat = np.linalg.svd(differences - differences.mean(axis=0))[2]
+        return Bounds(0.0, _way_out(first, second, np.concatenate([AXES, flat, -flat])) + delta)
+    triangles = corners[faces]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    normals = normals[lengths > 0] / lengths[lengths > 0, None]
+    solid, origin = Solid(corners, faces), np.zeros((1, 3))
+    lower = float(solid.surface_distances(origin)[0]) if abs(solid.winding_number(origin[0])) > 0.5 else 0.0
+    return Bounds(max(0.0, lower - delta), _way_out(first, second, np.concatenate([AXES, normals])) + delta)
+
+
+def _corners(points: Array) -> Array:
+    """The points that span the hull; all of them if they lie in a plane, or nearly."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except (QhullError, ValueError):
+        return np.unique(points, axis=0)
+
+
+def _way_out(first: Array, second: Array, directions: Array) -> float:
+    """The least overlap of the extents along any of the directions (D, 3) of length 1, 0 if some have a gap."""
+    overlaps = (first @ directions.T).max(axis=0) - (second @ directions.T).min(axis=0)
+    return max(0.0, float(overlaps.min()))
+
+
+def signed_distance(first: FixedGroup, second: FixedGroup) -> Bounds:
+    """Proven bounds of the signed distance of two bodies [m]: positive apart, minus the penetration depth if not.
+
+    Where the parts overlap, the lower bound is how far the bodies' hulls must be moved to get apart. The upper one is
+    what the parts' deviations say; if both bodies have meshes, it is minus the depth of their deepest vertex.
+
+    Raises:
+        ValueError: parts or poses that are not usable.
+    """
+    apart = distance(first, second)
+    if apart.lower > 0.0:
+        return apart
+    ours, theirs = (_points(np.concatenate(body.enclosure.parts), body.world_T_group) for body in (first, second))
+    upper = apart.upper
+    if first.mesh is not None and second.mesh is not None:
+        upper = min(upper, -_deepest(first, second), -_deepest(second, first))
+    return Bounds(-penetration(ours, theirs).upper, upper + 0.0)
+
+
+def _points(points: Array, pose: Array) -> Array:
+    return np.asarray(points @ pose[:9].reshape(3, 3).T + pose[9:])
+
+
+def _deepest(inner: FixedGroup, outer: FixedGroup) -> float:
+    """How deep in the outer solid the deepest vertex of the inner mesh lies, -inf if none is inside."""
+    assert inner.mesh is not None and outer.mesh is not None
+    R, t = outer.world_T_group[:9].reshape(3, 3), outer.world_T_group[9:]
+    local = (_points(inner.mesh[0], inner.world_T_group) - t) @ R
+    solid = Solid(np.asarray(outer.mesh[0], np.float64), np.asarray(outer.mesh[1], np.int64))
+    local = local[solid.insides(local)]
+    return float(solid.surface_distances(local).max()) if len(local) else -np.inf

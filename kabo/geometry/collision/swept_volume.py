@@ -1,0 +1,141 @@
+"""Bounding swept volumes: convex polyhedra that contain all that moving bodies sweep [K 4.5, Proposition 3].
+
+Between two poses of a part the hull of both, grown by the deviation D of its points from their chords, contains what
+is swept [K Eq. 4.19-4.22]; the sum is taken joint by joint with the distance that a joint really has to the part
+(`kernels.tracks.motion`), sliding joints included. The other side is kept, too: a point of such a hull lies within
+D + |R0 - R1| d / 4 of what is truly swept, R the rotations of both poses and d the part's diameter. An interval of a
+part is halved until what sticks out is small enough, so slow or small parts get few polyhedra, long bars many.
+
+Grown is a hull by the corners of an icosahedron about the ball of radius D: at most 1.2585 D, with twelve corners.
+"""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from kabo.geometry.collision.kernels.volumes import DEVIATION, QUARTER, TURN, hull_spread
+from kabo.geometry.collision.motions import Motion, Segment, Swept
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.hulls import hull_mesh
+
+_GOLDEN = 0.5 * (1.0 + np.sqrt(5.0))
+_CORNERS = np.array([c for a in (-1, 1) for b in (-_GOLDEN, _GOLDEN) for c in ((0, a, b), (a, b, 0), (b, 0, a))])
+_INRADIUS = _GOLDEN**2 / np.sqrt(3.0)  # of the icosahedron with edges of length 2
+BALL = _CORNERS / _INRADIUS * (1.0 + 1e-9)  # (12, 3) its hull contains the ball of radius 1
+OUT = float(np.linalg.norm(BALL[0])) * (1.0 + 1e-9)  # 1.2585: how far its corners are
+ROUNDING = 1e-9  # metres: of poses and hulls; every polyhedron is grown by so much more
+FINEST = 16  # halvings of a segment; what sticks out is said, whatever it is
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """One part of a body on one interval of its motion."""
+
+    points: Array  # (P, 3) the part's vertices at both poses, in the world
+    growth: float  # D: the points' hull grown by so much contains what the part sweeps [m]
+    deviation: float  # how far the polyhedron sticks out of what the body sweeps [m], proven
+
+
+@dataclass(frozen=True, eq=False)
+class SweptVolume:
+    """Convex polyhedra whose union contains everything that bodies sweep along a motion.
+
+    `hulls` are not grown yet, as [K 4.5] stores them; `parts` are.
+    """
+
+    hulls: tuple[Hull, ...]
+
+    @property
+    def deviation(self) -> float:
+        """A proven bound of how far any point of the polyhedra is from what the bodies sweep [m]."""
+        return max((hull.deviation for hull in self.hulls), default=0.0)
+
+    @cached_property
+    def parts(self) -> tuple[Array, ...]:
+        """The corners (V, 3) of every polyhedron [m], in the world."""
+        return tuple(hull_mesh(_grown(hull))[0] for hull in self.hulls)
+
+    def mesh(self) -> tuple[Array, NDArray[np.int64]]:
+        """All polyhedra as one mesh: vertices (V, 3) [m], triangles (F, 3) that turn outwards.
+
+        Every polyhedron is a closed component; where they overlap, they cross.
+        """
+        vertices: list[Array] = []
+        faces: list[NDArray[np.int64]] = []
+        count = 0
+        for hull in self.hulls:
+            corners, triangles = hull_mesh(_grown(hull))
+            vertices.append(corners)
+            faces.append(triangles + count)
+            count += len(corners)
+        if not vertices:
+            return np.empty((0, 3)), np.empty((0, 3), np.int64)
+        return np.concatenate(vertices), np.concatenate(faces)
+
+
+def swept_volume(motion: Motion, tolerance: float) -> SweptVolume:
+    """The bounding swept volume of bodies along a motion.
+
+    Args:
+        motion: links, tools and attached objects on their joints, and the waypoints.
+        tolerance: how far the polyhedra may stick out of what the bodies' parts sweep [m]; the deviation of the
+            parts themselves comes on top.
+
+    Raises:
+        ValueError: a tolerance of less than a micrometre, arrays that are not usable.
+    """
+    if not tolerance >= 1e-6:
+        raise ValueError(f"the tolerance of a swept volume is at least a micrometre, not {tolerance:g} m")
+    hulls = [
+        hull
+        for segment in motion.segments
+        for body, own in zip(motion.bodies, _swept(motion, segment, tolerance), strict=True)
+        for part in range(len(own.sizes))
+        for hull in _hulls(own, part, tolerance, body.enclosure.deviation)
+    ]
+    return SweptVolume(tuple(hulls))
+
+
+def _swept(motion: Motion, segment: Segment, tolerance: float) -> list[Swept]:
+    """Every body on a segment, at as many nodes as its worst part needs."""
+    bounds = np.concatenate([np.zeros((1, 3)), *(own.bounds for own in motion.swept(*segment, 1))])
+    level = 0
+    while level < FINEST and _sticking(bounds[:, DEVIATION], bounds[:, TURN], level).max() > tolerance:
+        level += 1
+    return motion.swept(*segment, 1 << level)
+
+
+def _sticking(deviation: Array, turn: Array, level: int) -> Array:
+    """How far polyhedra of intervals of a level stick out at most."""
+    return (1.0 + OUT) * (deviation * 0.25**level + ROUNDING) + turn * 0.5**level
+
+
+def _hulls(own: Swept, part: int, tolerance: float, deviation: float) -> Iterator[Hull]:
+    """The hulls of a part: intervals are halved until their polyhedra stick out no more than the tolerance."""
+    whole = len(own.poses) - 1
+    stack = [(0, whole)]
+    while stack:
+        node, width = stack.pop()
+        share, ends = width / whole, own.poses[[node, node + width]]
+        growth = float(own.bounds[part, DEVIATION]) * share * share
+        spread = hull_spread(ends, 0, 1, own.bounds[part, TURN] * share, own.bounds[part, QUARTER])
+        sticking = (1.0 + OUT) * (growth + ROUNDING) + float(spread)
+        if sticking <= tolerance or width == 1:
+            local = own.blocks[part, :, : own.sizes[part]]
+            points = np.concatenate([(end[:9].reshape(3, 3) @ local).T + end[9:] for end in ends])
+            yield Hull(points, growth, sticking + deviation)
+        else:
+            stack += [(node + width // 2, width // 2), (node, width // 2)]
+
+
+def _grown(hull: Hull) -> Array:
+    """Points whose hull contains the hull's points and the ball of its growth about each."""
+    points = np.unique(hull.points, axis=0)
+    with suppress(QhullError):  # flat, a needle, or one point: then all of them count
+        points = points[ConvexHull(points).vertices]
+    return np.asarray((points[:, None] + (hull.growth + ROUNDING) * BALL[None]).reshape(-1, 3))

@@ -1,0 +1,1 @@
+"""Triangle meshes as arrays: solids, crossings of faces, trees of triangles, convex hulls."""

@@ -1,0 +1,40 @@
+"""Self-intersections: which faces of a triangle mesh cross another face of it.
+
+Vertices are shared by index; faces that share one or two may meet there and nowhere else. A face without area counts
+as crossing unless an axis proves it apart. Decided exactly: no tolerance, no false alarm beside crossings.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.triangles.kernels.octree import STACK, octree_of
+from kabo.geometry.triangles.kernels.orientation import SCRATCH
+from kabo.geometry.triangles.kernels.self_crossing import mark_crossing
+
+SMALLEST = 1e-80  # metres: exact arithmetic takes coordinates below for 0, and ends at its inverse
+
+
+def crossing_faces(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether each face meets another one outside of the vertices, or the edge, that both share; (F,) bool.
+
+    Args:
+        vertices: (V, 3) [m], finite, less than 1e80.
+        faces: (F, 3), indices of vertices.
+
+    Raises:
+        ValueError: a vertex is not finite or too large, or an index is out of range.
+    """
+    points = np.ascontiguousarray(vertices, dtype=np.float64).reshape(-1, 3)
+    corners = np.ascontiguousarray(faces, dtype=np.int64).reshape(-1, 3)
+    if not (np.abs(points) < 1.0 / SMALLEST).all():
+        raise ValueError("vertices must be finite and less than 1e80 m")
+    if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
+        raise ValueError(f"faces must name vertices 0 to {len(points) - 1}")
+    crossing = np.zeros(len(corners), dtype=np.bool_)
+    if len(corners) == 0:
+        return crossing
+    points = np.where(np.abs(points) < SMALLEST, 0.0, points)
+    tree = octree_of(points.min(axis=0), points.max(axis=0), len(corners))
+    stack, found = np.empty(STACK, dtype=np.int64), np.empty(len(corners), dtype=np.int64)
+    mark_crossing(points, corners, tree, stack, found, np.empty((6, 3)), np.empty(SCRATCH), crossing)
+    return crossing

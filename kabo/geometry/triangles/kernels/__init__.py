@@ -1,0 +1,1 @@
+"""Kernels on arrays of triangles: trees, crossings, exact orientation."""

@@ -1,0 +1,184 @@
+"""Distance to a triangle mesh through a box tree, winding numbers, and a proven bound of how far a polytope sticks out."""
+
+import numpy as np
+
+from kabo.compilation import lean_kernel
+from kabo.geometry.triangles.kernels.triangle_tree import to_box_squared, to_triangle_squared
+
+
+@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8, (64,) i8 -> f8
+def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
+    """The distance of a point to the mesh; stops at any distance up to `enough`, which it then returns.
+
+    A leaf n has children (-1 - first triangle, count).
+    """
+    best, top = np.inf, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        if to_box_squared(boxes, n, x, y, z) >= best:
+            continue
+        if children[n, 0] < 0:
+            first = -1 - children[n, 0]
+            for t in range(first, first + children[n, 1]):
+                best = min(best, to_triangle_squared(x, y, z, triangles, t))
+            if enough > 0.0 and best <= enough * enough:
+                break
+        else:
+            near, far = children[n, 0], children[n, 1]
+            if to_box_squared(boxes, far, x, y, z) < to_box_squared(boxes, near, x, y, z):
+                near, far = far, near
+            stack[top], stack[top + 1] = far, near
+            top += 2
+    return np.sqrt(best)
+
+
+@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
+def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
+    """The squared distance to the mesh and the triangle that has it; (`best`, -1) if none is nearer than `best`."""
+    found, top = -1, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        if to_box_squared(boxes, n, x, y, z) >= best:
+            continue
+        if children[n, 0] < 0:
+            first = -1 - children[n, 0]
+            for t in range(first, first + children[n, 1]):
+                distance = to_triangle_squared(x, y, z, triangles, t)
+                if distance < best:
+                    best, found = distance, t
+        else:
+            near, far = children[n, 0], children[n, 1]
+            if to_box_squared(boxes, far, x, y, z) < to_box_squared(boxes, near, x, y, z):
+                near, far = far, near
+            stack[top], stack[top + 1] = far, near
+            top += 2
+    return best, found
+
+
+@lean_kernel  # (T, 3, 3) f8, f8 x 3 -> f8
+def winding_number(triangles, px, py, pz):
+    """How often the mesh winds around a point: the sum of solid angles over 4 pi [van Oosterom 1983]."""
+    total = 0.0
+    for t in range(triangles.shape[0]):
+        ax, ay, az = triangles[t, 0, 0] - px, triangles[t, 0, 1] - py, triangles[t, 0, 2] - pz
+        bx, by, bz = triangles[t, 1, 0] - px, triangles[t, 1, 1] - py, triangles[t, 1, 2] - pz
+        cx, cy, cz = triangles[t, 2, 0] - px, triangles[t, 2, 1] - py, triangles[t, 2, 2] - pz
+        a, b = np.sqrt(ax * ax + ay * ay + az * az), np.sqrt(bx * bx + by * by + bz * bz)
+        c = np.sqrt(cx * cx + cy * cy + cz * cz)
+        volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        ab, bc, ca = ax * bx + ay * by + az * bz, bx * cx + by * cy + bz * cz, cx * ax + cy * ay + cz * az
+        total += np.arctan2(volume, a * b * c + ab * c + bc * a + ca * b)
+    return total / (2.0 * np.pi)
+
+
+@lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, (64,) i8 -> bool
+def inside(boxes, children, triangles, px, py, pz, stack):
+    """Whether the mesh winds around a point that is not on it: signed crossings of a slanted ray upwards.
+
+    Where the ray comes too near to an edge to be sure, the solid angles decide.
+    """
+    slant_x, slant_y = 0.06283, 0.04817  # generic, so that the edges of boxes and cylinders are not met
+    turns, top = 0, 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        n = stack[top]
+        up = boxes[n, 5] - pz  # the ray's box below this height contains all that it may meet
+        if up < 0.0 or boxes[n, 3] < px or boxes[n, 0] > px + slant_x * up:
+            continue
+        if boxes[n, 4] < py or boxes[n, 1] > py + slant_y * up:
+            continue
+        if children[n, 0] >= 0:
+            stack[top], stack[top + 1] = children[n, 0], children[n, 1]
+            top += 2
+            continue
+        first = -1 - children[n, 0]
+        for t in range(first, first + children[n, 1]):
+            sign, size, far = 0, 0.0, 0.0
+            for c in range(3):
+                d = (c + 1) % 3
+                # Sheared so that the ray is the z axis: corners relative to the point.
+                az, bz = triangles[t, c, 2] - pz, triangles[t, d, 2] - pz
+                ax, ay = triangles[t, c, 0] - px - slant_x * az, triangles[t, c, 1] - py - slant_y * az
+                bx, by = triangles[t, d, 0] - px - slant_x * bz, triangles[t, d, 1] - py - slant_y * bz
+                area = ax * by - ay * bx
+                size = max(size, max(abs(ax), max(abs(ay), max(abs(bx), abs(by)))))
+                if abs(area) <= 1e-12 * size * size:
+                    return abs(winding_number(triangles, px, py, pz)) > 0.5
+                sign += 1 if area > 0.0 else -1
+                far += area * (triangles[t, (c + 2) % 3, 2] - pz)
+            if sign == 3 and far > 0.0:
+                turns += 1
+            elif sign == -3 and far < 0.0:
+                turns -= 1
+    return turns != 0
+
+
+@lean_kernel
+def sticks_out(planes, low, high, limit, boxes, children, triangles, stack, cells, most):
+    """Whether some point of a polytope may be farther than `limit` from the solid: False is a proof.
+
+    The polytope (planes (H, 4): n.x <= d) is covered by boxes, halved until the whole box is outside the polytope,
+    inside the solid, or within `limit` of the surface. 1 a point that is farther was found, 0 proven, 2 given up
+    after `most` boxes.
+    """
+    for r in range(3):
+        cells[0, r], cells[0, 3 + r] = 0.5 * (low[r] + high[r]), 0.5 * (high[r] - low[r])
+    cells[0, 6] = 0.0  # 1: known to be outside the solid, and so is every half of it
+    top = 1
+    for _ in range(most):
+        if top == 0:
+            return 0
+        top -= 1
+        x, y, z = cells[top, 0], cells[top, 1], cells[top, 2]
+        hx, hy, hz = cells[top, 3], cells[top, 4], cells[top, 5]
+        worst, cleared = -np.inf, False
+        for k in range(planes.shape[0]):
+            value = planes[k, 0] * x + planes[k, 1] * y + planes[k, 2] * z - planes[k, 3]
+            worst = max(worst, value)
+            if value > abs(planes[k, 0]) * hx + abs(planes[k, 1]) * hy + abs(planes[k, 2]) * hz:
+                cleared = True
+                break
+        if cleared:
+            continue
+        radius = np.sqrt(hx * hx + hy * hy + hz * hz)
+        distance = surface_distance(boxes, children, triangles, x, y, z, limit - radius, stack)
+        if distance + radius <= limit:
+            continue
+        if distance > radius:  # the whole box is on one side of the surface
+            if cells[top, 6] == 0.0 and abs(winding_number(triangles, x, y, z)) > 0.5:
+                continue
+            cells[top, 6] = 1.0
+            if worst <= 0.0 and distance > limit:
+                return 1
+        if top + 2 > cells.shape[0]:
+            return 2
+        longest = 0 if hx >= hy and hx >= hz else 1 if hy >= hz else 2
+        half = 0.5 * cells[top, 3 + longest]
+        middle = cells[top, longest]
+        for r in range(7):
+            cells[top + 1, r] = cells[top, r]
+        cells[top, 3 + longest], cells[top + 1, 3 + longest] = half, half
+        cells[top, longest], cells[top + 1, longest] = middle - half, middle + half
+        top += 2
+    return 2
+
+
+@lean_kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) f8
+def surface_distances(points, boxes, children, triangles, stack, distances):
+    """`surface_distance` of many points."""
+    for i in range(points.shape[0]):
+        distances[i] = surface_distance(
+            boxes, children, triangles, points[i, 0], points[i, 1], points[i, 2], 0.0, stack
+        )
+
+
+@lean_kernel  # (N, 3) f8, (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, (64,) i8 -> (N,) bool
+def insides(points, boxes, children, triangles, stack, answers):
+    """`inside` of many points."""
+    for i in range(points.shape[0]):
+        answers[i] = inside(boxes, children, triangles, points[i, 0], points[i, 1], points[i, 2], stack)

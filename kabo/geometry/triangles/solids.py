@@ -1,0 +1,84 @@
+"""A closed mesh as a solid: whether it is usable, distances to it, and how far convex parts stick out of it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kabo.geometry.parts import Array
+from kabo.geometry.triangles.kernels.solids import insides, sticks_out, surface_distances, winding_number
+from kabo.geometry.triangles.triangle_trees import tree_of
+
+FLAT = 1e-9  # m: rounding of the planes of a convex mesh
+MANY = 20_000_000  # faces times vertices: above, convexity is not asked for
+NODES = 1_000_000  # of the octree of depths, at most
+CELLS = 80_000  # boxes after which a proof is given up: some tenths of a second
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A closed triangle mesh; the solid is where its winding number is not zero, with the surface."""
+
+    vertices: Array  # (V, 3) [m]
+    faces: NDArray[np.int64]  # (F, 3)
+
+    @cached_property
+    def tree(self) -> tuple[Array, NDArray[np.int64], Array]:
+        """Boxes (N, 6), children (N, 2), triangles (F, 3, 3) in the order of the leaves."""
+        return tree_of(self.vertices, self.faces)[:3]
+
+    @cached_property
+    def depths(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """An octree of depths: its frame (5,), depths (N,), children (N,); it grows where kernels ask it."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        frame = np.r_[0.5 * (low + high), 0.55 * float((high - low).max()), 1.0]
+        return frame, np.full(NODES, np.nan), np.zeros(NODES, np.int64)
+
+    def outside_distances(self, points: Array) -> Array:
+        """How far each point (N, 3) is from the solid (N,) [m]; 0 inside."""
+        boxes, children, triangles = self.tree
+        points = np.ascontiguousarray(points, np.float64)
+        distances, within, stack = np.empty(len(points)), np.empty(len(points), np.bool_), np.zeros(64, np.int64)
+        surface_distances(points, boxes, children, triangles, stack, distances)
+        insides(points, boxes, children, triangles, stack, within)
+        return np.where(within, 0.0, distances)
+
+    def insides(self, points: Array) -> NDArray[np.bool_]:
+        """Whether the mesh winds around each point (N, 3) that does not lie on it (N,)."""
+        points, within = np.ascontiguousarray(points, np.float64), np.empty(len(points), np.bool_)
+        insides(points, *self.tree, np.zeros(64, np.int64), within)
+        return within
+
+    def surface_distances(self, points: Array) -> Array:
+        """How far each point (N, 3) is from the surface (N,) [m]."""
+        distances = np.empty(len(points))
+        surface_distances(np.ascontiguousarray(points, np.float64), *self.tree, np.zeros(64, np.int64), distances)
+        return distances
+
+    def winding_number(self, point: Array) -> float:
+        """How often the mesh winds around a point (3,)."""
+        return float(winding_number(self.tree[2], float(point[0]), float(point[1]), float(point[2])))
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether no vertex lies in front of any face by more than `FLAT`: then the solid is its own hull."""
+        corners = self.vertices[self.faces]
+        if len(self.faces) * len(self.vertices) > MANY:
+            return False
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1)
+        area = lengths > 0.0  # a face without area has no front
+        if not area.any():
+            return False
+        normals = normals[area] / lengths[area, None]
+        heights = normals @ self.vertices.T - np.einsum("ij,ij->i", normals, corners[area, 0])[:, None]
+        return bool(np.nanmax(heights) <= FLAT)
+
+    def proves_within(self, part: Array, planes: Array, limit: float) -> bool:
+        """Whether every point of a convex part (V, 3), also given by planes (H, 4), is proven within `limit` [m]."""
+        if self.is_convex:  # the distance to a convex set is greatest at a corner
+            return bool((self.outside_distances(part) <= limit - 10 * FLAT).all())
+        low, high = part.min(axis=0), part.max(axis=0)
+        scratch = np.zeros(64, np.int64), np.empty((256, 7))
+        return int(sticks_out(planes, low, high, limit, *self.tree, *scratch, CELLS)) == 0

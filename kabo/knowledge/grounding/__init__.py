@@ -1,0 +1,1 @@
+"""From a problem to bits: schemas to instances, formulas to queries, effects to updates, what never changes settled."""

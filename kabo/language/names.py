@@ -1,0 +1,57 @@
+"""Names of other languages in kabo's spelling, one to one; who took which name is kept for messages.
+
+kabo's names are `[a-z][a-z0-9_]*`. Every other character becomes `_`; what would then be a word of the language
+gets the suffix `_1`, and what is taken already `_2`, `_3`, … in the order of the file.
+"""
+
+import re
+from collections.abc import Iterable
+
+NAME = re.compile(r"[a-z][a-z0-9_]*")
+RESERVED = frozenset(
+    ("and", "or", "xor", "not", "forall", "exists", "exactly_one", "when", "then", "add", "del", "true", "false")
+    + ("initially", "always", "K", "Kf", "Kw", "Kv", "Kx", "Kor", "LCW")
+)
+
+_LONGEST = 200
+
+
+class Names:
+    """One namespace: kabo's name for every name that was asked for."""
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self._taken = {*RESERVED, *taken}
+        self.originals: dict[str, str] = {}  # kabo's name -> the name in the file
+
+    def take(self, original: str) -> str:
+        """A name that nobody else has."""
+        name = self.free(original)
+        self._taken.add(name)
+        self.originals[name] = original
+        return name
+
+    @staticmethod
+    def plain(original: str) -> str:
+        """The name in kabo's spelling, whether or not it is free."""
+        fits = NAME.fullmatch(original) is not None and len(original) <= _LONGEST
+        spelled = original if fits else proper_name(original)
+        stem = spelled.removesuffix("_1")
+        return stem if stem in RESERVED else spelled
+
+    def free(self, original: str, also_taken: Iterable[str] = ()) -> str:
+        """A name that is free here and not among `also_taken`; not taken yet."""
+        taken = set(also_taken)
+        stem = self.plain(original)
+        name, number = (f"{stem}_1", 2) if stem in RESERVED else (stem, 2)
+        while name in self._taken or name in taken:
+            name, number = f"{stem}_{number}", number + 1
+        return name
+
+
+def proper_name(word: str) -> str:
+    """The name nearest to `word` that the language accepts: `isEmpty` becomes `is_empty`, `r'` `r_prime`."""
+    spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", word.replace("'", "_prime"))
+    spelled = re.sub(r"[^a-z0-9]+", "_", spelled.lower()).strip("_")[:60]
+    if not spelled or not spelled[0].isalpha():
+        spelled = f"n{spelled}"
+    return f"{spelled}_1" if spelled in RESERVED else spelled

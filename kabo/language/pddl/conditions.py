@@ -1,0 +1,122 @@
+"""PDDL conditions as queries of knowledge: negations pushed inwards to the claims, then K around each claim.
+
+Where everything is known, K(p) means p and K(not p) means (not p), so this is exact. Of unknown atoms a condition
+asks more than PDDL: `(or a b)` becomes "a is known or b is known".
+"""
+
+from collections.abc import Callable, Iterable
+
+from kabo.language import formulas as f
+from kabo.language.connectives import OPPOSITE, conjunction, denied, disjunction
+from kabo.language.foreign_vocabulary import Bound
+from kabo.language.pddl.declarations import read_variables
+from kabo.language.pddl.forms import Form, Node
+from kabo.language.pddl.terms import Context, read_atom, read_comparison
+
+_REFUSED = {
+    "preference": "a preference",
+    **dict.fromkeys(
+        ("always", "sometime", "within", "at-most-once", "sometime-after", "sometime-before", "always-within",
+         "hold-during", "hold-after"), "a constraint on the whole plan",
+    ),
+    **dict.fromkeys(("over", "at"), "a condition with a time"),
+    "oneof": "a choice (oneof …) outside of :init", "unknown": "(unknown …) outside of :init",
+    "when": "an effect (when …)",
+}  # fmt: skip
+
+
+def read_condition(context: Context, node: Node, *, positive: bool = True) -> f.Formula | None:
+    """The query that a condition (or with `positive` False its negation) asks; None after a report."""
+    head = node.head if isinstance(node, Form) else ""
+    if isinstance(node, Form) and head not in context.vocabulary.predicates:
+        if not node.items:  # an empty condition is true
+            return f.Truth(positive, context.place(node))
+        read = _CONNECTIVES.get(head)
+        if read is not None:
+            return read(context, node, positive)
+        if head in OPPOSITE:
+            return _comparison(context, node, positive)
+        if head in _REFUSED:
+            context.report(node, f"{_REFUSED[head]} is not supported {context.where}")
+            return None
+    atom = read_atom(context, node)
+    return None if atom is None else f.Know(f.Literal(atom, positive, atom.place), atom.place)
+
+
+def _comparison(context: Context, form: Form, positive: bool) -> f.Formula | None:
+    claim = read_comparison(context, form)
+    if claim is None:
+        return None
+    if isinstance(claim, f.Truth):
+        return f.Truth(claim.value == positive, claim.place)
+    return f.Know(claim if positive else denied(claim), context.place(form))
+
+
+def _all(context: Context, nodes: Iterable[Node], positive: bool) -> list[f.Formula] | None:
+    parts = [read_condition(context, node, positive=positive) for node in nodes]
+    whole = [part for part in parts if part is not None]
+    return whole if len(whole) == len(parts) else None
+
+
+def _and(context: Context, form: Form, positive: bool) -> f.Formula | None:
+    parts = _all(context, form.rest, positive)
+    if parts is None:
+        return None
+    return (conjunction if positive else disjunction)(parts, context.place(form))
+
+
+def _or(context: Context, form: Form, positive: bool) -> f.Formula | None:
+    parts = _all(context, form.rest, positive)
+    if parts is None:
+        return None
+    return (disjunction if positive else conjunction)(parts, context.place(form))
+
+
+def _not(context: Context, form: Form, positive: bool) -> f.Formula | None:
+    if len(form.items) != 2:
+        context.report(form, f'"not" takes one condition, not {len(form.items) - 1}')
+        return None
+    return read_condition(context, form.items[1], positive=not positive)
+
+
+def _imply(context: Context, form: Form, positive: bool) -> f.Formula | None:
+    if len(form.items) != 3:
+        context.report(form, f'"imply" takes two conditions, not {len(form.items) - 1}')
+        return None
+    first = read_condition(context, form.items[1], positive=not positive)
+    second = read_condition(context, form.items[2], positive=positive)
+    if first is None or second is None:
+        return None
+    return (disjunction if positive else conjunction)([first, second], context.place(form))
+
+
+def _quantified(context: Context, form: Form, positive: bool) -> f.Formula | None:
+    universal = (form.head == "forall") == positive
+    place = context.place(form)
+    parts: list[f.Formula] = []
+    for bound in quantified_variables(context, form):
+        body = read_condition(context.inside(bound), form.items[2], positive=positive)
+        if body is None:
+            return None
+        variables = tuple(each.variable for each in bound.values())
+        settled = isinstance(body, f.Truth) and body.value == universal  # whatever the instances
+        if variables and not settled:
+            body = f.Forall(variables, body, place) if universal else f.Exists(variables, body, place)
+        parts.append(body)
+    if not parts:
+        return None
+    return (conjunction if universal else disjunction)(parts, place)
+
+
+def quantified_variables(context: Context, form: Form) -> list[dict[str, Bound]]:
+    """The variables of `(forall (?x - t) body)`, see `read_variables`; none after a report."""
+    variables = form.items[1] if len(form.items) == 3 else None
+    if not isinstance(variables, Form):
+        context.report(form, f'expected "({form.head} (?x - type …) …)"')
+        return []
+    return read_variables(context.document, context.vocabulary, variables.items, context.scope)
+
+
+_CONNECTIVES: dict[str, Callable[[Context, Form, bool], f.Formula | None]] = {
+    "and": _and, "or": _or, "not": _not, "imply": _imply, "forall": _quantified, "exists": _quantified,
+}  # fmt: skip

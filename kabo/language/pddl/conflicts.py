@@ -1,0 +1,200 @@
+"""Addition wins: PDDL's rule for an action that adds and deletes the same atom, made part of the conditions.
+
+In kabo adding p and adding (not p) at once is a contradiction. So every deletion is told where it does not apply:
+not where its arguments are those of an addition that happens. Most often that is a mere inequality of arguments.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from kabo.language import formulas as f
+from kabo.language.connectives import conjunction, denied, disjunction, negated
+from kabo.language.foreign_vocabulary import Types
+from kabo.language.pddl.effects import Piece
+from kabo.language.tree_algebra import rebound, renaming, substituted, variable_names
+
+_MOST_PARTS = 64  # of one deletion
+_MOST_MEETINGS = 20_000  # of one action
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What is known where deletions and additions meet.
+
+    Attributes:
+        types: the types of the domain.
+        sorts: the type of every object.
+        assumed: what the action's preconditions say.
+        known: tells conditions of which nothing can be unknown.
+        report: called with a deletion that may meet an addition while nobody knows whether it does; True: it
+            cannot be expressed, False: it is left as it is.
+    """
+
+    types: Types
+    sorts: Mapping[str, str]
+    assumed: tuple[f.Formula, ...]
+    known: Callable[[object], bool]
+    report: Callable[[Piece, bool], None]
+
+    def sort(self, term: f.Term) -> str | None:
+        """The type of a term, if it is a variable or an object."""
+        if isinstance(term, f.Variable):
+            return term.type
+        return self.sorts.get(term.name) if isinstance(term, f.Constant) else None
+
+    def comparable(self, first: f.Term, second: f.Term) -> bool:
+        """Whether the terms may be the same object."""
+        one, other = self.sort(first), self.sort(second)
+        return one is None or other is None or self.types.is_a(one, other) or self.types.is_a(other, one)
+
+    def narrower(self, first: f.Term, variable: f.Variable) -> bool:
+        """Whether `first` is always an instance of the variable."""
+        sort = self.sort(first)
+        return sort is not None and self.types.is_a(sort, variable.type)
+
+    def different(self, first: f.Term, second: f.Term) -> bool:
+        """Whether the preconditions say that the terms differ."""
+        both = ((first, second), (second, first))
+        return any(f.Know(f.Comparison("!=", one, other)) in self.assumed for one, other in both)
+
+
+def additions_win(pieces: list[Piece], around: Surroundings) -> list[Piece]:
+    """The pieces of one action with deletions that no longer meet an addition."""
+    additions: dict[str, list[Piece]] = {}
+    pieces = list(dict.fromkeys(pieces))
+    for piece in pieces:
+        if isinstance(piece.outcome, f.Literal) and piece.outcome.positive:
+            additions.setdefault(piece.symbol, []).append(piece)
+    resolved: list[Piece] = []
+    meetings = 0
+    for piece in pieces:
+        if not isinstance(piece.outcome, f.Literal) or piece.outcome.positive:
+            resolved.append(piece)
+            continue
+        parts = [piece]
+        avoided = variable_names((piece.variables, piece.condition, piece.outcome))
+        for rival in additions.get(piece.symbol, ()):
+            if _differ_plainly(piece, rival):
+                continue
+            meetings += len(parts)
+            if len(parts) > _MOST_PARTS or meetings > _MOST_MEETINGS:
+                around.report(piece, True)
+                return resolved
+            parts = [each for part in parts for each in _apart(part, _renamed(rival, avoided), around)]
+        resolved += parts
+    return resolved
+
+
+def _differ_plainly(deletion: Piece, addition: Piece) -> bool:
+    """Whether some argument is one object here and another one there."""
+    for first, second in zip(deletion.arguments, addition.arguments, strict=True):
+        if first != second and isinstance(first, f.Constant) and isinstance(second, f.Constant):
+            return True
+    return False
+
+
+def _renamed(addition: Piece, avoided: set[str]) -> Piece:
+    """The addition with variables of its own, none of which is to be avoided."""
+    own = variable_names((addition.variables, addition.condition, addition.outcome))
+    renamed = renaming(addition.variables, avoided, avoided | own)
+    return replace(
+        addition,
+        variables=tuple(renamed.get(variable.name, variable) for variable in addition.variables),
+        condition=rebound(substituted(addition.condition, renamed), avoided),
+        outcome=substituted(addition.outcome, renamed),
+    )
+
+
+def may_be_same(first: Piece, second: Piece, around: Surroundings) -> bool:
+    """Whether two pieces may be about the same atom or term."""
+    return _equalities(first, second, around) is not None
+
+
+def _equalities(deletion: Piece, addition: Piece, around: Surroundings) -> list[tuple[f.Term, f.Term]] | None:
+    """The pairs of arguments that must be equal for the two to meet; None if they never do."""
+    pairs = []
+    for first, second in zip(deletion.arguments, addition.arguments, strict=True):
+        if isinstance(first, f.Constant) and isinstance(second, f.Constant):
+            if first != second:
+                return None
+        elif not around.comparable(first, second) or around.different(first, second):
+            return None
+        elif first != second:
+            pairs.append((first, second))
+    return pairs
+
+
+def _apart(deletion: Piece, addition: Piece, around: Surroundings) -> Iterator[Piece]:
+    """The deletion, restricted to where the addition does not happen."""
+    pairs = _equalities(deletion, addition, around)
+    if pairs is None:
+        yield deletion
+        return
+    # A variable of the addition's own that must equal a term of the deletion is that term.
+    own: dict[str, f.Term] = {}
+    rest: list[tuple[f.Term, f.Term]] = []
+    for first, second in pairs:
+        mine = isinstance(second, f.Variable) and second in addition.variables and second.name not in own
+        if mine and isinstance(second, f.Variable) and around.narrower(first, second):
+            own[second.name] = first
+        else:
+            rest.append((first, second))
+    claims = [f.Comparison("!=", first, substituted(second, own), deletion.place) for first, second in rest]
+    condition = substituted(addition.condition, own)
+    meeting = _Meeting(
+        tuple(variable for variable in addition.variables if variable.name not in own),
+        [f.Know(claim, deletion.place) for claim in claims],
+        condition.parts if isinstance(condition, f.And) else (condition,),
+    )
+    yield from _restricted(deletion, meeting, around)
+
+
+@dataclass(frozen=True)
+class _Meeting:
+    """When an addition happens to a deletion's atom: for some of the variables none of `different` holds, and all parts."""
+
+    variables: tuple[f.Variable, ...]
+    different: list[f.Know]
+    parts: tuple[f.Formula, ...]
+
+
+def _restricted(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Iterator[Piece]:
+    own = deletion.condition.parts if isinstance(deletion.condition, f.And) else (deletion.condition,)
+    own = own + around.assumed
+    meeting = replace(meeting, parts=tuple(part for part in meeting.parts if part not in own))
+    if not meeting.variables and any(_denied(part) in own for part in meeting.parts):
+        yield deletion  # never both
+    elif around.known(meeting.parts):
+        guard = disjunction([*meeting.different, *map(negated, meeting.parts)], deletion.place)
+        if meeting.variables and not isinstance(guard, f.Truth):
+            guard = f.Forall(meeting.variables, guard, deletion.place)
+        if guard in own:
+            yield deletion
+        elif guard != f.Truth(False):
+            yield _under(deletion, [guard])
+    elif not around.known(deletion.condition):
+        around.report(deletion, False)
+        yield deletion
+    else:
+        yield from _by_unknown(deletion, meeting, around)
+
+
+def _by_unknown(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Iterator[Piece]:
+    """Where the addition depends on what may be unknown: one copy for each claim that may fail."""
+    claims = [part for part in meeting.parts if isinstance(part, f.Know)]
+    if meeting.variables or len(claims) < len(meeting.parts):
+        around.report(deletion, True)
+        return
+    if meeting.different:
+        yield _under(deletion, [disjunction(meeting.different, deletion.place)])
+    same = [negated(each) for each in meeting.different]
+    for claim in claims:
+        yield _under(deletion, [*same, f.Know(denied(claim.claim), claim.place)])
+
+
+def _under(piece: Piece, parts: Iterable[f.Formula]) -> Piece:
+    return replace(piece, condition=conjunction([piece.condition, *parts], piece.place))
+
+
+def _denied(formula: f.Formula) -> f.Formula | None:
+    return f.Know(denied(formula.claim)) if isinstance(formula, f.Know) else None

@@ -1,0 +1,266 @@
+"""PDDL's initial states as initial knowledge: what is not mentioned is false, and known to be.
+
+The falsehoods come first, for all instances at once; then what is unknown is forgotten, then facts are added, then
+what is known of the unknown: exactly one of these (oneof), at least one of these (or).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Literal
+
+from kabo.language import formulas as f
+from kabo.language.foreign_vocabulary import NUMBER, Signature, Vocabulary
+from kabo.language.pddl.conditions import read_condition
+from kabo.language.pddl.forms import Form, Node
+from kabo.language.pddl.terms import Context, read_term
+
+_FACTS_AT_ONCE = 100
+_MOST_CLAUSES = 1000
+_LETTERS = "xyzuvwabcdefgh"
+
+
+@dataclass
+class Initial:
+    """An initial state as it was read; atoms by their first mention, with places."""
+
+    facts: dict[f.Atom, f.Literal] = field(default_factory=dict)
+    values: dict[f.Application, f.Comparison] = field(default_factory=dict)
+    unknown: dict[f.Atom, f.Literal] = field(default_factory=dict)
+    exactly_one: list[f.Change] = field(default_factory=list)
+    at_least_one: list[f.Change] = field(default_factory=list)
+
+    def unknown_symbols(self) -> set[str]:
+        """The predicates of which some atom is not known."""
+        return {atom.predicate for atom in self.unknown}
+
+
+def read_initial(context: Context, section: Form | None) -> Initial:
+    """What `(:init …)` says: a plain list, or one `(and …)`."""
+    initial = Initial()
+    members: list[f.Literal] = []
+    for node in [] if section is None else section.rest:
+        _read_entry(context, initial, node, members)
+    for literal in members:
+        if literal.atom not in initial.facts:
+            initial.unknown.setdefault(literal.atom, literal)
+    for atom, literal in initial.unknown.items():
+        if atom in initial.facts and literal.place is not None:
+            truth = "true" if initial.facts[atom].positive else "false"
+            message = f"this atom is said to be unknown, and to be {truth}"
+            context.document.findings.add(literal.place, message, _other(initial.facts[atom]))
+    return initial
+
+
+def _read_entry(context: Context, initial: Initial, node: Node, members: list[f.Literal]) -> None:
+    head = node.head if isinstance(node, Form) else ""
+    if isinstance(node, Form) and head not in context.vocabulary.predicates:
+        if head == "and" or not node.items:
+            for part in node.rest:
+                _read_entry(context, initial, part, members)
+            return
+        read = {"oneof": _oneof, "or": _or, "imply": _or, "unknown": _unknown, "=": _value}.get(head)
+        if read is not None:
+            read(context, initial, node, members)
+            return
+        if head == "not" and len(node.items) == 2 and _head(node.items[1]) in ("and", "or", "imply", "not"):
+            _or(context, initial, node, members)
+            return
+        if head in ("forall", "exists", "when", "<", ">", "<=", ">=", "probabilistic"):
+            context.report(node, f'"{head}" is not supported {context.where}')
+            return
+    if head == "at" and isinstance(node, Form) and len(node.items) == 3 and isinstance(node.items[2], Form):
+        context.report(node, f"a fact at a later time (at t …) is not supported {context.where}")
+        return
+    literal = _literal(context, node)
+    if literal is not None:
+        _add_fact(context, initial, node, literal)
+
+
+def _head(node: Node) -> str:
+    return node.head if isinstance(node, Form) else ""
+
+
+def _literal(context: Context, node: Node) -> f.Literal | None:
+    """A ground literal."""
+    formula = read_condition(context, node)
+    if formula is None:
+        return None
+    if isinstance(formula, f.Know) and isinstance(formula.claim, f.Literal):
+        arguments = formula.claim.atom.arguments
+        if all(isinstance(argument, f.Constant) for argument in arguments):
+            return formula.claim
+        context.report(node, f"only objects may be arguments {context.where}")
+        return None
+    context.report(node, f'unexpected "{context.document.text(node)}" {context.where}, expected an atom')
+    return None
+
+
+def _add_fact(context: Context, initial: Initial, node: Node, literal: f.Literal) -> None:
+    earlier = initial.facts.setdefault(literal.atom, literal)
+    if earlier.positive != literal.positive:
+        context.report(node, f'"{context.document.text(node)}" contradicts what stands before', _other(earlier))
+
+
+def _other(earlier: f.Claim) -> str | None:
+    """The remedy for two facts that contradict each other, with the place of the earlier one."""
+    place = earlier.place
+    return None if place is None else f"remove this one, or the one at {place.file}:{place.line}:{place.column}"
+
+
+def _unknown(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+    if len(form.items) < 2:
+        context.report(form, 'expected "(unknown (p …))"')
+    for node in form.rest:
+        literal = _literal(context, node)
+        if literal is not None:
+            initial.unknown.setdefault(literal.atom, literal)
+
+
+def _oneof(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+    conjunctions: list[list[f.Literal]] = []
+    for node in form.rest:
+        both = _head(node) == "and" and "and" not in context.vocabulary.predicates
+        if _head(node) in ("or", "oneof", "imply") and _head(node) not in context.vocabulary.predicates:
+            context.report(node, f'"{_head(node)}" inside of (oneof …) is not supported {context.where}')
+            return
+        literals = [_literal(context, part) for part in (node.rest if both and isinstance(node, Form) else [node])]
+        whole = list(dict.fromkeys(literal for literal in literals if literal is not None))
+        if None in literals or not whole:
+            return
+        if whole not in conjunctions:
+            conjunctions.append(whole)
+    if not conjunctions:
+        context.report(form, f"(oneof) has no members {context.where}")
+    elif len(conjunctions) == 1:
+        for literal in conjunctions[0]:
+            _add_fact(context, initial, form, literal)
+    else:
+        whole = [_case(context, initial, form, each, members) for each in conjunctions]
+        members += whole
+        initial.exactly_one.append(f.Change("add", "Kx", tuple(whole), context.place(form)))
+
+
+def _case(
+    context: Context, initial: Initial, form: Form, parts: list[f.Literal], members: list[f.Literal]
+) -> f.Literal:
+    """A literal that holds where all of the parts do: the only one, or an atom of its own, tied to them by clauses."""
+    if len(parts) == 1:
+        return parts[0]
+    vocabulary, place = context.vocabulary, context.place(form)
+    name = f"case-{1 + sum(each.startswith('case-') for each in vocabulary.predicates)}"
+    vocabulary.predicates[name] = Signature(vocabulary.names.take(name), name, (), None, place)
+    case = f.Literal(f.Atom(vocabulary.predicates[name].name, (), place), True, place)
+    opposites = [replace(part, positive=not part.positive) for part in parts]
+    clauses = [(replace(case, positive=False), part) for part in parts]
+    for clause in [*clauses, (case, *opposites)]:
+        members.extend(clause)
+        initial.at_least_one.append(f.Change("add", "Kor", tuple(clause), place))
+    return case
+
+
+def _or(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+    formula = read_condition(context, form)
+    if formula is None:
+        return
+    place = context.place(form)
+    try:
+        clauses = list(_clauses(formula))
+    except _TooMany:
+        context.report(form, f"this disjunction has more than {_MOST_CLAUSES} clauses {context.where}")
+        return
+    except _NoClause as error:
+        context.report(form, f"{error} inside of a disjunction is not supported {context.where}")
+        return
+    for clause in clauses:
+        literals = tuple(dict.fromkeys(clause))
+        if any(replace(each, positive=not each.positive) in literals for each in literals):
+            continue  # always true
+        if len(literals) == 1:
+            _add_fact(context, initial, form, literals[0])
+        else:
+            members.extend(literals)
+            initial.at_least_one.append(f.Change("add", "Kor", literals, place))
+
+
+class _TooMany(Exception):
+    """The conjunctive normal form is too large."""
+
+
+class _NoClause(Exception):
+    """Something that is no disjunction of ground literals; says what."""
+
+
+def _clauses(formula: f.Formula) -> list[tuple[f.Literal, ...]]:
+    """The conjunctive normal form of a formula in which K stands for plain truth."""
+    if isinstance(formula, f.Know) and isinstance(formula.claim, f.Literal):
+        if not all(isinstance(argument, f.Constant) for argument in formula.claim.atom.arguments):
+            raise _NoClause("an atom of what is no object")
+        return [(formula.claim,)]
+    if isinstance(formula, f.And):
+        return [clause for part in formula.parts for clause in _clauses(part)]
+    if isinstance(formula, f.Truth):
+        return [] if formula.value else [()]
+    if not isinstance(formula, f.Or):
+        raise _NoClause("a comparison" if isinstance(formula, f.Know) else "a quantifier")
+    sides = [_clauses(part) for part in formula.parts]
+    count = 1
+    for side in sides:
+        count *= len(side)
+    if count > _MOST_CLAUSES:
+        raise _TooMany
+    return [tuple(literal for clause in combination for literal in clause) for combination in product(*sides)]
+
+
+def _value(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+    """`(= (f a) 3)` or `(= (f a) b)`."""
+    if len(form.items) != 3:
+        context.report(form, f'"=" compares two things, not {len(form.items) - 1}')
+        return
+    left, right = read_term(context, form.items[1]), read_term(context, form.items[2])
+    if left is None or right is None:
+        return
+    term, value = left[0], right[0]
+    ground = isinstance(term, f.Application) and all(isinstance(each, f.Constant) for each in term.arguments)
+    if not (ground and isinstance(term, f.Application) and isinstance(value, f.Constant | f.Number)):
+        context.report(form, f'expected "(= (function object …) value)" {context.where}')
+    elif not context.vocabulary.types.fits(right[1], left[1]) and NUMBER not in (*left[1], *right[1]):
+        context.report(form.items[2], f"the value must be of type {' or '.join(left[1])}")
+    elif left[1] != right[1] and NUMBER in (*left[1], *right[1]):
+        context.report(form.items[2], "a number is compared with an object")
+    else:
+        known = f.Comparison("=", term, value, context.place(form))
+        earlier = initial.values.setdefault(term, known)
+        if earlier != known:
+            message = f'"{context.document.text(form)}" contradicts what stands before'
+            context.report(form, message, _other(earlier))
+
+
+# -------------------------------------------------------------------------------------------------------- building
+def build_initial(vocabulary: Vocabulary, initial: Initial, left_out: str | None) -> tuple[f.Effect, ...]:
+    """The initial updates, applied one after the other; `left_out` is a function that is only a cost."""
+    effects: list[f.Effect] = [_all_false(vocabulary, each) for each in vocabulary.predicates.values()]
+    forgotten = [f.Literal(atom, False, literal.place) for atom, literal in initial.unknown.items()]
+    effects += _together("del", forgotten)
+    effects += _together("add", [each for each in initial.facts.values() if each.positive])
+    values = [each for term, each in initial.values.items() if term.function != left_out]
+    effects += _together("add", values)
+    return (*effects, *initial.exactly_one, *initial.at_least_one)
+
+
+def _all_false(vocabulary: Vocabulary, signature: Signature) -> f.Effect:
+    variables: list[f.Variable] = []
+    for number, kinds in enumerate(signature.arguments):
+        letter = _LETTERS[number % len(_LETTERS)]
+        name = vocabulary.names.free(letter, [variable.name for variable in variables])
+        variables.append(f.Variable(name, vocabulary.types.common(kinds), signature.place))
+    atom = f.Atom(signature.name, tuple(variables), signature.place)
+    change = f.Change("add", "Kf", (f.Literal(atom, False, signature.place),), signature.place)
+    return f.ForEach(tuple(variables), (change,), signature.place) if variables else change
+
+
+def _together(operation: Literal["add", "del"], facts: Sequence[f.Claim]) -> Iterator[f.Change]:
+    """The facts in a few updates, so that a large initial state is not a long list of small steps."""
+    for start in range(0, len(facts), _FACTS_AT_ONCE):
+        some = tuple(facts[start : start + _FACTS_AT_ONCE])
+        yield f.Change(operation, "Kf", some, some[0].place)

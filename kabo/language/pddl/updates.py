@@ -1,0 +1,154 @@
+"""From the pieces of PDDL effects to kabo's updates: about knowledge where all is known, else about the world."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+
+from kabo.language import formulas as f
+from kabo.language.connectives import conjunction
+from kabo.language.pddl.effects import Piece
+from kabo.language.pddl.terms import Context
+from kabo.language.tree_algebra import renaming, substituted, symbols, variable_names
+
+_MOST_CASES = 64
+
+
+@dataclass(frozen=True)
+class Case:
+    """One way in which a condition holds: for some variables, with what is known and with claims of the world."""
+
+    variables: tuple[f.Variable, ...] = ()
+    guard: tuple[f.Formula, ...] = ()  # nothing in it can be unknown
+    claims: tuple[f.Claim, ...] = ()
+
+
+class _Inexpressible(Exception):
+    """A condition about what may be unknown that no `when` can ask for; says why."""
+
+
+def updates_of(context: Context, pieces: list[Piece], known: Callable[[object], bool]) -> tuple[f.Effect, ...]:
+    """The updates, in the order of the pieces; neighbours under the same condition are one."""
+    updates: list[f.Effect] = []
+    for group in _groups(pieces):
+        updates.extend(_updates(context, group, known))
+    return tuple(updates)
+
+
+def _groups(pieces: list[Piece]) -> Iterator[list[Piece]]:
+    """Neighbours that differ in their outcomes only."""
+    group: list[Piece] = []
+    for piece in pieces:
+        if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
+            yield group
+            group = []
+        group.append(piece)
+    if group:
+        yield group
+
+
+def _updates(context: Context, group: list[Piece], known: Callable[[object], bool]) -> Iterator[f.Effect]:
+    first = group[0]
+    outcomes = tuple(piece.outcome for piece in group)
+    if first.condition == f.Truth(False):
+        return
+    if known(first.condition):
+        yield _quantified(first.variables, _conditional(first.condition, _change(outcomes, first.place)), first)
+        return
+    refused = next((piece for piece in group if not _may_follow(piece.outcome)), None)
+    if refused is not None:
+        message = "a number or computed value that changes depending on what may be unknown is not supported"
+        _report(context, refused, f"{message} {context.where}")
+        return
+    try:
+        cases = list(_cases(first.condition, known))
+    except _Inexpressible as reason:
+        _report(context, first, f"the condition of this effect {reason} {context.where}")
+        return
+    for case in cases:
+        if known(case.claims):  # in this case nothing is unknown
+            parts = [*case.guard, *(f.Know(claim, claim.place) for claim in case.claims)]
+            update = _conditional(conjunction(parts, first.place), _change(outcomes, first.place))
+        else:
+            world = f.WorldEffect(case.claims, outcomes, first.place)
+            update = _conditional(conjunction(case.guard, first.place), world)
+        yield _quantified(first.variables + case.variables, update, first)
+
+
+def _may_follow(outcome: f.Claim) -> bool:
+    """Whether `when … then` takes the outcome: a literal, or a term and a fixed value."""
+    return isinstance(outcome, f.Literal) or isinstance(outcome.right, f.Constant | f.Variable)
+
+
+def _change(outcomes: tuple[f.Claim, ...], place: f.Place | None) -> f.Change:
+    return f.Change("add", "Kf", outcomes, place)
+
+
+def _conditional(condition: f.Formula, update: f.Change | f.WorldEffect) -> f.Effect:
+    if condition == f.Truth(True):
+        return update
+    return f.Conditional(condition, (update,), update.place)
+
+
+def _quantified(variables: tuple[f.Variable, ...], effect: f.Effect, piece: Piece) -> f.Effect:
+    return f.ForEach(variables, (effect,), piece.place) if variables else effect
+
+
+# ----------------------------------------------------------------------------------------------------------- cases
+def _cases(formula: f.Formula, known: Callable[[object], bool]) -> Iterator[Case]:
+    """The cases of a condition of which something may be unknown.
+
+    A disjunction gives one effect for each part, `exists` one for each instance: in the world it is the same.
+    """
+    if isinstance(formula, f.Know):
+        if _is_claim(formula.claim):
+            yield Case((), (), (formula.claim,))
+        elif known(formula):
+            yield Case((), (formula,))
+        else:
+            raise _Inexpressible("compares a value that may be unknown, which is not supported")
+    elif known(formula):
+        yield Case((), (formula,))
+    elif isinstance(formula, f.And):
+        sides = [list(_cases(part, known)) for part in formula.parts]
+        count = 1
+        for side in sides:
+            count *= len(side)
+        if count > _MOST_CASES:
+            raise _Inexpressible(f"has {count} cases, more than {_MOST_CASES}")
+        for combination in product(*sides):
+            yield _joined(combination)
+    elif isinstance(formula, f.Or):
+        for part in formula.parts:
+            yield from _cases(part, known)
+    elif isinstance(formula, f.Exists):
+        for case in _cases(formula.body, known):
+            yield Case(formula.variables + case.variables, case.guard, case.claims)
+    else:
+        unknown = ", ".join(sorted(name for name in symbols(formula) if not known(f.Atom(name))))
+        raise _Inexpressible(f"says (forall …) of what may be unknown ({unknown}), which is not supported")
+
+
+def _is_claim(claim: f.Claim) -> bool:
+    """Whether `when` takes the claim: a literal, or a term and a fixed value."""
+    if isinstance(claim, f.Literal):
+        return True
+    fixed = isinstance(claim.right, f.Constant | f.Variable | f.Number)
+    return claim.operator == "=" and isinstance(claim.left, f.Application) and fixed
+
+
+def _joined(cases: tuple[Case, ...]) -> Case:
+    """All of the cases at once; each keeps variables of its own."""
+    whole = Case()
+    for case in cases:
+        used = variable_names((whole.variables, whole.guard, whole.claims))
+        own = renaming(case.variables, used, used | variable_names((case.variables, case.guard, case.claims)))
+        variables = tuple(own.get(variable.name, variable) for variable in case.variables)
+        guard, claims = substituted(case.guard, own), substituted(case.claims, own)
+        claims = tuple(dict.fromkeys(whole.claims + claims))
+        whole = Case(whole.variables + variables, whole.guard + guard, claims)
+    return whole
+
+
+def _report(context: Context, piece: Piece, message: str) -> None:
+    place = piece.place or f.Place(context.document.source.name, 1, 1)
+    context.document.findings.add(place, message)

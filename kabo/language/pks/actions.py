@@ -1,0 +1,149 @@
+"""PKS actions; those whose arguments may be values that are only known when the plan runs, once for each source.
+
+A parameter ?x with the precondition Kv(?x) may be bound to a constant, or to a function whose value will be known:
+kabo's run-time variables name their function, so each function that fits gives an action of its own.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+from kabo.language import formulas as f
+from kabo.language.connectives import conjunction
+from kabo.language.foreign_vocabulary import NUMBER, Bound
+from kabo.language.names import Names
+from kabo.language.pks.effects import read_effects
+from kabo.language.pks.expressions import Broken, Expression, place_of, tokens_of, typed_names
+from kabo.language.pks.formulas import read_formula
+from kabo.language.pks.markup import Element
+from kabo.language.pks.terms import Context, bind
+from kabo.language.problem import Action, Parameter
+from kabo.language.tree_algebra import nodes
+
+
+def read_action(
+    context: Context, element: Element, name: str, statements: Callable[[Element], list[Expression]], names: Names
+) -> Iterator[Action]:
+    """The action of an element, and its variants with run-time variables.
+
+    Args:
+        context: the names of the domain.
+        element: the element <action>.
+        name: its name in the file.
+        statements: gives the statements in an element's text.
+        names: the names of actions; new ones are taken here.
+    """
+    place = context.markup.place(element)
+    bound = _parameters(context, element)
+    inner = context.inside(bound)
+    asked = [node for part in element.all("preconds") for node in statements(part)]
+    formulas = [read_formula(inner, node) for node in asked]
+    whole = conjunction([each for each in formulas if each is not None])
+    preconditions = whole.parts if isinstance(whole, f.And) else () if whole == f.Truth(True) else (whole,)
+    said = [node for part in element.all("effects") for node in statements(part)]
+    effects = tuple(each for node in said for each in read_effects(inner, node))
+    parameters = tuple(
+        Parameter(each.variable.name, each.variable.type, None, each.variable.place) for each in bound.values()
+    )
+    cost = f.Number(1.0)
+    action = Action(names.take(name), parameters, preconditions, None, effects, (), cost, place)
+    yield action
+    for variable, asked_at in _asked_for_values(bound, asked):
+        for more, term in _sources(inner, action, variable):
+            yield from _variant(inner, action, variable, more, term, names, asked_at)
+
+
+def _parameters(context: Context, element: Element) -> dict[str, Bound]:
+    found: dict[str, Bound] = {}
+    for part in element.all("params"):
+        try:
+            variables = typed_names(tokens_of(context.markup, part.inside, part.end), ("variable",))
+        except Broken as broken:
+            place = place_of(context.markup, broken.token)
+            hint = f"write ?{broken.token.text}" if broken.token.kind == "name" else None
+            message = f'unexpected "{broken.token.text}", expected {broken.expected}'
+            context.markup.findings.add(place, message, hint)
+            continue
+        found |= bind(context.inside(found), variables)
+    return found
+
+
+def _asked_for_values(bound: dict[str, Bound], asked: Iterable[Expression]) -> Iterator[tuple[Bound, Expression]]:
+    """The parameters of which a precondition is Kv(?x)."""
+    waiting = list(asked)[::-1]
+    while waiting:
+        node = waiting.pop()
+        if node.kind in ("and", "group"):
+            waiting.extend(reversed(node.parts))
+        elif node.kind == "call" and node.text == "Kv" and len(node.parts) == 1 and node.parts[0].text in bound:
+            yield bound[node.parts[0].text], node
+
+
+def _sources(
+    context: Context, action: Action, variable: Bound
+) -> Iterator[tuple[tuple[Parameter, ...], f.Application]]:
+    """The terms whose value the variable may be, with the parameters that they need beside the action's own.
+
+    What the action compares the variable with; if it compares it with nothing, every function that fits.
+    """
+    own = {parameter.name for parameter in action.parameters} - {variable.variable.name}
+    compared = list(dict.fromkeys(_compared(action, variable.variable)))
+    usable = [term for term in compared if all(_is_fixed(argument, own) for argument in term.arguments)]
+    yield from (((), term) for term in usable)
+    for signature in [] if compared else context.vocabulary.functions.values():
+        kinds = signature.value or (NUMBER,)
+        if kinds == (NUMBER,) or not context.vocabulary.types.fits(kinds, variable.kinds):
+            continue
+        more: list[Parameter] = []
+        for each in signature.arguments:
+            kind = context.vocabulary.types.common(each)
+            taken = [parameter.name for parameter in (*action.parameters, *more)]
+            more.append(Parameter(context.vocabulary.names.free(kind, taken), kind, None, variable.variable.place))
+        arguments = tuple(f.Variable(each.name, each.type, each.place) for each in more)
+        yield tuple(more), f.Application(signature.name, arguments, variable.variable.place)
+
+
+def _compared(action: Action, variable: f.Variable) -> Iterator[f.Application]:
+    for node in nodes((action.preconditions, action.effects)):
+        if isinstance(node, f.Comparison) and node.operator == "=":
+            for one, other in ((node.left, node.right), (node.right, node.left)):
+                if one == variable and isinstance(other, f.Application):
+                    yield other
+
+
+def _is_fixed(term: f.Term, parameters: set[str]) -> bool:
+    return isinstance(term, f.Constant) or (isinstance(term, f.Variable) and term.name in parameters)
+
+
+def _variant(
+    context: Context,
+    action: Action,
+    variable: Bound,
+    more: tuple[Parameter, ...],
+    term: f.Application,
+    names: Names,
+    asked_at: Expression,
+) -> Iterator[Action]:
+    """The action with a run-time variable in the place of a parameter."""
+    own = variable.variable
+    if _inside_an_atom(action, own.name):
+        message = f'"{asked_at.parts[0].text}" cannot stand for the value of "{term.function}" here'
+        hint = "it is an argument of an atom that an effect changes; only objects are tried"
+        context.markup.findings.add(context.place(asked_at), message, hint, warning=True)
+        return
+    at_run_time = Parameter(own.name, own.type, term, own.place)
+    others = tuple(parameter for parameter in action.parameters if parameter.name != own.name)
+    name = names.take(f"{names.originals[action.name]}_{term.function}")
+    yield replace(action, name=name, parameters=(*more, *others, at_run_time))
+
+
+def _inside_an_atom(action: Action, variable: str) -> bool:
+    """Whether an update has the variable as an argument of the atom or term that it changes."""
+    for node in nodes(action.effects):
+        if not isinstance(node, f.Change):
+            continue
+        for fact in nodes(node.facts):
+            if isinstance(fact, f.Atom | f.Application) and any(
+                isinstance(term, f.Variable) and term.name == variable for term in nodes(fact.arguments)
+            ):
+                return True
+    return False

@@ -1,0 +1,210 @@
+"""PKS declarations: symbols by their number of arguments (`p/1`) or by types (`p(t, u)`, `f(t):u`), constants, types.
+
+Files without types have one type, `object`; unary predicates that play the part of types stay predicates. The value
+of an untyped function is a number if it is anywhere compared or computed with numbers, else an object.
+"""
+
+from collections.abc import Iterable, Iterator
+
+from kabo.language.foreign_vocabulary import NUMBER, OBJECT, Kinds, Signature, Vocabulary
+from kabo.language.pks.expressions import Broken, Expression, Token, place_of, tokens_of, typed_names
+from kabo.language.pks.markup import Element, Markup
+
+_NUMBERS = ("number", "int", "integer", "real", "float", "double")
+_COMPUTED = ("number", "+", "-", "*", "/", "minus")
+_MOST_ARGUMENTS = 20
+
+
+def read_types(markup: Markup, vocabulary: Vocabulary, elements: Iterable[Element]) -> None:
+    """Declares `object` and the types of `<types>a, b : a</types>`; without the element, those that are used."""
+    types = vocabulary.types
+    types.declare(OBJECT, None)
+    pairs: list[tuple[Token, Token | None]] = []
+    for element in elements:
+        tokens = [
+            Token("sign", ":", each.start, each.end) if each.text in ("<", "-") else each
+            for each in tokens_of(markup, element.inside, element.end)
+        ]
+        pairs += _list(markup, tokens, ("name",), grouped=False)
+    for token, _ in pairs:
+        if token.text not in types.known:
+            types.declare(token.text, place_of(markup, token))
+    for token, parent in pairs:
+        if parent is not None and parent.text not in types.known:
+            types.declare(parent.text, place_of(markup, parent))
+        if token.text != OBJECT and parent is not None:
+            types.parents[types.known[token.text]] = types.known[parent.text]
+    root = types.known[OBJECT]
+    for name, kind in types.known.items():
+        if name == OBJECT:
+            continue
+        if types.parents[kind] is None:
+            types.parents[kind] = root
+    for name, kind in types.known.items():
+        if root not in types.ancestors(kind):
+            place = types.places[name]
+            if place is not None:
+                markup.findings.add(place, f'the type "{name}" is its own supertype')
+            types.parents[kind] = root
+
+
+def _list(
+    markup: Markup, tokens: list[Token], kinds: tuple[str, ...], *, grouped: bool = True
+) -> list[tuple[Token, Token | None]]:
+    try:
+        return typed_names(tokens, kinds, grouped=grouped)
+    except Broken as broken:
+        place = place_of(markup, broken.token)
+        markup.findings.add(place, f'unexpected "{broken.token.text}", expected {broken.expected}')
+        return []
+
+
+def read_constants(markup: Markup, vocabulary: Vocabulary, element: Element) -> None:
+    """Declares the objects of `<constants>a, b : t</constants>`."""
+    tokens = tokens_of(markup, element.inside, element.end)
+    for token, kind in _list(markup, tokens, ("name", "number")):
+        kinds = _kinds(markup, vocabulary, kind)
+        if token.text in vocabulary.objects:
+            if vocabulary.objects[token.text][1] != kinds[0]:
+                place = place_of(markup, token)
+                markup.findings.add(place, f'"{token.text}" is declared twice, with different types')
+            continue
+        vocabulary.objects[token.text] = (vocabulary.names.take(token.text), kinds[0])
+        vocabulary.places[token.text] = place_of(markup, token)
+
+
+def _kinds(markup: Markup, vocabulary: Vocabulary, token: Token | None) -> Kinds:
+    """The type that a token names; a type that is nowhere else declared is declared here."""
+    types = vocabulary.types
+    if token is None:
+        return (types.known[OBJECT],)
+    if token.text not in types.known:
+        types.parents[types.declare(token.text, place_of(markup, token))] = types.known[OBJECT]
+    return (types.known[token.text],)
+
+
+def read_symbols(
+    markup: Markup, vocabulary: Vocabulary, element: Element, role: str, numeric: frozenset[str]
+) -> None:
+    """Declares predicates or functions.
+
+    Args:
+        markup: the file.
+        vocabulary: where they go.
+        element: the list.
+        role: "predicate" or "function".
+        numeric: untyped functions whose values are numbers.
+    """
+    tokens = tokens_of(markup, element.inside, element.end)
+    at = 0
+    while tokens[at].kind != "end":
+        token = tokens[at]
+        if token.text in (",", ";"):
+            at += 1
+        elif token.kind != "name":
+            markup.findings.add(
+                place_of(markup, token), f'unexpected "{token.text}", expected the name of a {role}'
+            )
+            at += 1
+        else:
+            at = _read_symbol(markup, vocabulary, tokens, at, role, numeric)
+
+
+def _read_symbol(
+    markup: Markup, vocabulary: Vocabulary, tokens: list[Token], at: int, role: str, numeric: frozenset[str]
+) -> int:
+    """Declares the symbol at a token; the position behind it."""
+    name, after = tokens[at], tokens[at + 1]
+    arguments: tuple[Kinds, ...] = ()
+    at += 1
+    if after.text == "/":
+        count = tokens[at + 1] if after.kind != "end" else after
+        if count.kind != "number" or not count.text.isdigit() or int(count.text) > _MOST_ARGUMENTS:
+            message = f'unexpected "{count.text}", expected the number of arguments of "{name.text}"'
+            markup.findings.add(place_of(markup, count), message, "write p/1, or p(type, …)")
+            return at + 1
+        arguments = ((vocabulary.types.known[OBJECT],),) * int(count.text)
+        at += 2
+    elif after.text == "(":
+        found: list[Kinds] = []
+        at += 1
+        while tokens[at].kind == "name" or tokens[at].text == ",":
+            if tokens[at].kind == "name":
+                found.append(_kinds(markup, vocabulary, tokens[at]))
+            at += 1
+        if tokens[at].text != ")":
+            place = place_of(markup, tokens[at])
+            markup.findings.add(place, f'unexpected "{tokens[at].text}", expected a type or ")"')
+            return at + (tokens[at].kind != "end")
+        arguments = tuple(found)
+        at += 1
+    value: Kinds | None = None
+    if role == "function":
+        value, at = _value(markup, vocabulary, tokens, at, name.text in numeric)
+    _declare(markup, vocabulary, name, role, Signature("", name.text, arguments, value, place_of(markup, name)))
+    return at
+
+
+def _value(
+    markup: Markup, vocabulary: Vocabulary, tokens: list[Token], at: int, numeric: bool
+) -> tuple[Kinds, int]:
+    """What a function's values are, and the position behind it."""
+    if tokens[at].text != ":":
+        return ((NUMBER,) if numeric else (vocabulary.types.known[OBJECT],)), at
+    kind = tokens[at + 1]
+    if kind.kind != "name":
+        markup.findings.add(place_of(markup, kind), f'unexpected "{kind.text}", expected the type of a value')
+        return (NUMBER,), at + 1
+    if kind.text in _NUMBERS and kind.text not in vocabulary.types.known:
+        return (NUMBER,), at + 2
+    return _kinds(markup, vocabulary, kind), at + 2
+
+
+def _declare(markup: Markup, vocabulary: Vocabulary, token: Token, role: str, signature: Signature) -> None:
+    for taken, what in ((vocabulary.predicates, "predicate"), (vocabulary.functions, "function")):
+        earlier = taken.get(token.text)
+        if earlier is None:
+            continue
+        if what != role or earlier.arguments != signature.arguments:
+            message = f'"{token.text}" is already the name of a {what}'
+            markup.findings.add(place_of(markup, token), message, vocabulary.declared_at(earlier))
+        return
+    own = Signature(
+        vocabulary.names.take(token.text), token.text, signature.arguments, signature.value, signature.place
+    )
+    (vocabulary.predicates if role == "predicate" else vocabulary.functions)[token.text] = own
+
+
+# --------------------------------------------------------------------------------------------- functions of numbers
+def numeric_functions(expressions: Iterable[Expression], constants: frozenset[str]) -> frozenset[str]:
+    """The names that stand where only numbers may: computed, compared by size, or equal to what is a number.
+
+    Numbers among `constants` are names of objects.
+    """
+    numeric: set[str] = set()
+    equal: list[tuple[str, str]] = []
+    for node in _all_nodes(expressions):
+        names = [part.text for part in node.parts if part.kind in ("call", "name")]
+        if node.kind in ("+", "-", "*", "/", "minus", "<", "<=", ">", ">="):
+            numeric.update(names)
+        elif node.kind in ("=", "!="):
+            if any(part.kind in _COMPUTED and part.text not in constants for part in node.parts):
+                numeric.update(names)
+            elif len(names) == 2:
+                equal.append((names[0], names[1]))
+    grown = True
+    while grown:
+        before = len(numeric)
+        for one, other in equal:
+            if one in numeric or other in numeric:
+                numeric |= {one, other}
+        grown = len(numeric) > before
+    return frozenset(numeric)
+
+
+def _all_nodes(expressions: Iterable[Expression]) -> Iterator[Expression]:
+    waiting = list(expressions)
+    while waiting:
+        node = waiting.pop()
+        yield node
+        waiting.extend(node.parts)

@@ -1,0 +1,281 @@
+"""Bodies and regions: shapes, grasp families, placements, strokes [LANGUAGE 4]."""
+
+import re
+from collections.abc import Mapping as MappingType
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from kabo.language.scene_description import (
+    BodyDescription,
+    Constraint,
+    Feature,
+    FeatureName,
+    GraspFamily,
+    PlacementFamily,
+    PoseDescription,
+    RegionDescription,
+    Shape,
+    Stroke,
+)
+from kabo.language.yaml.constraints import ConstraintReader, Owner, Roles
+from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.language.yaml.features import WORLD_FEATURES, given_features, read_features, sound_features
+from kabo.language.yaml.paths import read_file_path
+from kabo.language.yaml.poses import read_pose
+from kabo.language.yaml.values import SMALLEST_SIZE, Reader
+
+SHAPE_KEYS = ("mesh", "box", "cylinder", "sphere")
+MODEL_KEYS = (*SHAPE_KEYS, "scale", "pose", "movable", "mass", "features", "grasps", "placements")
+BODY_KEYS = ("model", *MODEL_KEYS)
+REGION_KEYS = (*SHAPE_KEYS, "scale", "pose", "support")
+GRASP_KEYS = ("constraints", "robots", "approach", "lift", "fingers")
+PLACEMENT_KEYS = ("constraints", "retreat")
+STROKE_KEYS = ("along", "against", "distance")
+
+WORLD = Owner("world", WORLD_FEATURES)
+_FEATURE = re.compile(r"([a-z][a-z0-9_]*)\.([a-z][a-z0-9_]*)")
+
+
+@dataclass(frozen=True)
+class Part:
+    """A body or a model of which shape, pose and features are known, its families not yet."""
+
+    name: str
+    mapping: Mapping
+    model: str | None
+    shape: Shape | None
+    pose: PoseDescription
+    movable: bool
+    mass: float | None
+    features: MappingType[str, Feature | None] = field(default_factory=dict)
+
+    @property
+    def owner(self) -> Owner:
+        """The part as something that a role may stand for."""
+        return Owner(self.name, self.features)
+
+
+@dataclass(frozen=True)
+class BodyReader:
+    """Reads bodies, models and regions of one scene."""
+
+    reader: Reader
+    constraints: ConstraintReader
+    packages: MappingType[str, Path]
+
+    def part(self, name: str, mapping: Mapping, model: str | None, *, movable: bool, complete: bool) -> Part:
+        """The first half of a body; a model need not be `complete`: the shape may stand in the body."""
+        reader = self.reader
+        shape = self.shape(mapping, required=complete, what="a body")
+        own = read_features(reader, mapping.get("features"))
+        moves = reader.boolean(mapping.get("movable"), "`movable`")
+        return Part(
+            name, mapping, model, shape, read_pose(reader, mapping.get("pose")),
+            movable if moves is None else moves, reader.positive(mapping.get("mass"), "the mass"),
+            {**given_features(shape), **own},
+        )  # fmt: skip
+
+    def body(
+        self, part: Part, robots: MappingType[str, Owner], supports: list[Owner], regions: list[Owner]
+    ) -> BodyDescription | None:
+        """The body with its families; None if it has no shape, which was reported."""
+        grasps = self._grasps(part, robots)
+        placements = self._placements(part, robots, supports, regions)
+        if part.shape is None:
+            return None
+        return BodyDescription(
+            part.name, part.shape, part.pose, part.movable, part.model, part.mass,
+            sound_features(part.features), grasps,
+            placements, part.mapping.place,
+        )  # fmt: skip
+
+    def region(self, name: str, mapping: Mapping) -> RegionDescription | None:
+        """A region; whether its support exists is checked by the caller."""
+        self.reader.keys(mapping, REGION_KEYS, "a region")
+        shape = self.shape(mapping, required=True, what="a region")
+        pose = read_pose(self.reader, mapping.get("pose"))
+        support = self.reader.text(mapping.get("support"), "`support`")
+        return None if shape is None else RegionDescription(name, shape, pose, support, mapping.place)
+
+    # ------------------------------------------------------------------------------------------------ shapes
+    def shape(self, mapping: Mapping, *, required: bool, what: str) -> Shape | None:
+        """The one shape of a mapping; sizes in metres."""
+        given = [key for key in SHAPE_KEYS if key in mapping.entries]
+        if len(given) > 1:
+            place = mapping.key(given[1]).place
+            self.reader.findings.add(place, f"{what} has one shape, this one has {' and '.join(given)}")
+            return None
+        if not given:
+            if required:
+                message = f"{what} needs a shape: one of {', '.join(SHAPE_KEYS)}"
+                self.reader.findings.add(mapping.place, message)
+            return None
+        kind = given[0]
+        if kind != "mesh" and "scale" in mapping.entries:
+            self.reader.findings.add(mapping.key("scale").place, "only a mesh has a scale")
+        node = mapping.get(kind)
+        if isinstance(node, Scalar) and node.empty:
+            self.reader.findings.add(mapping.key(kind).place, f"the {kind} has no value")
+            return None
+        if kind == "mesh":
+            path = read_file_path(self.reader, node, "mesh", self.packages)
+            scale = self.reader.positive(mapping.get("scale"), "the scale")
+            at = None if node is None else node.place
+            return None if path is None else Shape("mesh", path, 1.0 if scale is None else scale, None, at)
+        return self._primitive(kind, node)
+
+    def _primitive(self, kind: str, node: Node | None) -> Shape | None:
+        place = None if node is None else node.place
+        if kind == "box":
+            sides = self.reader.position(node, "the whole sides of a box")
+            if sides is not None and node is not None and min(sides) < SMALLEST_SIZE:
+                said = "the sides of a box must be greater than 0"
+                self.reader.findings.add(node.place, said if min(sides) <= 0 else f"{said}, at least a micrometre")
+                return None
+            return None if sides is None else Shape("box", None, 1.0, sides, place)
+        mapping = self.reader.mapping(node, f"a {kind}")
+        if mapping is None:
+            return None
+        keys = ("radius", "height") if kind == "cylinder" else ("radius",)
+        self.reader.keys(mapping, keys, f"a {kind}")
+        values = [self.reader.size(self.reader.require(mapping, key, f"a {kind}"), f"the {key}") for key in keys]
+        if None in values:
+            return None
+        numbers = [value for value in values if value is not None]
+        if kind == "cylinder":
+            return Shape("cylinder", None, 1.0, (numbers[0], numbers[0], numbers[1]), place)
+        return Shape("sphere", None, 1.0, (numbers[0],) * 3, place)
+
+    # ---------------------------------------------------------------------------------------------- families
+    def _grasps(self, part: Part, robots: MappingType[str, Owner]) -> dict[str, GraspFamily]:
+        families: dict[str, GraspFamily] = {}
+        for name, key, value in self.reader.entries(part.mapping.get("grasps"), "the grasps"):
+            self.reader.check_name(key, "a grasp family")
+            mapping = self.reader.mapping(value, "a grasp family")
+            if mapping is None:
+                continue
+            self.reader.keys(mapping, GRASP_KEYS, "a grasp family")
+            named = self._robot_names(mapping.get("robots"), robots)
+            able = [
+                robot
+                for robot in robots.values()
+                if (named is None and robot.features) or robot.name in (named or ())
+            ]
+            roles = {"tool": able, "this": [part.owner], "world": [WORLD]}
+            constraints = self.conjunction(mapping, roles, "a grasp family")
+            self._check_some_robot(key, constraints, able, named)
+            families[name] = GraspFamily(
+                name, constraints, named, self.stroke(mapping, "approach", roles),
+                self.stroke(mapping, "lift", roles), self.joint_values(mapping.get("fingers"), "`fingers`"),
+            )  # fmt: skip
+        return families
+
+    def _robot_names(self, node: Node | None, robots: MappingType[str, Owner]) -> tuple[str, ...] | None:
+        if node is None:
+            return None
+        found: list[str] = []
+        for item in self.reader.items(node, "`robots`"):
+            name = self.reader.text(item, "a robot")
+            if name is not None and name not in robots:
+                hint = self.reader.findings.near(name, robots.keys())
+                self.reader.findings.add(item.place, f'unknown robot "{name}"', hint)
+            elif name is not None:
+                found.append(name)
+        return tuple(found)
+
+    def _check_some_robot(
+        self, key: Scalar, constraints: tuple[Constraint, ...], able: list[Owner], named: tuple[str, ...] | None
+    ) -> None:
+        sides = [side for constraint in constraints for side in (constraint.first, constraint.second)]
+        used = sorted({side.feature for side in sides if side.owner == "tool" and side.feature is not None})
+        lacking = {robot.name: [feature for feature in used if feature not in robot.features] for robot in able}
+        if named is None:
+            if lacking and all(lacking.values()):
+                message = f'no robot has all tool features that the grasp family "{key.text}" uses'
+                self.reader.findings.add(key.place, message, f"it uses {', '.join(used)}")
+            return
+        for robot, features in lacking.items():
+            if features:
+                message = f'the grasp family "{key.text}" names robot "{robot}", whose tool has no "{features[0]}"'
+                self.reader.findings.add(key.place, message)
+
+    def _placements(
+        self, part: Part, robots: MappingType[str, Owner], supports: list[Owner], regions: list[Owner]
+    ) -> dict[str, PlacementFamily]:
+        families: dict[str, PlacementFamily] = {}
+        for name, key, value in self.reader.entries(part.mapping.get("placements"), "the placements"):
+            self.reader.check_name(key, "a placement")
+            mapping = self.reader.mapping(value, "a placement")
+            if mapping is None:
+                continue
+            self.reader.keys(mapping, PLACEMENT_KEYS, "a placement")
+            roles: Roles = {"this": [part.owner], "support": supports, "region": regions, "world": [WORLD]}
+            constraints = self.conjunction(mapping, roles, "a placement")
+            motion_roles = {**roles, "tool": [robot for robot in robots.values() if robot.features]}
+            families[name] = PlacementFamily(name, constraints, self.stroke(mapping, "retreat", motion_roles))
+        return families
+
+    def conjunction(self, mapping: Mapping, roles: Roles, what: str) -> tuple[Constraint, ...]:
+        """The constraints of a mapping's key `constraints`, which must be there."""
+        node = self.reader.require(mapping, "constraints", what)
+        return self.constraint_list(node, roles, f"a constraint of {what}")
+
+    def constraint_list(self, node: Node | None, roles: Roles, what: str) -> tuple[Constraint, ...]:
+        """The constraints of a list."""
+        read = [self.constraints.read(scalar, roles) for scalar in self.reader.formulas(node, what)]
+        return tuple(constraint for constraint in read if constraint is not None)
+
+    # ----------------------------------------------------------------------------------------------- strokes
+    def stroke(self, owner: Mapping, key: str, roles: Roles) -> Stroke | None:
+        """The straight motion `{along | against: line, distance: …}` under `key`, if it is there."""
+        mapping = self.reader.mapping(owner.get(key), f"`{key}`")
+        if mapping is None:
+            return None
+        self.reader.keys(mapping, STROKE_KEYS, f"`{key}`")
+        directions = [word for word in ("along", "against") if word in mapping.entries]
+        if len(directions) != 1:
+            self.reader.findings.add(mapping.place, f"`{key}` needs exactly one of along and against")
+        distances = self._distances(self.reader.require(mapping, "distance", f"`{key}`"))
+        if len(directions) != 1:
+            return None
+        feature = self._line(mapping.get(directions[0]), roles)
+        if feature is None or distances is None:
+            return None
+        return Stroke(feature, 1 if directions[0] == "along" else -1, *distances)
+
+    def _line(self, node: Node | None, roles: Roles) -> FeatureName | None:
+        scalar = self.reader.scalar(node, "a line feature")
+        if scalar is None:
+            return None
+        found = _FEATURE.fullmatch(scalar.text)
+        if found is None:
+            self.reader.findings.add(
+                scalar.place, f'"{scalar.text}" is no feature: write tool.approach or world.up'
+            )
+            return None
+        name = FeatureName(found[1], found[2])
+        return name if self.constraints.check_stroke_feature(name, scalar.place, roles) else None
+
+    def _distances(self, node: Node | None) -> tuple[float, float] | None:
+        if isinstance(node, Sequence):
+            values = self.reader.numbers(node, "a distance [min, max]", 2)
+        else:
+            value = self.reader.number(node, "a distance")
+            values = None if value is None else (value, value)
+        if values is None or node is None or not self.reader.sensible(node, "a distance", values[1]):
+            return None
+        if values[0] < 0 or values[0] > values[1]:
+            self.reader.findings.add(node.place, "a distance [min, max] needs 0 <= min <= max")
+            return None
+        return values[0], values[1]
+
+    def joint_values(self, node: Node | None, what: str) -> dict[str, float] | None:
+        """Values of joints by name, rad or m; None if absent."""
+        if node is None:
+            return None
+        values: dict[str, float] = {}
+        for name, _, item in self.reader.entries(node, what):
+            value = self.reader.number(item, f'the value of joint "{name}"', angle=True)
+            if value is not None:
+                values[name] = value
+        return values

@@ -1,0 +1,238 @@
+"""Constraints between features: their rules [LANGUAGE 4, K Table 5.1], and whose features they may name."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+import lark
+
+from kabo.language.findings import Findings
+from kabo.language.formulas import Place
+from kabo.language.scene_description import Constraint, Feature, FeatureName
+from kabo.language.yaml.documents import Scalar
+from kabo.language.yaml.syntax import Parsed, Tree, parse
+
+_DIRECTED = {("line", "line"), ("line", "plane"), ("plane", "plane")}
+_FROM_POINT = {("point", "point"), ("point", "line"), ("point", "plane")}
+SHAPES: Mapping[str, set[tuple[str, str]]] = {
+    "coincident": _FROM_POINT | {("line", "line"), ("plane", "plane")},
+    "parallel": _DIRECTED,
+    "aligned": _DIRECTED,
+    "opposed": _DIRECTED,
+    "perpendicular": _DIRECTED,
+    "distance": _FROM_POINT,
+    "height": {("point", "plane")},
+    "angle": _DIRECTED,
+    "inside": set(),
+}
+BOUNDED = ("distance", "height", "angle")
+_ORDER = ("point", "line", "plane")
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Owner:
+    """Something that a role may stand for, and its features."""
+
+    name: str
+    features: Mapping[str, Feature | None]  # None: something is wrong with it, which was reported
+
+
+Roles = Mapping[str, Sequence[Owner]]
+
+
+@dataclass
+class ConstraintReader:
+    """Reads constraints; each text is parsed once, however many bodies copy it from their model."""
+
+    findings: Findings
+    _known: dict[int, tuple[Scalar, "_Written | None"]] = field(default_factory=dict)
+    _shapes: dict[tuple[int, str], tuple[Sequence[Owner], bool, tuple[str, ...]]] = field(default_factory=dict)
+
+    def read(self, scalar: Scalar, roles: Roles) -> Constraint | None:
+        """The constraint of a scalar whose features belong to one of `roles`, in the order point, line, plane."""
+        if id(scalar) not in self._known:
+            self._known[id(scalar)] = (scalar, self._parse(scalar))
+        written = self._known[id(scalar)][1]
+        if written is None:
+            return None
+        constraint = written.constraint
+        kinds = [self._kinds(name, place, roles, constraint) for name, place in written.features]
+        if None in kinds:
+            return None
+        first, second = (kind or () for kind in kinds)
+        return self._in_order(written, set(product(first, second)))
+
+    def check_stroke_feature(self, name: FeatureName, place: Place, roles: Roles) -> bool:
+        """Whether a stroke may follow this feature: one that exists and is a line."""
+        kinds = self._kinds(name, place, roles, None)
+        if kinds is None or all(kind == "line" for kind in kinds):
+            return kinds is not None
+        self.findings.add(place, f'"{name}" is a {kinds[0]}; a motion follows a line')
+        return False
+
+    # ------------------------------------------------------------------------------------------- whose feature
+    def _kinds(
+        self, name: FeatureName, place: Place, roles: Roles, constraint: Constraint | None
+    ) -> tuple[str, ...] | None:
+        """What shapes the feature may have; empty if nothing can be known, None after a report."""
+        if name.owner not in roles:
+            hint = self.findings.near(name.owner, roles.keys()) or f"the roles here are {', '.join(roles)}"
+            self.findings.add(place, f'unknown role "{name.owner}" in "{name}"', hint)
+            return None
+        whole = constraint is not None and constraint.kind == "inside"
+        if name.feature is None:
+            if whole:
+                return ()
+            self.findings.add(place, f'name a feature of "{name.owner}": {name.owner}.NAME')
+            return None
+        if whole:
+            self.findings.add(place, "inside takes whole bodies: inside(this, region)")
+            return None
+        owners = roles[name.owner]
+        exists, kinds = self._shapes_of(owners, name.feature)
+        if not exists and owners:
+            self._report_missing(name, place, owners)
+            return None
+        return kinds
+
+    def _shapes_of(self, owners: Sequence[Owner], feature: str) -> tuple[bool, tuple[str, ...]]:
+        """Whether any of the owners has the feature, and what shapes it then has."""
+        key = (id(owners), feature)
+        if key not in self._shapes:  # the owners are kept, so that their id stays theirs
+            found = [owner.features[feature] for owner in owners if feature in owner.features]
+            kinds = sorted({each.kind for each in found if each is not None})
+            self._shapes[key] = (owners, bool(found), tuple(kinds))
+        return self._shapes[key][1:]
+
+    def _report_missing(self, name: FeatureName, place: Place, owners: Sequence[Owner]) -> None:
+        if not self.findings.may_suggest:
+            self.findings.add(place, f'there is no feature "{name}"')
+            return
+        known = sorted({feature for owner in owners for feature in owner.features})
+        who = f'"{owners[0].name}" has' if len(owners) == 1 else f'nothing that "{name.owner}" can be has'
+        hint = self.findings.near(name.feature or "", known)
+        self.findings.add(place, f'{who} no feature "{name.feature}"', hint)
+
+    def _in_order(self, written: "_Written", pairs: set[tuple[str, str]]) -> Constraint | None:
+        constraint = written.constraint
+        allowed = SHAPES[constraint.kind]
+        for first, second in sorted(pairs):
+            if (first, second) in allowed:
+                continue
+            swapped = (second, first) in allowed
+            if swapped and constraint.kind not in ("distance", "height"):
+                continue
+            hint = f"the point stands first: {constraint.kind}({constraint.second}, {constraint.first})"
+            shapes = ", ".join(f"{a}–{b}" for a, b in sorted(allowed, key=lambda pair: [*map(_ORDER.index, pair)]))
+            message = f"{constraint.kind} does not relate a {first} and a {second}"
+            self.findings.add(
+                constraint.place or written.features[0][1], message, hint if swapped else f"it relates {shapes}"
+            )
+            return None
+        if pairs and all(_ORDER.index(first) > _ORDER.index(second) for first, second in pairs):
+            first_name, second_name = constraint.second, constraint.first
+            return Constraint(
+                constraint.kind, first_name, second_name, constraint.lower, constraint.upper, constraint.place
+            )
+        return constraint
+
+    # ------------------------------------------------------------------------------------------------- the text
+    def _parse(self, scalar: Scalar) -> "_Written | None":
+        parsed = parse(scalar, "constraint", self.findings)
+        if parsed is None:
+            return None
+        name, first, second, *bound = parsed.tree.children
+        if str(name) not in SHAPES:
+            hint = self.findings.near(str(name), SHAPES) or f"the constraints are {', '.join(SHAPES)}"
+            self.findings.add(parsed.place(name), f'unknown constraint "{name}"', hint)
+            return None
+        limits = self._limits(parsed, str(name), bound)
+        if limits is None:
+            return None
+        features = tuple((_feature_name(tree), parsed.place(tree)) for tree in (first, second))
+        constraint = Constraint(
+            str(name), features[0][0], features[1][0], limits[0], limits[1], parsed.place(parsed.tree)
+        )
+        return _Written(constraint, features)
+
+    def _limits(
+        self, parsed: Parsed, kind: str, bound: Sequence[Tree | lark.Token]
+    ) -> tuple[float | None, float | None] | None:
+        if kind not in BOUNDED:
+            if bound:
+                self.findings.add(parsed.place(bound[0]), f"{kind} has no bound")
+            return None if bound else (None, None)
+        if not bound:
+            form = "<= 10 deg" if kind == "angle" else "<= 0.01"
+            self.findings.add(
+                parsed.place(parsed.tree), f"{kind} needs a bound", f"{kind}(…) {form}, or in [x, y]"
+            )
+            return None
+        quantities = [piece for piece in bound if isinstance(piece, lark.Tree)]
+        values = [self._quantity(parsed, tree, kind) for tree in quantities]
+        if None in values:
+            return None
+        numbers = [value for value in values if value is not None]
+        if len(numbers) == 2:
+            lower, upper = numbers
+            if lower > upper:
+                self.findings.add(parsed.place(quantities[0]), "the lower bound is greater than the upper one")
+                return None
+            return self._sensible(parsed, quantities[0], kind, lower, upper)
+        return self._compared(parsed, kind, bound[0], quantities[0], numbers[0])
+
+    def _compared(
+        self, parsed: Parsed, kind: str, compare: Tree | lark.Token, tree: Tree, value: float
+    ) -> tuple[float | None, float | None] | None:
+        if compare not in ("=", "<=", ">="):
+            hint = f'write "{compare}="' if compare in ("<", ">") else None
+            self.findings.add(parsed.place(compare), 'a bound is written with "=", "<=", ">=" or in [x, y]', hint)
+            return None
+        lower = value if compare != "<=" else None
+        upper = value if compare != ">=" else None
+        return self._sensible(parsed, tree, kind, lower, upper)
+
+    def _quantity(self, parsed: Parsed, tree: Tree, kind: str) -> float | None:
+        words = [str(token) for token in tree.children]
+        degrees = words[-1] == "deg"
+        value = float(words[-2] if degrees else words[-1]) * (-1.0 if words[0] == "-" else 1.0)
+        if not math.isfinite(value):
+            self.findings.add(parsed.place(tree), "this number is too large")
+            return None
+        if degrees and kind != "angle":
+            self.findings.add(parsed.place(tree), f"{kind} is in metres: only angles have the suffix deg")
+            return None
+        return math.radians(value) if degrees else value + 0.0
+
+    def _sensible(
+        self, parsed: Parsed, tree: Tree, kind: str, lower: float | None, upper: float | None
+    ) -> tuple[float | None, float | None] | None:
+        """The bounds if they can hold and do not say what another word says better."""
+        place = parsed.place(tree)
+        largest = math.pi if kind == "angle" else math.inf
+        given = [value for value in (lower, upper) if value is not None]
+        if kind != "height" and any(value < 0 or value > largest + _ROUNDING for value in given):
+            limits = "an angle lies between 0 and 180 deg" if kind == "angle" else "a distance is never negative"
+            self.findings.add(place, limits)
+            return None
+        zero = kind != "height" and upper is not None and upper <= _ROUNDING * (kind == "angle")
+        if zero or (kind == "angle" and lower is not None and lower >= math.pi - _ROUNDING):
+            word = "coincident" if kind == "distance" else "aligned" if zero else "opposed"
+            bound = "distance 0" if kind == "distance" else "angle 0" if zero else "angle 180 deg"
+            names = ", ".join(str(_feature_name(feature)) for feature in parsed.tree.children[1:3])
+            self.findings.add(place, f"{bound} has a word of its own", f"write {word}({names})")
+            return None
+        return lower, upper
+
+
+@dataclass(frozen=True)
+class _Written:
+    constraint: Constraint
+    features: tuple[tuple[FeatureName, Place], ...]
+
+
+def _feature_name(tree: Tree) -> FeatureName:
+    words = [str(token) for token in tree.children]
+    return FeatureName(words[0], words[1] if len(words) > 1 else None)

@@ -1,0 +1,337 @@
+"""Domain files: types, constants, predicates, functions, procedures, update rules and actions [LANGUAGE 2]."""
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+from kabo.language import formulas as f
+from kabo.language.findings import Findings
+from kabo.language.problem import Action, Domain, Function, Parameter, Procedure
+from kabo.language.vocabulary import NUMBER, TEST, Kind, Scope, Symbol, Values, Vocabulary
+from kabo.language.yaml.calls import read_call
+from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.language.yaml.effects import read_effects
+from kabo.language.yaml.procedures import Procedures
+from kabo.language.yaml.queries import read_formula
+from kabo.language.yaml.syntax import Tree, parse
+from kabo.language.yaml.terms import Context, read_atom, read_function_term, read_term
+from kabo.language.yaml.values import Reader
+
+DOMAIN_KEYS = (
+    "domain", "types", "constants", "predicates", "functions", "procedures", "update_rules", "actions",
+)  # fmt: skip
+ACTION_KEYS = ("parameters", "preconditions", "geometry", "effects", "sense", "cost")
+FUNCTION_KEYS = ("arguments", "value")
+
+_Read = TypeVar("_Read")
+
+
+@dataclass
+class DomainReading:
+    """A domain while it is read, and its names for the problems that use it."""
+
+    findings: Findings
+    reader: Reader
+    vocabulary: Vocabulary
+    tasks: Procedures  # of geometry
+    constants: dict[str, str] = field(default_factory=dict)
+    predicates: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    functions: dict[str, Function] = field(default_factory=dict)
+    procedures: dict[str, Procedure] = field(default_factory=dict)
+    domain: Domain | None = None
+
+
+def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None) -> DomainReading:
+    """The domain of a document; its formulas that could not be read are reported and left out.
+
+    `within`: if given, no task file outside of this folder is opened.
+    """
+    procedures = Procedures(os.path.dirname(root.source.name), findings, within)
+    reading = DomainReading(findings, Reader(findings), Vocabulary(findings, procedures=procedures), procedures)
+    reader = reading.reader
+    reader.keys(root, DOMAIN_KEYS, "a domain")
+    name = reader.name(reader.require(root, "domain", "a domain"), "a domain")
+    _read_types(reading, reader.require(root, "types", "a domain"), None)
+    _read_constants(reading, root.get("constants"))
+    _read_predicates(reading, root.get("predicates"))
+    _read_functions(reading, root.get("functions"))
+    _read_procedures(reading, root.get("procedures"))
+    rules = _read_rules(reading, root.get("update_rules"))
+    actions = _read_actions(reading, reader.require(root, "actions", "a domain"))
+    reading.domain = Domain(
+        name or "", dict(reading.vocabulary.types), reading.constants, reading.predicates, reading.functions,
+        rules, actions, root.source.path, reading.procedures,
+    )  # fmt: skip
+    return reading
+
+
+# -------------------------------------------------------------------------------------------------- declarations
+def _is_null(node: Node) -> bool:
+    """Whether a tool for YAML wrote `null` where nothing follows: a type without subtypes."""
+    return isinstance(node, Scalar) and not node.style and node.text in {"null", "~"}
+
+
+def _read_types(reading: DomainReading, node: Node | None, parent: str | None) -> None:
+    if isinstance(node, Mapping):
+        for _, key, value in reading.reader.entries(node, "types"):
+            name = _declare_type(reading, key, parent)
+            if not _is_null(value):
+                _read_types(reading, value, name or parent)
+    else:
+        for item in reading.reader.items(node, "types"):
+            if isinstance(item, Scalar):
+                _declare_type(reading, item, parent)
+            else:
+                reading.findings.add(
+                    item.place, "a type must be a name; subtypes stand under their type as a mapping"
+                )
+
+
+def _declare_type(reading: DomainReading, scalar: Scalar, parent: str | None) -> str | None:
+    name, types = scalar.text, reading.vocabulary.types
+    if not reading.reader.check_name(scalar, "a type"):
+        return None
+    if name == NUMBER:
+        reading.findings.add(scalar.place, '"number" is built in and cannot be the name of a type')
+        return None
+    if name in types:
+        line = reading.vocabulary.type_places[name].line
+        reading.findings.add(scalar.place, f'the type "{name}" is declared twice', f"first in line {line}")
+        return None
+    types[name] = parent
+    reading.vocabulary.type_places[name] = scalar.place
+    return name
+
+
+def read_named_things(
+    reader: Reader, vocabulary: Vocabulary, node: Node | None, what: str
+) -> Iterator[tuple[Scalar, str | None]]:
+    """Name and type of every entry of `{type: [names]}`; the type is None if there is no such one."""
+    for kind, key, value in reader.entries(node, f"the {what}s"):
+        known = vocabulary.check_type(kind, key.place, f"of {what}s")
+        for item in reader.items(value, f"the {what}s of a type"):
+            if reader.name(item, f"{'an' if what[0] in 'aeiou' else 'a'} {what}") and isinstance(item, Scalar):
+                yield item, kind if known else None
+
+
+def _read_constants(reading: DomainReading, node: Node | None) -> None:
+    for scalar, kind in read_named_things(reading.reader, reading.vocabulary, node, "constant"):
+        if reading.vocabulary.declare(Symbol("constant", scalar.text, scalar.place, kind)) and kind is not None:
+            reading.constants[scalar.text] = kind
+
+
+def _read_predicates(reading: DomainReading, node: Node | None) -> None:
+    for name, key, value in reading.reader.entries(node, "the predicates"):
+        kinds = _argument_types(reading, value, f'of the predicate "{name}"')
+        if reading.reader.check_name(key, "a predicate") and reading.vocabulary.declare(
+            Symbol("predicate", name, key.place, None, kinds)
+        ):
+            reading.predicates[name] = tuple(kind for kind in kinds if isinstance(kind, str))
+
+
+def _argument_types(
+    reading: DomainReading, node: Node | None, where: str, *, numbers: bool = False
+) -> tuple[Kind, ...]:
+    kinds: list[Kind] = []
+    for item in reading.reader.items(node, f"the arguments {where}"):
+        scalar = reading.reader.scalar(item, f"a type {where}")
+        known = scalar is not None and (
+            (numbers and scalar.text == NUMBER)
+            or reading.vocabulary.check_type(scalar.text, scalar.place, where, *([NUMBER] if numbers else []))
+        )
+        kinds.append(scalar.text if known and scalar is not None else None)
+    return tuple(kinds)
+
+
+def _read_functions(reading: DomainReading, node: Node | None) -> None:
+    for name, key, value in reading.reader.entries(node, "the functions"):
+        mapping = reading.reader.mapping(value, f'the function "{name}"')
+        if mapping is None:
+            if isinstance(value, Scalar) and value.empty:
+                reading.findings.add(key.place, f'the function "{name}" needs the key "value"')
+            continue
+        what = f'the function "{name}"'
+        reading.reader.keys(mapping, FUNCTION_KEYS, what)
+        kinds = _argument_types(reading, mapping.get("arguments"), f"of {what}")
+        kind = _value_kind(reading, reading.reader.require(mapping, "value", what, key), what)
+        if reading.reader.check_name(key, "a function") and reading.vocabulary.declare(
+            Symbol("function", name, key.place, kind, kinds)
+        ):
+            arguments = tuple(each for each in kinds if isinstance(each, str))
+            kind_name = kind if isinstance(kind, str) and kind != NUMBER else None
+            values = kind.names if isinstance(kind, Values) else None
+            reading.functions[name] = Function(name, arguments, kind_name, values)
+
+
+def _read_procedures(reading: DomainReading, node: Node | None) -> None:
+    """External procedures: as functions, but a value is not needed, and arguments may be numbers."""
+    for name, key, value in reading.reader.entries(node, "the procedures"):
+        what = f'the procedure "{name}"'
+        mapping = reading.reader.mapping(value, what)
+        kinds: tuple[Kind, ...] = ()
+        kind: Kind = TEST
+        if mapping is not None:
+            reading.reader.keys(mapping, FUNCTION_KEYS, what)
+            kinds = _argument_types(reading, mapping.get("arguments"), f"of {what}", numbers=True)
+            if (answer := mapping.get("value")) is not None:
+                kind = _value_kind(reading, answer, what)
+        if name in reading.vocabulary.procedures:
+            reading.findings.add(key.place, f'"{name}" is the name of a procedure of geometry')
+        elif reading.reader.check_name(key, "a procedure") and reading.vocabulary.declare(
+            Symbol("procedure", name, key.place, kind, kinds)
+        ):
+            arguments = tuple(each for each in kinds if isinstance(each, str))
+            kind_name = kind if isinstance(kind, str) and kind not in (NUMBER, TEST) else None
+            values = kind.names if isinstance(kind, Values) else None
+            reading.procedures[name] = Procedure(name, arguments, kind == TEST, kind_name, values, key.place)
+
+
+def _value_kind(reading: DomainReading, node: Node | None, what: str) -> Kind:
+    if isinstance(node, Sequence):
+        return _enumeration(reading, node, what)
+    scalar = reading.reader.scalar(node, f"the value of {what}")
+    if scalar is None or scalar.text == NUMBER:
+        return None if scalar is None else NUMBER
+    where = f"as the value of {what}"
+    return scalar.text if reading.vocabulary.check_type(scalar.text, scalar.place, where, NUMBER) else None
+
+
+def _enumeration(reading: DomainReading, node: Sequence, what: str) -> Kind:
+    names: dict[str, None] = {}
+    for item in node.items:
+        name = reading.reader.name(item, "a value")
+        if name is None:
+            continue
+        if name in names:
+            reading.findings.add(item.place, f'the value "{name}" stands twice in the list of {what}')
+        names[name] = None
+        earlier = reading.vocabulary.symbols.get(name)
+        if earlier is None or earlier.role != "value":  # equal names in two lists are the same value
+            reading.vocabulary.declare(Symbol("value", name, item.place, Values((name,))))
+    if not names:
+        reading.findings.add(node.place, f"{what} needs at least one value")
+        return None
+    return Values(tuple(names))
+
+
+# ------------------------------------------------------------------------------------------------------ formulas
+def read_parsed(
+    scalar: Scalar, start: str, scope: Scope, where: str, read: Callable[[Context, Tree], _Read]
+) -> _Read | None:
+    """What `read` makes of the parse tree of `scalar`; None if it does not parse."""
+    findings = scope.vocabulary.findings
+    parsed = parse(scalar, start, findings)
+    if parsed is None:
+        return None
+    return read(Context(parsed, scope, where, {}), parsed.tree)
+
+
+def _read_rules(reading: DomainReading, node: Node | None) -> tuple[f.Effect, ...]:
+    def read(context: Context, tree: Tree) -> tuple[f.Effect, ...]:
+        return read_effects(context, tree, world=False)
+
+    scope = Scope(reading.vocabulary)
+    scalars = reading.reader.formulas(node, "an update rule")
+    rules = [read_parsed(scalar, "effect", scope, "in an update rule", read) for scalar in scalars]
+    return tuple(effect for group in rules for effect in group or ())
+
+
+def _read_actions(reading: DomainReading, node: Node | None) -> dict[str, Action]:
+    actions: dict[str, Action] = {}
+    for name, key, value in reading.reader.entries(node, "the actions"):
+        reading.reader.check_name(key, "an action")
+        if isinstance(value, Scalar) and value.empty:
+            value = Mapping(value.source, key.start, key.end)
+        mapping = reading.reader.mapping(value, f'the action "{name}"')
+        if mapping is not None:
+            reading.reader.keys(mapping, ACTION_KEYS, f'the action "{name}"')
+            actions[name] = _read_action(reading, name, key, mapping)
+    return actions
+
+
+def _read_action(reading: DomainReading, name: str, key: Scalar, mapping: Mapping) -> Action:
+    reader, place = reading.reader, key.place
+    parameters, scope = _read_parameters(reading, name, mapping.get("parameters"))
+    of_action = f'of action "{name}"'
+
+    where = f"in a precondition {of_action}"
+    scalars = reader.formulas(mapping.get("preconditions"), f"a precondition {of_action}")
+    formulas = [read_parsed(scalar, "formula", scope, where, read_formula) for scalar in scalars]
+    geometry = None
+    if (scalar := reader.scalar(mapping.get("geometry"), f"`geometry` {of_action}")) is not None:
+        geometry = read_parsed(scalar, "procedure", scope, f"in `geometry` {of_action}", read_call)
+    where = f"in an effect {of_action}"
+    scalars = reader.formulas(mapping.get("effects"), f"an effect {of_action}")
+    effects = [read_parsed(scalar, "effect", scope, where, read_effects) for scalar in scalars]
+    where = f"in `sense` {of_action}"
+    scalars = reader.formulas(mapping.get("sense"), f"`sense` {of_action}")
+    sense = [read_parsed(scalar, "value", scope, where, _read_sensed) for scalar in scalars]
+    cost: f.Term | None = f.Number(1.0)
+    if (scalar := reader.scalar(mapping.get("cost"), f"the cost {of_action}")) is not None:
+        cost = read_parsed(scalar, "value", scope, f"in the cost {of_action}", _read_cost)
+    return Action(
+        name, parameters, tuple(each for each in formulas if each is not None), geometry,
+        tuple(effect for group in effects for effect in group or ()),
+        tuple(each for each in sense if each is not None), cost or f.Number(1.0), place,
+    )  # fmt: skip
+
+
+def _read_parameters(
+    reading: DomainReading, action: str, node: Node | None
+) -> tuple[tuple[Parameter, ...], Scope]:
+    bound: dict[str, Symbol] = {}
+    scope = Scope(reading.vocabulary, bound)  # sees what is added to `bound`: earlier parameters
+    parameters: list[Parameter] = []
+    where = f'in the parameters of action "{action}"'
+    for name, key, value in reading.reader.entries(node, f'the parameters of action "{action}"'):
+        correct = reading.reader.check_name(key, "a parameter")
+        kind: Kind = None
+        value_of = None
+        if isinstance(value, Mapping):
+            kind, value_of = _read_run_time_variable(reading, value, scope, where)
+            symbol = Symbol("run-time variable", name, key.place, kind, (), value_of)
+        else:
+            scalar = reading.reader.scalar(value, f'the type of the parameter "{name}"')
+            if scalar is not None and reading.vocabulary.check_type(scalar.text, scalar.place, where):
+                kind = scalar.text
+            symbol = Symbol("parameter", name, key.place, kind)
+        scope.check_free(symbol)
+        bound[name] = symbol
+        if correct:
+            parameters.append(Parameter(name, str(kind or ""), value_of, key.place))
+    return tuple(parameters), scope
+
+
+def _read_run_time_variable(
+    reading: DomainReading, mapping: Mapping, scope: Scope, where: str
+) -> tuple[Kind, f.Application | None]:
+    what = "a run-time variable"
+    reading.reader.keys(mapping, ("value_of",), what)
+    scalar = reading.reader.scalar(reading.reader.require(mapping, "value_of", what), "`value_of`")
+    if scalar is None:
+        return None, None
+    term = read_parsed(scalar, "value", scope, where, read_function_term)
+    symbol = scope.find(term.function) if term is not None else None
+    return (None if symbol is None else symbol.kind), term
+
+
+def _read_sensed(context: Context, tree: Tree) -> f.Atom | f.Application | None:
+    if tree.data == "term":
+        name = tree.children[0]
+        symbol = context.scope.find(str(name))
+        if symbol is None:
+            context.unknown(name, "predicate or function", "predicate", "function")
+            return None
+        if symbol.role == "function":
+            return read_function_term(context, tree)
+    return read_atom(context, tree)
+
+
+def _read_cost(context: Context, tree: Tree) -> f.Term | None:
+    term, kind = read_term(context, tree)
+    if term is not None and kind not in (NUMBER, None):
+        context.report(tree, "a cost must be a number")
+        return None
+    return term

@@ -1,0 +1,97 @@
+"""Paths in files: relative to the file that names them, or `package://NAME/…` [LANGUAGE 1.7].
+
+`packages: {NAME: installed}` is the folder `share/NAME` that an installed package has brought along, such as
+example-robot-data of the extra `robots`.
+"""
+
+import os
+import sys
+import sysconfig
+from collections.abc import Mapping
+from pathlib import Path
+
+from kabo.language.findings import Findings
+from kabo.language.source import missing_file_reason
+from kabo.language.yaml.documents import Node
+from kabo.language.yaml.values import Reader
+
+OUTSIDE = "the file lies outside of the folder that may be read"
+INSTALLED = "installed"
+_SCHEME = "package://"
+
+
+def beside(folder: str, written: str) -> str:
+    """The path `written` in a file that lies in `folder`, with `..` resolved by name."""
+    return os.path.normpath(os.path.join(folder, written))
+
+
+def lies_within(path: Path, folder: Path | None) -> bool:
+    """Whether `path` lies in `folder` once links are followed; always if there is no folder."""
+    try:
+        return folder is None or path.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):  # a null character, a circle of links
+        return False
+
+
+def near_file(findings: Findings, path: Path, within: Path | None = None) -> str | None:
+    """The remedy `did you mean "…"?` for a file that is not there, from the names beside it."""
+    try:
+        if not lies_within(path.parent, within) or path.exists():
+            return None
+        beside_it = sorted(os.listdir(path.parent))
+    except (OSError, ValueError):
+        return None
+    return findings.near(path.name, beside_it, all_if_few=False)
+
+
+def installed_folder(name: str) -> Path | None:
+    """The folder `share/NAME` beside the installed Python packages; None if there is none."""
+    if not name or name in (".", "..") or "/" in name or "\0" in name:
+        return None
+    roots = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix", Path(sys.prefix)
+    return next((root / "share" / name for root in roots if (root / "share" / name).is_dir()), None)
+
+
+def read_packages(reader: Reader, node: Node | None) -> dict[str, Path]:
+    """The folders of `packages: {NAME: folder}`, those that are installed by their name."""
+    packages: dict[str, Path] = {}
+    for name, _, value in reader.entries(node, "the packages"):
+        text = reader.text(value, "a folder")
+        if text is None:
+            continue
+        if text == INSTALLED:
+            found = installed_folder(name)
+            if found is None:
+                hint = "the robots of example-robot-data come with pip install 'kabo[robots]'"
+                reader.findings.add(value.place, f'package "{name}" is not installed', hint)
+            elif lies_within(found, reader.within):
+                packages[name] = found
+            else:
+                reader.findings.add(value.place, f'package "{name}": {OUTSIDE}')
+            continue
+        folder = Path(beside(str(value.source.path.parent), text))
+        if "\0" in text or not lies_within(folder, reader.within) or not folder.is_dir():
+            reader.findings.add(value.place, f'package "{name}": there is no folder "{text}"')
+        packages[name] = folder
+    return packages
+
+
+def read_file_path(reader: Reader, node: Node | None, what: str, packages: Mapping[str, Path]) -> Path | None:
+    """The path of a file that must exist; reported at the scalar if it does not (the path is returned even so)."""
+    text = reader.text(node, what)
+    if text is None or node is None:
+        return None
+    if text.startswith(_SCHEME):
+        package, _, rest = text[len(_SCHEME) :].partition("/")
+        if package not in packages:
+            hint = reader.findings.near(package, packages) or "declare it: packages: {NAME: folder}"
+            reader.findings.add(node.place, f'unknown package "{package}"', hint)
+            return None
+        path = Path(beside(str(packages[package]), rest))
+    else:
+        path = Path(beside(str(node.source.path.parent), text))
+    reason = missing_file_reason(path) if lies_within(path, reader.within) else OUTSIDE
+    if reason is not None:
+        hint = near_file(reader.findings, path, reader.within) or f"looked for {path}"
+        reader.findings.add(node.place, f'{what} "{text}": {reason}', hint)
+    return path

@@ -1,0 +1,223 @@
+"""Problem files: objects, what they add to the scene, initial knowledge, goal, options [LANGUAGE 3]."""
+
+from collections.abc import Iterator
+from collections.abc import Mapping as MappingType
+from typing import Any, cast
+
+from kabo.language import formulas as f
+from kabo.language.findings import Findings, spell_place
+from kabo.language.problem import Problem
+from kabo.language.spelling import spell
+from kabo.language.task_description import FAMILIES, THINGS, Property, Signature
+from kabo.language.vocabulary import Scope, Symbol, Vocabulary
+from kabo.language.yaml.documents import Mapping, Node
+from kabo.language.yaml.domain_file import DomainReading, read_named_things, read_parsed
+from kabo.language.yaml.effects import read_effects
+from kabo.language.yaml.queries import read_formula
+from kabo.language.yaml.scene_file import SceneReading
+from kabo.language.yaml.syntax import Tree, parse
+from kabo.language.yaml.terms import Context
+from kabo.language.yaml.values import Reader
+from kabo.options import OPTIONS, Option, SolveOptions
+
+PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "initial", "goal", "options")
+
+_SAID = {tuple(each.problem_key.split(".")): each for each in OPTIONS.values() if each.problem_key is not None}
+OPTION_KEYS = tuple(dict.fromkeys(path[0] for path in _SAID))
+BUDGET_KEYS = tuple(path[1] for path in _SAID if path[0] == "budget")
+
+
+def read_problem(
+    root: Mapping, domain: DomainReading | None, scene: SceneReading | None, findings: Findings
+) -> Problem | None:
+    """The problem of a document; None (after reports) if its domain is unknown.
+
+    Without a domain the formulas are only parsed: none of their names can be known. `files` is left empty.
+    """
+    reader = Reader(findings)
+    reader.keys(root, PROBLEM_KEYS, "a problem")
+    name = reader.name(reader.require(root, "problem", "a problem"), "a problem")
+    if scene is None and root.get("scene") is None:
+        for key in ("bodies", "regions"):
+            if key in root.entries:
+                findings.add(root.key(key).place, f"a problem without `scene` has no {key}")
+    options = read_options(reader, root.get("options"))
+    goal_node = reader.require(root, "goal", "a problem")
+    if domain is None or domain.domain is None:
+        _only_parse(reader, root, findings)
+        return None
+    objects, places = _read_objects(reader, domain, root.get("objects"))
+    scope = Scope(domain.vocabulary)
+    scalars = reader.formulas(root.get("initial"), "an initial update")
+    effects = [
+        read_parsed(scalar, "effect", scope, "in the initial knowledge", _read_initial) for scalar in scalars
+    ]
+    scalars = reader.formulas(goal_node, "a goal")
+    goal = [read_parsed(scalar, "formula", scope, "in the goal", _read_goal) for scalar in scalars]
+    problem = Problem(
+        name or "", domain.domain, objects, tuple(effect for group in effects for effect in group or ()),
+        tuple(each for each in goal if each is not None), options, None if scene is None else scene.description,
+        root.source.path, {},
+    )  # fmt: skip
+    if scene is not None and scene.description is not None:
+        _check_calls(problem, scene, places, domain.vocabulary)
+    return problem
+
+
+def _read_initial(context: Context, tree: Tree) -> tuple[f.Effect, ...]:
+    return read_effects(context, tree, world=False, conditional=False)
+
+
+def _read_goal(context: Context, tree: Tree) -> f.Formula | None:
+    return read_formula(context, tree, temporal=True)
+
+
+def _only_parse(reader: Reader, root: Mapping, findings: Findings) -> None:
+    for key, start in (("initial", "effect"), ("goal", "formula")):
+        for scalar in reader.formulas(root.get(key), "a formula"):
+            parse(scalar, start, findings)
+
+
+def _read_objects(
+    reader: Reader, domain: DomainReading, node: Node | None
+) -> tuple[dict[str, str], dict[str, f.Place]]:
+    objects = dict(domain.constants)
+    places: dict[str, f.Place] = {}
+    for scalar, kind in read_named_things(reader, domain.vocabulary, node, "object"):
+        if domain.vocabulary.declare(Symbol("object", scalar.text, scalar.place, kind)) and kind is not None:
+            objects[scalar.text] = kind
+            places[scalar.text] = scalar.place
+    return objects, places
+
+
+# ------------------------------------------------------------------------------------------------------- options
+def read_options(reader: Reader, node: Node | None) -> SolveOptions:
+    """The options that a problem says."""
+    mapping = reader.mapping(node, "`options`")
+    if mapping is None:
+        return {}
+    reader.keys(mapping, OPTION_KEYS, "`options`")
+    budget = reader.mapping(mapping.get("budget"), "`budget`")
+    if budget is not None:
+        reader.keys(budget, BUDGET_KEYS, "`budget`")
+    found: dict[str, Any] = {}
+    for path, option in _SAID.items():
+        holder = mapping if len(path) == 1 else budget
+        value = None if holder is None else _read_option(reader, option, holder.get(path[-1]), f"`{path[-1]}`")
+        if value is not None:
+            found[option.name] = value
+    return cast("SolveOptions", found)
+
+
+def _read_option(reader: Reader, option: Option, node: Node | None, what: str) -> str | float | None:
+    if option.choices:
+        return reader.choice(node, option.choices, what)
+    if option.kind is int:
+        return reader.whole(node, what, option.problem_least)
+    if option.kind is bool:
+        return reader.boolean(node, what)
+    if option.at_least is None or option.at_most is None:
+        return reader.positive(node, what)
+    return reader.between(node, what, option.at_least, option.at_most, option.unit)
+
+
+# -------------------------------------------------------------------------------------- objects and their things
+def _check_calls(
+    problem: Problem, scene: SceneReading, places: MappingType[str, f.Place], vocabulary: Vocabulary
+) -> None:
+    """Reports every argument that a procedure can get and that the scene does not have."""
+    domain, findings = problem.domain, vocabulary.findings
+    wanted: dict[str, dict[str, f.ProcedureCall]] = {}  # type, kind of thing, the first call that says so
+    calls = list(_calls_of(problem.goal, domain.update_rules))
+    for action in domain.actions.values():
+        calls.extend(_calls_of(action.geometry, action.preconditions, action.effects))
+    for call in calls:
+        for property_, argument in _filled(call, vocabulary.procedures):
+            value = argument.value
+            if property_.kind in THINGS and isinstance(value, f.Variable):
+                wanted.setdefault(value.type, {}).setdefault(property_.kind, call)
+            elif property_.kind in THINGS and isinstance(value, f.Constant):
+                _check_thing(scene, property_.kind, value.name, value.place, call, findings)
+            elif property_.kind in FAMILIES and isinstance(value, f.Constant) and not scene.unsound:
+                _check_family(scene, property_, value, findings)
+    for name, own_type in problem.objects.items():
+        for kind in ancestors(own_type, domain.types):
+            for thing, call in wanted.get(kind, {}).items():
+                place = places.get(name) or (call.place if call.place is not None else None)
+                _check_thing(scene, thing, name, place, call, findings)
+
+
+def ancestors(kind: str, types: MappingType[str, str | None]) -> Iterator[str]:
+    """The type and its supertypes."""
+    current: str | None = kind
+    while current is not None:
+        yield current
+        current = types.get(current)
+
+
+def _filled(
+    call: f.ProcedureCall, procedures: MappingType[str, Signature | None]
+) -> Iterator[tuple[Property, f.Argument]]:
+    """Every argument of a call with the property that it fills."""
+    properties = procedures.get(call.procedure)
+    if properties is None:
+        return  # an external procedure: its arguments were checked by their types
+    by_name = {each.name: each for each in properties}
+    for number, argument in enumerate(call.arguments):
+        yield (properties[number] if argument.name is None else by_name[argument.name]), argument
+
+
+def _calls_of(*trees: object) -> Iterator[f.ProcedureCall]:
+    """All procedure calls inside formulas and effects."""
+    waiting = list(trees)
+    while waiting:
+        tree = waiting.pop()
+        if isinstance(tree, f.ProcedureCall):
+            yield tree
+        elif isinstance(tree, tuple):
+            waiting.extend(tree)
+        elif isinstance(tree, f.Test):
+            waiting.append(tree.call)
+        elif isinstance(tree, f.Conditional):
+            waiting.append(tree.condition)
+        elif isinstance(tree, f.ForEach):
+            waiting.append(tree.effects)
+        elif isinstance(tree, f.And | f.Or):
+            waiting.append(tree.parts)
+        elif isinstance(tree, f.Xor):
+            waiting.extend((tree.first, tree.second))
+        elif isinstance(tree, f.Not | f.Forall | f.Exists | f.Temporal):
+            waiting.append(tree.body)
+
+
+def _check_thing(
+    scene: SceneReading, wanted: str, name: str, place: f.Place | None, call: f.ProcedureCall, findings: Findings
+) -> None:
+    role = scene.role_of(name)
+    description = scene.description
+    if role == wanted or description is None or place is None:
+        return
+    things = {"robot": description.robots, "body": description.bodies, "region": description.regions}[wanted]
+    called = f"{spell(call)} at {spell_place(call.place)}" if call.place is not None else spell(call)
+    if (role is None and name in scene.places) or (place, wanted) in scene.reported:
+        return  # it is there, but something is wrong with it, which was reported
+    scene.reported.add((place, wanted))
+    problem = f"is a {role} of the scene" if role is not None else f"is no {wanted} of the scene"
+    hint = findings.near(name, things.keys())
+    findings.add(place, f'"{name}" {problem}; {called} needs a {wanted}', hint)
+
+
+def _check_family(scene: SceneReading, wanted: Property, value: f.Constant, findings: Findings) -> None:
+    description, place = scene.description, value.place
+    if description is None or place is None:
+        return
+    if wanted.kind == "motion_constraint":
+        names = set(description.motion_constraints)
+    elif wanted.kind == "grasp":
+        names = {"any"}.union(*(body.grasps for body in description.bodies.values()))
+    else:
+        names = {"any"}.union(*(body.placements for body in description.bodies.values()))
+    if value.name not in names:
+        kind = wanted.kind.replace("_", " ") + (" family" if wanted.kind == "grasp" else "")
+        hint = findings.near(value.name, sorted(names - {"any"}))
+        findings.add(place, f'the scene has no {kind} "{value.name}"', hint)

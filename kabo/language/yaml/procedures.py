@@ -1,0 +1,119 @@
+"""The geometric procedures that a domain may call: tasks, each a file whose declared properties are its arguments.
+
+Task files beside the domain come first, then the library that kabo brings along [LANGUAGE 5]. Read here are their
+headers, as data: what the stages mean is the task room's business. A file is opened when its name is called.
+"""
+
+import os
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from kabo.language.findings import Findings
+from kabo.language.names import NAME
+from kabo.language.source import UnreadableError, read_source
+from kabo.language.task_description import Property, Signature, TaskDescription
+from kabo.language.yaml.paths import OUTSIDE, lies_within
+from kabo.language.yaml.task_file import read_task_text, report_unreadable
+
+FOLDER = "tasks"
+LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
+
+
+class Procedures(Mapping[str, Signature | None]):
+    """The signature of each procedure by its name; None for a task file that is broken, which was reported.
+
+    Args:
+        folder: of the domain, as messages have it; None: the library alone.
+        findings: what is wrong in the task files that are called.
+        within: if given, no file outside of this folder is opened.
+    """
+
+    def __init__(
+        self, folder: str | None = None, findings: Findings | None = None, within: Path | None = None
+    ) -> None:
+        self._folder = None if folder is None else os.path.join(folder, FOLDER)
+        self._findings, self._within = findings or Findings(), within
+        self._read: dict[str, Signature | None] = {}
+        self.digests: dict[str, str] = {}  # of the files beside the domain that were read, by their paths
+
+    def __getitem__(self, name: str) -> Signature | None:
+        if name not in self._read:
+            self._read[name] = self._signature(name)
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted({*_names(self._folder), *library_names()}))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and (self._own(name) is not None or name in library_names())
+
+    def _own(self, name: str) -> str | None:
+        """The file of a procedure beside the domain."""
+        if self._folder is None or NAME.fullmatch(name) is None:
+            return None
+        path = os.path.join(self._folder, f"{name}.yaml")
+        return path if os.path.lexists(path) else None
+
+    def _signature(self, name: str) -> Signature | None:
+        path = self._own(name)
+        if path is None:
+            return library_signature(name)
+        task = self._task(path)
+        if task is None or any(each.file == path for each in self._findings.errors):
+            return None
+        if task.name != name:
+            place = task.root.place
+            self._findings.add(place, f'the file {name}.yaml holds the task "{name}", not "{task.name}"')
+            return None
+        return signature_of(task)
+
+    def _task(self, path: str) -> TaskDescription | None:
+        try:
+            if not lies_within(Path(path), self._within):
+                raise UnreadableError(OUTSIDE)
+            source = read_source(Path(path), path)
+        except UnreadableError as error:
+            report_unreadable(path, error, self._findings)
+            return None
+        self.digests[path] = source.digest
+        return read_task_text(source, self._findings)
+
+
+def _names(folder: str | Path | None) -> list[str]:
+    """The tasks of a folder."""
+    try:
+        listed = [] if folder is None else os.listdir(folder)
+    except OSError:
+        return []
+    stems = (name.removesuffix(".yaml") for name in sorted(listed) if name.endswith(".yaml"))
+    return [stem for stem in stems if NAME.fullmatch(stem)]
+
+
+@lru_cache(maxsize=1)
+def library_names() -> tuple[str, ...]:
+    """The tasks of the library."""
+    return tuple(sorted(_names(LIBRARY)))
+
+
+@lru_cache
+def library_signature(name: str) -> Signature:
+    """The signature of a task of the library.
+
+    Raises:
+        KeyError: it has none of that name.
+    """
+    if name not in library_names():
+        raise KeyError(name)
+    findings = Findings()
+    task = read_task_text(read_source(LIBRARY / f"{name}.yaml", f"kabo/tasks/library/{name}.yaml"), findings)
+    assert task is not None and not findings.errors, findings.diagnostics
+    return signature_of(task)
+
+
+def signature_of(task: TaskDescription) -> Signature:
+    """The declared properties of a task, in their order."""
+    return tuple(Property(each.name, each.kind or "any", each.required) for each in task.inputs)

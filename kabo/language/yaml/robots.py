@@ -1,0 +1,139 @@
+"""Robots of a scene: URDF, base, planned joints, gripper, tool, configurations [LANGUAGE 4]."""
+
+from collections.abc import Mapping as MappingType
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
+from kabo.language.yaml.bodies import BodyReader
+from kabo.language.yaml.constraints import Owner
+from kabo.language.yaml.documents import Mapping, Node
+from kabo.language.yaml.features import read_features, sound_features
+from kabo.language.yaml.paths import read_file_path
+from kabo.language.yaml.poses import read_pose
+from kabo.language.yaml.values import Reader
+
+ROBOT_MODEL_KEYS = (
+    "urdf", "base", "joints", "limits", "acceleration", "inverse_kinematics", "hulls", "gripper", "tool", "configurations"
+)  # fmt: skip
+ROBOT_KEYS = ("model", *ROBOT_MODEL_KEYS)
+GRIPPER_KEYS = ("urdf", "mount", "joints", "open", "closed", "touch_links")
+TOOL_KEYS = ("frame", "features")
+
+
+@dataclass(frozen=True)
+class RobotReader:
+    """Reads the robots of one scene."""
+
+    reader: Reader
+    bodies: BodyReader
+    packages: MappingType[str, Path]
+    tools: dict[str, Owner] = field(default_factory=dict)  # of every robot and robot model read
+
+    def robot(self, name: str, mapping: Mapping, model: str | None, *, complete: bool) -> RobotDescription | None:
+        """A robot, or a model of one, which need not be `complete`; None without a URDF."""
+        reader = self.reader
+        node = reader.require(mapping, "urdf", "a robot") if complete else mapping.get("urdf")
+        urdf = read_file_path(reader, node, "URDF", self.packages)
+        base = read_pose(reader, mapping.get("base"))
+        joints = self._words(mapping.get("joints"), "joint")
+        node = mapping.get("inverse_kinematics")
+        word = reader.choice(node, ("projection", "analytic"), "`inverse_kinematics`")
+        analytic = None if node is None or word != "analytic" else node.place
+        hulls = self._words(mapping.get("hulls"), "link") or ()
+        gripper = self._gripper(mapping.get("gripper"))
+        frame, features = self._tool(mapping.get("tool"))
+        self.tools[name] = Owner(name, features)
+        configurations = self._configurations(mapping.get("configurations"), joints)
+        return RobotDescription(
+            name, urdf or Path(), base, joints, "projection" if analytic is None else "analytic", gripper, frame,
+            sound_features(features), configurations, model, mapping.place, self._limits(mapping.get("limits")),
+            analytic, hulls, self._accelerations(mapping.get("acceleration")),
+        )  # fmt: skip
+
+    def _words(self, node: Node | None, what: str) -> tuple[str, ...] | None:
+        """Names that other programs gave, each once; None if absent."""
+        if node is None:
+            return None
+        words: list[str] = []
+        for item in self.reader.items(node, f"the list of {what}s"):
+            word = self.reader.text(item, f"the name of a {what}")
+            if word is not None and word in words:
+                self.reader.findings.add(item.place, f'"{word}" stands twice in the list')
+            elif word is not None:
+                words.append(word)
+        return tuple(words)
+
+    def _gripper(self, node: Node | None) -> GripperDescription | None:
+        mapping = self.reader.mapping(node, "a gripper")
+        if mapping is None:
+            return None
+        reader = self.reader
+        reader.keys(mapping, GRIPPER_KEYS, "a gripper")
+        urdf = read_file_path(reader, mapping.get("urdf"), "URDF", self.packages)
+        mount = reader.text(mapping.get("mount"), "`mount`")
+        joints = self._words(mapping.get("joints"), "joint")
+        if "urdf" in mapping.entries:
+            reader.require(mapping, "mount", "a gripper with a URDF of its own")
+        elif "mount" in mapping.entries:
+            reader.findings.add(mapping.key("mount").place, "only a gripper with a URDF of its own has a `mount`")
+        elif "joints" not in mapping.entries:
+            reader.findings.add(
+                mapping.place, "a gripper needs `urdf` and `mount`, or `joints` of the robot's URDF"
+            )
+        opened = self._joint_values(mapping, "open", joints)
+        closed = self._joint_values(mapping, "closed", joints)
+        links = self._words(mapping.get("touch_links"), "link") or ()
+        return GripperDescription(urdf, mount, joints, opened, closed, links, mapping.place)
+
+    def _joint_values(self, mapping: Mapping, key: str, joints: tuple[str, ...] | None) -> dict[str, float]:
+        fixed = joints == ()  # a fork, a magnet, a suction cup: nothing opens or closes
+        node = mapping.get(key) if fixed else self.reader.require(mapping, key, "a gripper")
+        values = self.bodies.joint_values(node, f"`{key}`") or {}
+        if joints is not None and isinstance(node, Mapping):
+            for name in values:
+                if name not in joints:
+                    hint = self.reader.findings.near(name, joints)
+                    self.reader.findings.add(node.key(name).place, f'"{name}" is no joint of the gripper', hint)
+        return values
+
+    def _tool(self, node: Node | None) -> tuple[str | None, dict[str, Feature | None]]:
+        mapping = self.reader.mapping(node, "a tool")
+        if mapping is None:
+            return None, {}
+        self.reader.keys(mapping, TOOL_KEYS, "a tool")
+        frame = self.reader.text(self.reader.require(mapping, "frame", "a tool"), "the frame of a tool")
+        return frame, read_features(self.reader, mapping.get("features"))
+
+    def _limits(self, node: Node | None) -> dict[str, tuple[float, float]]:
+        """The range of some joints, narrower than in the URDF."""
+        found: dict[str, tuple[float, float]] = {}
+        for name, _, value in self.reader.entries(node, "the limits"):
+            values = self.reader.numbers(value, f'the limits of "{name}"', 2, angle=True)
+            if values is not None and values[0] > values[1]:
+                self.reader.findings.add(value.place, f'the limits of "{name}" are crossed')
+            elif values is not None:
+                found[name] = values[0], values[1]
+        return found
+
+    def _accelerations(self, node: Node | None) -> dict[str, float]:
+        """The greatest accelerations of some joints [rad/s2 or m/s2]."""
+        found: dict[str, float] = {}
+        for name, _, value in self.reader.entries(node, "`acceleration`"):
+            number = self.reader.number(value, f'the acceleration of "{name}"', angle=True)
+            if number is not None and number <= 0.0:
+                self.reader.findings.add(value.place, f'the acceleration of "{name}" is not above 0')
+            elif number is not None:
+                found[name] = number
+        return found
+
+    def _configurations(self, node: Node | None, joints: tuple[str, ...] | None) -> dict[str, tuple[float, ...]]:
+        found: dict[str, tuple[float, ...]] = {}
+        count = None if joints is None else len(joints)
+        for name, key, value in self.reader.entries(node, "the configurations"):
+            self.reader.check_name(key, "a configuration")
+            values = self.reader.numbers(value, f'the configuration "{name}"', count, angle=True)
+            if values is not None:
+                found[name] = values
+                count = len(values)
+        return found

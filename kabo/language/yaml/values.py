@@ -1,0 +1,275 @@
+"""What the scalars of a file mean, decided by the place where they stand and never by the look of the word.
+
+Every reading returns the value, or None after having reported what is wrong.
+"""
+
+import math
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from kabo.language.findings import Findings
+from kabo.language.names import NAME, RESERVED, proper_name
+from kabo.language.scene_description import FARTHEST
+from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
+
+_NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
+_LARGEST_WHOLE = 10**18
+SMALLEST_SIZE = 1e-6  # m
+_Word = TypeVar("_Word", bound=str)
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Reads values from nodes; what is wrong goes to `findings`.
+
+    `within`: if given, no file outside of this folder is looked at.
+    """
+
+    findings: Findings
+    within: Path | None = None
+
+    # --------------------------------------------------------------------------------------------- structure
+    def mapping(self, node: Node | None, what: str) -> Mapping | None:
+        """The node as a mapping; None if absent, empty or something else."""
+        if isinstance(node, Mapping) or node is None:
+            return node
+        if not (isinstance(node, Scalar) and node.empty):
+            self.findings.add(node.place, f"{what} must be a mapping: `name: value`, one a line")
+        return None
+
+    def entries(self, node: Node | None, what: str) -> Iterator[tuple[str, Scalar, Node]]:
+        """Key, its scalar, and value of every entry of a mapping; nothing if absent."""
+        mapping = self.mapping(node, what)
+        for key, (scalar, value) in {} if mapping is None else mapping.entries.items():
+            yield key, scalar, value
+
+    def keys(self, mapping: Mapping, allowed: Collection[str], what: str) -> None:
+        """Reports the keys of `mapping` that `what` does not have."""
+        for key, (scalar, _) in mapping.entries.items():
+            if key in allowed:
+                continue
+            if mapping.flow and key.count("(") != key.count(")"):
+                self._report_cut(scalar, "{ }")
+                return
+            hint = self.findings.near(key, allowed) or f"it has {', '.join(allowed)}"
+            self.findings.add(scalar.place, f'unknown key "{key}" of {what}', hint)
+
+    def require(self, mapping: Mapping, key: str, what: str, at: Node | None = None) -> Node | None:
+        """The value of a key that must be there and not empty."""
+        node = mapping.get(key)
+        if node is None:
+            place = (at or mapping).place
+            self.findings.add(place, f'{what} needs the key "{key}"')
+        elif isinstance(node, Scalar) and node.empty:
+            self.findings.add(mapping.key(key).place, f'the key "{key}" of {what} has no value')
+            return None
+        return node
+
+    def items(self, node: Node | None, what: str) -> list[Node]:
+        """The items of a list; a single one may stand without brackets, nothing is an empty list."""
+        if node is None or (isinstance(node, Scalar) and node.empty):
+            return []
+        if isinstance(node, Sequence):
+            return node.items
+        if isinstance(node, Mapping):
+            self.findings.add(node.place, f"{what} must be a list")
+            return []
+        return [node]
+
+    def formulas(self, node: Node | None, what: str) -> list[Scalar]:
+        """The formulas of a list; one that the commas of a flow list cut in two is reported as that."""
+        found: list[Scalar] = []
+        open_parentheses = 0
+        flow = isinstance(node, Sequence) and node.flow
+        for item in self.items(node, what):
+            if not isinstance(item, Scalar):
+                self._report_no_text(item, what)
+                continue
+            surplus = 0 if item.style else item.text.count("(") - item.text.count(")")
+            if flow and (open_parentheses or surplus > 0):
+                if not open_parentheses:
+                    self._report_cut(item, "[ ]")
+                open_parentheses = max(0, open_parentheses + surplus)
+            elif item.refused:
+                continue
+            elif item.empty:
+                self.findings.add(item.place, f"{what} is missing after the dash")
+            else:
+                found.append(item)
+        return found
+
+    def _report_cut(self, scalar: Scalar, brackets: str) -> None:
+        message = f"this formula is cut in two: inside {brackets} YAML separates at every comma"
+        self.findings.add(scalar.place, message, 'write one formula a line after "- ", or put it in double quotes')
+
+    def _report_no_text(self, node: Node, what: str) -> None:
+        kind = "a list" if isinstance(node, Sequence) else "a mapping"
+        hint = None
+        if isinstance(node, Mapping) and not node.flow:
+            hint = 'a formula that contains ": " must stand in double quotes'
+        self.findings.add(node.place, f"{what} must be text, this is {kind}", hint)
+
+    # ----------------------------------------------------------------------------------------------- scalars
+    def scalar(self, node: Node | None, what: str) -> Scalar | None:
+        """The node as a scalar with some text."""
+        if node is None:
+            return None
+        if not isinstance(node, Scalar):
+            self._report_no_text(node, what)
+            return None
+        if node.refused:
+            return None
+        if not node.text.strip():
+            self.findings.add(node.place, f"{what} is empty")
+            return None
+        return node
+
+    def text(self, node: Node | None, what: str) -> str | None:
+        """The text of a scalar as it stands; for paths and names that other programs gave."""
+        scalar = self.scalar(node, what)
+        return None if scalar is None else scalar.text
+
+    def name(self, node: Node | None, what: str) -> str | None:
+        """A name of the language; the right spelling is proposed for a wrong one."""
+        scalar = self.scalar(node, what)
+        return scalar.text if scalar is not None and self.check_name(scalar, what) else None
+
+    def check_name(self, scalar: Scalar, what: str) -> bool:
+        """Whether the scalar is a name that may be declared; reports if not."""
+        word = scalar.text
+        if word in RESERVED:
+            self.findings.add(scalar.place, f'"{word}" is a word of the language and cannot be the name of {what}')
+            return False
+        if NAME.fullmatch(word):
+            return True
+        message = f'"{_short(word)}" cannot be the name of {what}'
+        self.findings.add(scalar.place, message, f'write "{proper_name(word)}": names match [a-z][a-z0-9_]*')
+        return False
+
+    def number(self, node: Node | None, what: str, *, angle: bool = False) -> float | None:
+        """A finite number; with `angle`, radians or degrees with the suffix `deg`."""
+        scalar = self.scalar(node, what)
+        if scalar is None:
+            return None
+        found = _NUMBER.fullmatch(scalar.text.strip())
+        if found is None:
+            hint = "write 0.5, not 0,5" if re.fullmatch(r"-?\d+,\d+", scalar.text) else None
+            self.findings.add(scalar.place, f'{what} must be a number, this is "{_short(scalar.text)}"', hint)
+            return None
+        if found[2] and not angle:
+            self.findings.add(scalar.place, f"{what} is no angle: only angles have the suffix deg")
+            return None
+        value = float(found[1])
+        if not math.isfinite(value):
+            self.findings.add(scalar.place, f"{what} is too large to be a number")
+            return None
+        return math.radians(value) if found[2] else value + 0.0
+
+    def epsilon(self, node: Node | None, what: str) -> float | None:
+        """A tolerance that geometric predicates can keep [m]."""
+        return self.between(node, what, SMALLEST_EPSILON, LARGEST_EPSILON, "m")
+
+    def between(self, node: Node | None, what: str, least: float, most: float, unit: str) -> float | None:
+        """A number above zero within two bounds."""
+        value = self.positive(node, what)
+        if value is not None and node is not None and not least <= value <= most:
+            span = f"between {least:g} and {most:g} {unit}"
+            self.findings.add(node.place, f"{what} must lie {span}, this is {value:g} {unit}")
+            return None
+        return value
+
+    def size(self, node: Node | None, what: str) -> float | None:
+        """A length above zero that a thing can have [m]."""
+        value = self.positive(node, what)
+        return value if node is None or self.sensible(node, what, value, SMALLEST_SIZE) else None
+
+    def position(self, node: Node | None, what: str) -> tuple[float, float, float] | None:
+        """Three lengths that a thing can be away [m]."""
+        values = self.vector(node, what)
+        if values is None or not isinstance(node, Sequence):
+            return values
+        near = [self.sensible(*each) for each in zip(node.items, [what] * 3, values, strict=True)]
+        return values if all(near) else None
+
+    def sensible(self, node: Node, what: str, value: float | None, least: float = 0.0) -> bool:
+        """Whether a length is one that a scene can have [m]; reports if not."""
+        if value is not None and abs(value) > FARTHEST:
+            hint = "lengths are metres; move the scene to its origin"
+            self.findings.add(node.place, f"{what} reaches farther than {FARTHEST:g} m: {value:g}", hint)
+            return False
+        if value is not None and abs(value) < least:
+            self.findings.add(node.place, f"{what} is less than a micrometre: {value:g}", "lengths are metres")
+            return False
+        return True
+
+    def positive(self, node: Node | None, what: str) -> float | None:
+        """A number greater than zero."""
+        value = self.number(node, what)
+        if value is not None and value <= 0 and node is not None:
+            self.findings.add(node.place, f"{what} must be greater than 0")
+            return None
+        return value
+
+    def whole(self, node: Node | None, what: str, minimum: int = 0) -> int | None:
+        """A whole number from `minimum` on."""
+        scalar = self.scalar(node, what)
+        if scalar is None:
+            return None
+        word = scalar.text.strip()
+        if not re.fullmatch(r"[0-9]{1,19}", word) or not minimum <= int(word) <= _LARGEST_WHOLE:
+            self.findings.add(
+                scalar.place, f'{what} must be a whole number from {minimum} on, not "{_short(word)}"'
+            )
+            return None
+        return int(word)
+
+    def boolean(self, node: Node | None, what: str) -> bool | None:
+        """`true` or `false`."""
+        scalar = self.scalar(node, what)
+        if scalar is None:
+            return None
+        if scalar.text not in ("true", "false"):
+            self.findings.add(scalar.place, f'{what} must be true or false, not "{_short(scalar.text)}"')
+            return None
+        return scalar.text == "true"
+
+    def choice(self, node: Node | None, options: Collection[_Word], what: str) -> _Word | None:
+        """One of some words."""
+        scalar = self.scalar(node, what)
+        if scalar is None:
+            return None
+        for option in options:
+            if scalar.text == option:
+                return option
+        hint = self.findings.near(scalar.text, options)
+        message = f'{what} must be one of {", ".join(options)}, not "{_short(scalar.text)}"'
+        self.findings.add(scalar.place, message, hint)
+        return None
+
+    def numbers(
+        self, node: Node | None, what: str, count: int | None = None, *, angle: bool = False
+    ) -> tuple[float, ...] | None:
+        """A list of numbers, of the length `count` if it is given."""
+        if node is None:
+            return None
+        if not isinstance(node, Sequence):
+            self.findings.add(node.place, f"{what} must be a list of {count or 'some'} numbers: [0, 0, 0]")
+            return None
+        if count is not None and len(node.items) != count:
+            self.findings.add(node.place, f"{what} must have {count} numbers, not {len(node.items)}")
+            return None
+        values = [self.number(item, f"every number of {what}", angle=angle) for item in node.items]
+        return None if None in values else tuple(value for value in values if value is not None)
+
+    def vector(self, node: Node | None, what: str) -> tuple[float, float, float] | None:
+        """Three numbers."""
+        values = self.numbers(node, what, 3)
+        return None if values is None else (values[0], values[1], values[2])
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else text[:57] + "…"

@@ -1,0 +1,322 @@
+"""Makes the certificate of a plan: for every stretch of motion, proofs that what moves stays apart from all else.
+
+It works from the plan alone, as whoever checks it will: what is proven is what was written. Where a component may have
+several values, each of them is a place of its own.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.children import never
+from kabo.errors import CutOff
+from kabo.geometry.collision.certificate import Course, Parts, Placed, Prover, Unproven, Witness, ordered
+from kabo.geometry_server.surroundings import Surroundings
+from kabo.plan import (
+    BodyParts,
+    Certificate,
+    Clearance,
+    Node,
+    PairProof,
+    Plan,
+    StretchProof,
+    topological_order,
+)
+from kabo.planner.certify.certified_pairs import Choice, Thing
+from kabo.planner.certify.component_values import ComponentValues
+from kabo.planner.certify.motion_situation import MotionSituation
+from kabo.planner.certify.motion_stretches import MotionStretch, joined, stretches
+from kabo.planner.certify.overlapping_pairs import every_couple, since
+from kabo.scene import Robot, link_poses
+from kabo.scene.transforms import flat
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+DECIMALS = 6  # of a clearance in metres; rounded down
+CUTS = (1, 2, 4, 8, 16)  # into how many parts pieces of motions that overlap are cut, until it is proven
+MOST = 20_000  # way points of a path that visits every couple of pieces
+
+
+class Moved(NamedTuple):
+    """A stretch that is certified: its course with what moves, and the names of that."""
+
+    stretch: MotionStretch
+    course: Course
+    things: Sequence[Thing]
+
+
+UNFINISHED = "the work was cut off before its proofs were found"
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A pair that no proof was found for: of the node, the stretch with these segments, and where on its path."""
+
+    node: str
+    segments: tuple[int, ...]
+    between: tuple[str, str]
+    piece: float
+    gap: float
+
+    def __str__(self) -> str:
+        first, second = self.between
+        where = f"segment {', '.join(map(str, self.segments))}, piece {self.piece:.3f}"
+        return f"{self.node}: {first} and {second} are not proven apart ({where}, gap {self.gap:.3g} m)"
+
+
+def certified(
+    plan: Plan, surroundings: Surroundings, look: Callable[[], None] = never
+) -> tuple[Plan, dict[str, Any]]:
+    """The plan with its certificate, and figures for the statistics: how long it took, and what it cannot prove.
+
+    A plan that it cannot prove whole, or not in time, comes back with the gaps instead: it is then checked without a
+    certificate. `look` is called now and then; CutOff ends it.
+    """
+    began = perf_counter()
+    try:
+        made: Certificate | list[Any] = certify(plan, surroundings, look=look)
+    except ValueError as error:
+        made = [str(error)]
+    except CutOff:
+        made = [UNFINISHED]
+    gaps = [str(gap) for gap in made] if isinstance(made, list) else []
+    figures = {"certificate_s": perf_counter() - began, "certificate_gaps": gaps}
+    if isinstance(made, list):
+        return replace(plan, certificate_gaps=tuple(gaps) or ("no proofs were found",)), figures
+    return replace(plan, certificate=made), figures
+
+
+def certify(
+    plan: Plan, surroundings: Surroundings, near: float | None = None, look: Callable[[], None] = never
+) -> Certificate | list[Gap]:
+    """The certificate of a plan, or what of it cannot be proven.
+
+    Args:
+        plan: as it will be written.
+        surroundings: the scene with the parts that the plan was made with.
+        near: pairs farther apart than this need no axis [m]; epsilon if None.
+        look: called now and then; what it raises ends it.
+
+    Raises:
+        ValueError: the plan moves what may be in several places, or says nothing of its start.
+    """
+    return _Certifying(plan, surroundings, near or surroundings.budget.epsilon, look).made()
+
+
+class _Certifying:
+    def __init__(self, plan: Plan, surroundings: Surroundings, near: float, look: Callable[[], None]) -> None:
+        self.look = look
+        order = topological_order(plan)
+        if order is None:
+            raise ValueError("the plan has a cycle")
+        self.plan, self.order, self.near = plan, order, near
+        self.surroundings, self.scene = surroundings, surroundings.scene
+        self.values = ComponentValues(plan, self.scene, order)
+        self.parts = self._all_parts()
+        self.prover = Prover(self.parts, near, surroundings.budget.clearance)
+        self.gaps: list[Gap] = []
+        self.choice = Choice(surroundings.never_collide)
+        self._links = {name: self._links_of(robot) for name, robot in self.scene.robots.items()}
+        self._fixed = [
+            Thing(name, 0, self._mesh(name), None, 0, flat(pose)) for name, pose in self.scene.fixed_poses.items()
+        ]
+        self._standing: dict[tuple[str, tuple[float, ...]], list[Array]] = {}
+        early = {name for name, node in plan.nodes.items() if node.overlap}
+        shared = early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
+        self._moved: dict[str, list[Moved]] = {name: [] for name in shared}  # motions that share time with another
+
+    def made(self) -> Certificate | list[Gap]:
+        proofs: list[StretchProof] = []
+        segments: list[Clearance] = []
+        for name in self.order:
+            node = self.plan.nodes[name]
+            least: dict[int, tuple[float, tuple[str, str] | None]] = {}
+            found = [*self._node(name, node), *self._early(name, node)] if node.motion else []
+            for proof, margin, between in found:
+                proofs.append(proof)
+                for i in proof.segments:
+                    least[i] = min(least.get(i, (np.inf, None)), (margin, between), key=lambda entry: entry[0])
+            for i in sorted(least):
+                margin, between = least[i]
+                told = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
+                permitted = node.motion[i].allowed_contacts
+                segments.append(Clearance(name, i, told, None if told is None else between, permitted))
+        if self.gaps:
+            return self.gaps
+        bodies = {
+            f"sha256:{digest}": BodyParts(
+                tuple(map(len, parts.vertices)), np.concatenate(parts.vertices).astype("<f8").tobytes()
+            )
+            for digest, parts in sorted(self.parts.items())
+        }
+        return Certificate(self.surroundings.budget.epsilon, tuple(segments), self.near, bodies, tuple(proofs))
+
+    # ------------------------------------------------------------------------------------------------ the scene
+    def _all_parts(self) -> dict[str, Parts]:
+        names = [
+            f"{robot.name}.{link.name}"
+            for robot in self.scene.robots.values()
+            for link in robot.links.values()
+            if link.mesh is not None
+        ]
+        made: dict[str, Parts] = {}
+        for name in [*names, *self.scene.bodies]:
+            digest = self._mesh(name)
+            if digest not in made:
+                made[digest] = ordered(self.surroundings.enclosure(name))
+        return made
+
+    def _mesh(self, name: str) -> str:
+        mesh = self.surroundings.mesh(name)
+        assert mesh is not None
+        return mesh.digest
+
+    def _links_of(self, robot: Robot) -> list[Thing]:
+        return [
+            Thing(
+                f"{robot.name}.{link.name}", 0, link.mesh.digest, robot.name, link.joint, flat(link.joint_T_link)
+            )
+            for link in robot.links.values()
+            if link.mesh is not None
+        ]
+
+    def _links_at(self, robot: str, q: tuple[float, ...], place: int) -> list[Thing]:
+        if (robot, q) not in self._standing:
+            poses = link_poses(self.scene.robots[robot], q)
+            self._standing[robot, q] = [flat(poses[link.name.partition(".")[2]]) for link in self._links[robot]]
+        poses_at = self._standing[robot, q]
+        return [
+            link._replace(place=place, robot=None, joint=0, pose=pose)
+            for link, pose in zip(self._links[robot], poses_at, strict=True)
+        ]
+
+    # ------------------------------------------------------------------------------------------------- a node
+    def _node(self, name: str, node: Node) -> Iterator[tuple[StretchProof, float, tuple[str, str] | None]]:
+        moving = list(dict.fromkeys(segment.robot for segment in node.motion))
+        situation = MotionSituation.at(name, self.values, self.scene, moving)
+        for stretch in stretches(node.motion, dict(self.scene.robots), situation.q):
+            self.look()
+            yield self._stretch(name, node, stretch, situation)
+            for i in stretch.ending:
+                situation.end(node.motion[i])
+
+    def _early(self, name: str, node: Node) -> Iterator[tuple[StretchProof, float, tuple[str, str] | None]]:
+        """Proofs that a motion that begins early never meets the last of the one before, however late either is."""
+        if not node.overlap:
+            return
+        before = next(other for other in self.order if name in self.plan.nodes[other].successors)
+        begin = max(segment.times[-1] for segment in self.plan.nodes[before].motion) - node.overlap
+        for first in self._moved[before]:
+            waypoints = since(first.course.waypoints, first.stretch.times, begin)
+            if waypoints is not None:
+                tail = first._replace(course=replace(first.course, waypoints=waypoints))
+                for second in self._moved[name]:
+                    yield self._apart_at_any_times(name, tail, second)
+
+    # ---------------------------------------------------------------------------------------------- a stretch
+    def _stretch(
+        self, name: str, node: Node, stretch: MotionStretch, situation: MotionSituation
+    ) -> tuple[StretchProof, float, tuple[str, str] | None]:
+        robots = [self.scene.robots[robot] for robot in stretch.waypoints]
+        first_joint, tree = joined([robot.tree for robot in robots])
+        moving, standing = self._things(name, situation, dict(zip(stretch.waypoints, first_joint, strict=True)))
+        things = [*moving, *standing]
+        permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
+        waypoints = np.hstack([stretch.waypoints[robot.name] for robot in robots])
+        bodies = [Placed(thing.mesh, thing.joint, thing.pose) for thing in things]
+        if name in self._moved:
+            alone = Course(
+                tree, np.ascontiguousarray(waypoints), bodies[: len(moving)], np.empty((0, 3), np.int64)
+            )
+            self._moved[name].append(Moved(stretch, alone, moving))
+        passing = self._passing(node, stretch, things) & permitted
+        for left_out in (permitted - passing, permitted) if passing else (permitted,):
+            numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
+            found = self.prover.prove(Course(tree, np.ascontiguousarray(waypoints), bodies, pairs))
+            if not isinstance(found, Unproven):
+                break
+        if isinstance(found, Unproven):
+            a, b = (things[i].name for i in numbers[found.pair])
+            self.gaps.append(Gap(name, stretch.segments, (a, b), found.start, found.gap))
+            return StretchProof(name, stretch.segments), np.inf, None
+        return self._proof(name, stretch, things, numbers, found)
+
+    def _apart_at_any_times(
+        self, name: str, first: Moved, second: Moved
+    ) -> tuple[StretchProof, float, tuple[str, str] | None]:
+        things, count = [*first.things, *second.things], len(first.things)
+        pairs, rows = self.choice.across(first.things, second.things)
+        for cut in CUTS:
+            self.look()
+            course = every_couple(first.course, second.course, rows, cut)
+            found = self.prover.prove(course)
+            if not isinstance(found, Unproven) or len(course.waypoints) > MOST:
+                break
+        if isinstance(found, Unproven):
+            i, k = pairs[found.pair]
+            names = first.things[i].name, second.things[k].name
+            self.gaps.append(Gap(name, second.stretch.segments, names, found.start, found.gap))
+            return StretchProof(name, second.stretch.segments), np.inf, None
+        numbers = [(i, count + k) for i, k in pairs]
+        proof, margin, between = self._proof(name, second.stretch, things, numbers, found)
+        return replace(proof, before=first.stretch.segments, cut=cut), margin, between
+
+    def _passing(self, node: Node, stretch: MotionStretch, things: Sequence[Thing]) -> frozenset[frozenset[str]]:
+        """Fingers and bodies that they do not hold, while no hand moves: permitted or not, they must be apart."""
+        passing: set[frozenset[str]] = set()
+        for name in stretch.waypoints:
+            robot = self.scene.robots[name]
+            own = [node.motion[i] for i in stretch.segments if node.motion[i].robot == name]
+            if robot.gripper is not None and all(segment.joints == robot.planned_joints for segment in own):
+                others = [thing.name for thing in things if "." not in thing.name and thing.robot != name]
+                passing |= {frozenset((link, other)) for link in robot.gripper.touch_links for other in others}
+        return frozenset(passing)
+
+    def _proof(
+        self,
+        name: str,
+        stretch: MotionStretch,
+        things: Sequence[Thing],
+        numbers: Sequence[tuple[int, int]],
+        found: Sequence[Witness | None],
+    ) -> tuple[StretchProof, float, tuple[str, str] | None]:
+        proofs, least, between = [], np.inf, None
+        for (i, k), witness in zip(numbers, found, strict=True):
+            if witness is not None:
+                first, second = things[i], things[k]
+                proofs.append(PairProof(first.name, second.name, second.place, witness.walk, witness.axes))
+                if witness.margin < least:
+                    least, between = witness.margin, (first.name, second.name)
+        return StretchProof(name, stretch.segments, tuple(proofs)), least, between
+
+    def _things(
+        self, name: str, situation: MotionSituation, first: Mapping[str, int]
+    ) -> tuple[list[Thing], list[Thing]]:
+        """What moves, on the joints of the joined tree, and what stands."""
+        moving: list[Thing] = []
+        standing = list(self._fixed)
+        for robot in self.scene.robots:
+            if robot in first:
+                shift = first[robot]
+                moving.extend(
+                    link._replace(joint=link.joint + shift if link.joint else 0) for link in self._links[robot]
+                )
+            elif robot in situation.q:
+                standing.extend(self._links_at(robot, tuple(situation.q[robot].tolist()), 0))
+            else:
+                for place, q in enumerate(self.values.configurations(name, robot)):
+                    standing.extend(self._links_at(robot, q, place))
+        for body in self.scene.movable:
+            mesh = self.scene.bodies[body].mesh.digest
+            where = situation.mounted(body) if body in situation.hung else None
+            if where is not None and where.robot in first:
+                joint = where.joint + first[where.robot] if where.joint else 0
+                moving.append(Thing(body, 0, mesh, where.robot, joint, flat(where.joint_T)))
+            else:
+                poses = situation.places[body] if body in situation.places else [situation.pose(body)]
+                standing.extend(Thing(body, p, mesh, None, 0, flat(pose)) for p, pose in enumerate(poses))
+        return moving, standing

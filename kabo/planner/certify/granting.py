@@ -1,0 +1,154 @@
+"""Says of every segment of a plan what grants its contacts: grasp families, supports, mates, by their names.
+
+It works from the plan alone, as whoever checks it will. What it says is a claim: the verifier asks the scene whether that
+family or mate really grants the contact to these bodies there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from kabo.geometry_server import HELD_EXACTLY, Frame, fits, rows, standing_frame, tool_frame
+from kabo.kinematics import satisfied
+from kabo.language.scene_description import Constraint
+from kabo.plan import Grant, Node, Plan, Segment, topological_order
+from kabo.planner.certify.component_values import ComponentValues
+from kabo.planner.certify.motion_situation import MotionSituation
+from kabo.planner.certify.motion_stretches import stretches
+from kabo.scene import Scene
+
+Frames = dict[str, Frame]
+
+
+def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
+    """The plan whose segments say what grants their contacts.
+
+    Args:
+        plan: as it will be written, but for that.
+        scene: its scene.
+        models: body -> its model, which mates speak of.
+
+    Raises:
+        ValueError: the plan moves what may be in several places.
+    """
+    order = topological_order(plan)
+    if order is None or plan.start is None:
+        return plan
+    values = ComponentValues(plan, scene, order)
+    nodes = dict(plan.nodes)
+    for name in order:
+        if any(segment.allowed_contacts for segment in nodes[name].motion):
+            nodes[name] = _Granting(name, nodes[name], scene, models, values).made()
+    return replace(plan, nodes=nodes)
+
+
+@dataclass
+class _Granting:
+    """The segments of one node, in the order of time, with what is held when each of them begins."""
+
+    name: str
+    node: Node
+    scene: Scene
+    models: Mapping[str, str | None]
+    values: ComponentValues
+    families: dict[tuple[str, str], str | None] = field(default_factory=dict)  # (robot, object) -> as last held
+
+    def made(self) -> Node:
+        """The node with the grants of its segments."""
+        motion = self.node.motion
+        moving = list(dict.fromkeys(segment.robot for segment in motion))
+        situation = MotionSituation.at(self.name, self.values, self.scene, moving)
+        begun: dict[int, dict[str, tuple[str, str | None]]] = {}
+        mates: dict[frozenset[str], str | None] = {}
+        for stretch in stretches(motion, dict(self.scene.robots), situation.q):
+            for i in stretch.segments:
+                if i not in begun:
+                    begun[i] = self._held(situation)
+            for i in stretch.ending:
+                for pair in motion[i].attach:
+                    if "." not in pair[1]:
+                        mates[frozenset(pair)] = self._mate(situation, *pair)
+                    self.families.pop((pair[1].partition(".")[0], pair[0]), None)  # taken anew
+                situation.end(motion[i])
+                self._held(situation)
+        segments = [replace(s, grants=self._grants(s, begun[i], mates)) for i, s in enumerate(motion)]
+        return replace(self.node, motion=tuple(segments))
+
+    def _held(self, situation: MotionSituation) -> dict[str, tuple[str, str | None]]:
+        """What is held: object -> robot and family."""
+        found: dict[str, tuple[str, str | None]] = {}
+        for name in situation.hung:
+            root = situation.root(name)
+            robot, dot, _ = situation.hung[root][0].partition(".")
+            if dot and robot in {segment.robot for segment in self.node.motion}:
+                if (robot, root) not in self.families:
+                    self.families[robot, root] = self._family(situation, robot, root)
+                found[name] = robot, self.families[robot, root]
+        return found
+
+    def _family(self, situation: MotionSituation, robot: str, name: str) -> str | None:
+        """The first grasp family by which a robot holds an object now, if one declares that hold."""
+        chosen, body = self.scene.robots[robot], self.scene.bodies[name]
+        roles = {"this": standing_frame(body, situation.pose(name))}
+        if chosen.tool is None:
+            return None
+        roles["tool"] = tool_frame(chosen)
+        for family in body.grasps.values():
+            own = [c for c in family.constraints if "world" not in (c.first.owner, c.second.owner)]
+            if robot in (family.robots or [robot]) and self._holds(own, roles, situation, robot):
+                return family.name
+        return None
+
+    def _holds(
+        self, constraints: Sequence[Constraint], roles: Frames, situation: MotionSituation, robot: str
+    ) -> bool:
+        if not fits(constraints, roles):
+            return False
+        wanted = rows(constraints, roles)
+        tree = self.scene.robots[robot].tree
+        return bool(satisfied(wanted, np.asarray(situation.q[robot]), tree, HELD_EXACTLY))
+
+    def _mate(self, situation: MotionSituation, name: str, to: str) -> str | None:
+        """The mate as which two bodies are put together; the first that holds, or that their models have."""
+        models, found = self.models, []
+        for mate in self.scene.mates.values():
+            for moving, fixed in ((name, to), (to, name)):
+                if (models.get(moving), models.get(fixed)) == (mate.moving, mate.fixed):
+                    frames = {
+                        "moving": standing_frame(self.scene.bodies[moving], situation.pose(moving)),
+                        "fixed": standing_frame(self.scene.bodies[fixed], situation.pose(fixed)),
+                    }
+                    robot = next(iter(situation.q))
+                    holds = self._holds(mate.constraints, frames, situation, robot)
+                    found.append((not holds, mate.name))
+        return min(found)[1] if found else None
+
+    def _grants(
+        self,
+        segment: Segment,
+        held: Mapping[str, tuple[str, str | None]],
+        mates: Mapping[frozenset[str], str | None],
+    ) -> tuple[Grant, ...]:
+        """What grants the contacts of a segment; those that the scene permits anyway need nothing."""
+        found: list[Grant] = []
+        for pair in segment.allowed_contacts:
+            first, second = sorted(pair, key=lambda name: "." not in name)
+            if "." in first:
+                robot = first.partition(".")[0]
+                if (robot, second) in self.families:
+                    found.append(Grant("grasp", (first, second), self.families[robot, second]))
+            elif frozenset(pair) in mates:
+                found.append(self._mated(pair, mates[frozenset(pair)]))
+            else:
+                carried = [name for name in pair if name in held and held[name][0] == segment.robot]
+                if len(carried) == 1:
+                    other = pair[1] if pair[0] == carried[0] else pair[0]
+                    found.append(Grant("support", (carried[0], other), held[carried[0]][1]))
+        return tuple(found)
+
+    def _mated(self, pair: tuple[str, str], mate: str | None) -> Grant:
+        first, second = pair
+        if mate is not None and self.models.get(first) != self.scene.mates[mate].moving:
+            first, second = second, first
+        return Grant("mate", (first, second), mate)

@@ -1,0 +1,150 @@
+"""Where everything is while the motion of a node goes on: robots, what hangs on what, and what stands at several places.
+
+Objects that hang together move as one: whoever is taken becomes the root of its group, the others hang on it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import ObjectPose, Segment
+from kabo.planner.certify.component_values import ComponentValues, Value
+from kabo.scene import Robot, Scene, link_poses
+from kabo.scene.kernels.poses import forward_kinematics
+from kabo.scene.transforms import inverse, transform, unflat
+
+Array = npt.NDArray[np.float64]
+
+
+class Mounted(NamedTuple):
+    """Where an object hangs on a robot: the joint of its tree, and the pose (4, 4) there."""
+
+    robot: str
+    joint: int
+    joint_T: Array
+
+
+@dataclass
+class MotionSituation:
+    """The configurations of robots that have one, the objects that have one place, and the places of the others."""
+
+    scene: Scene
+    q: dict[str, Array] = field(default_factory=dict)
+    hung: dict[str, tuple[str, Array]] = field(default_factory=dict)  # object -> parent, parent_T_object (4, 4)
+    places: dict[str, list[Array]] = field(default_factory=dict)  # object -> poses in the world
+
+    @classmethod
+    def at(cls, node: str, values: ComponentValues, scene: Scene, moving: Sequence[str]) -> "MotionSituation":
+        """The situation in which the motion of a node begins.
+
+        Raises:
+            ValueError: a robot that moves, or what it carries, may be in several places.
+        """
+        made = cls(scene)
+        for robot in scene.robots:
+            found = values.configurations(node, robot)
+            if len(found) == 1:
+                made.q[robot] = np.array(found[0])
+            elif robot in moving:
+                raise ValueError(f"{node}: {robot} moves, but has {len(found)} configurations")
+        for name in scene.movable:
+            states = values.states(node, name)
+            keyed = {repr(key_of(name, state)): state for state in states}
+            if len(keyed) == 1:
+                pose = states[0][name]
+                assert isinstance(pose, ObjectPose)
+                made.hung[name] = pose.parent, transform(pose.position, pose.quaternion)
+            else:
+                made.places[name] = [_world_T(scene, name, keyed[key]) for key in sorted(keyed)]
+        return made
+
+    def end(self, segment: Segment) -> None:
+        """What happens at the end of a segment: it lets go, then it takes, or puts together."""
+        for name in segment.detach:
+            if self._root_parent(name).partition(".")[0] == segment.robot:
+                self._hang(name, "world")
+        for name, to in segment.attach:
+            self._hang(name, to)
+
+    def mounted(self, name: str) -> Mounted | None:
+        """Where an object hangs on a robot; None if it hangs on none."""
+        parent, parent_T = self.hung[name]
+        robot, dot, link = parent.partition(".")
+        if dot:
+            on = self.scene.robots[robot].links[link]
+            return Mounted(robot, on.joint, on.joint_T_link @ parent_T)
+        below = self.mounted(parent) if parent in self.hung else None
+        return None if below is None else below._replace(joint_T=below.joint_T @ parent_T)
+
+    def pose(self, name: str) -> Array:
+        """Where an object is now (4, 4)."""
+        parent, parent_T = self.hung[name]
+        return np.asarray(self._frame(parent) @ parent_T)
+
+    def _frame(self, parent: str) -> Array:
+        if parent == "world":
+            return np.eye(4)
+        if parent in self.scene.fixed_poses:
+            return self.scene.fixed_poses[parent]
+        robot, dot, link = parent.partition(".")
+        if not dot:
+            return self.pose(parent)
+        on = self.scene.robots[robot].links[link]
+        return np.asarray(joint_pose(self.scene.robots[robot], self.q[robot], on.joint) @ on.joint_T_link)
+
+    def root(self, name: str) -> str:
+        """The object at the root of an object's group."""
+        while self.hung[name][0] in self.hung:
+            name = self.hung[name][0]
+        return name
+
+    def _root_parent(self, name: str) -> str:
+        return self.hung[self.root(name)][0]
+
+    def _hang(self, name: str, parent: str) -> None:
+        """Hangs an object, and with it all of its group, on something else, where it is."""
+        world_T, chain = self.pose(name), [name]
+        while self.hung[chain[-1]][0] in self.hung:
+            chain.append(self.hung[chain[-1]][0])
+        turned = [
+            (above, (below, inverse(self.hung[below][1]))) for below, above in zip(chain, chain[1:], strict=False)
+        ]
+        self.hung.update(turned)
+        self.hung[name] = parent, inverse(self._frame(parent)) @ world_T
+
+
+def joint_pose(robot: Robot, q: Array, joint: int) -> Array:
+    """The pose (4, 4) of a joint of the robot's tree in the world."""
+    tree = robot.tree
+    world_T = np.zeros((len(tree.parent), 12))
+    world_T[0, [0, 4, 8]] = 1.0
+    forward_kinematics(q, tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement, world_T)
+    return unflat(world_T[joint])
+
+
+def key_of(name: str, state: Mapping[str, Value]) -> tuple[object, ...]:
+    """What decides where an object is, in numbers of the plan."""
+    pose = state[name]
+    assert isinstance(pose, ObjectPose)
+    parent, dot, _ = pose.parent.partition(".")
+    below: object = state[parent] if dot else key_of(parent, state) if parent in state else ()
+    return pose.parent, pose.position, pose.quaternion, below
+
+
+def _world_T(scene: Scene, name: str, state: Mapping[str, Value]) -> Array:
+    if name in scene.fixed_poses:
+        return scene.fixed_poses[name]
+    pose = state[name]
+    assert isinstance(pose, ObjectPose)
+    own = transform(pose.position, pose.quaternion)
+    if pose.parent == "world":
+        return own
+    robot, dot, link = pose.parent.partition(".")
+    if not dot:
+        return np.asarray(_world_T(scene, pose.parent, state) @ own)
+    q = state[robot]
+    assert isinstance(q, tuple)
+    return np.asarray(link_poses(scene.robots[robot], q)[link] @ own)

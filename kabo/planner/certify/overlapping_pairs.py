@@ -1,0 +1,61 @@
+"""Two motions whose times are not tied to each other, as one path that visits every couple of their pieces.
+
+What is proven of a whole piece of that path holds for any moment of the one motion beside any moment of the other.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry.collision.certificate import Course
+from kabo.planner.certify.motion_stretches import joined
+
+Array = npt.NDArray[np.float64]
+
+
+def since(waypoints: Array, times: Array, time: float) -> Array | None:
+    """The way points (W, n) of a path from a time on [s]; None if it has ended by then."""
+    if times[-1] <= time:
+        return None
+    if times[0] >= time:
+        return waypoints
+    later = times > time
+    row = np.array([np.interp(time, times, column) for column in waypoints.T])
+    return np.concatenate([row[None], waypoints[later]])
+
+
+def every_couple(first: Course, second: Course, pairs: npt.NDArray[np.int64], cut: int) -> Course:
+    """The course on which each piece of the first path is passed with each piece of the second.
+
+    The second path is gone through forth and back, once for each piece of the first, along which that goes to and fro.
+
+    Args:
+        first, second: on trees of their own; their pairs do not matter.
+        pairs: (P, 3) of a body of the first, a body of the second, and the world.
+        cut: the number of equal parts of each piece.
+    """
+    (_, shift), tree = joined([first.tree, second.tree])
+    mine, theirs = _cut(first.waypoints, cut), _cut(second.waypoints, cut)
+    rows, here, there = [(0, 0)], 0, 0
+    for piece in range(len(mine) - 1):
+        step = 1 if there == 0 else -1
+        for _ in range(len(theirs) - 1):
+            here, there = 2 * piece + 1 - here, there + step
+            rows.append((here, there))
+        if here == piece:
+            here += 1
+            rows.append((here, there))
+    waypoints = np.array([[*mine[i], *theirs[k]] for i, k in rows])
+    moved = [body._replace(joint=body.joint + shift if body.joint else 0) for body in second.bodies]
+    numbered = pairs + np.array([0, len(first.bodies), 0])
+    return replace(
+        first, tree=tree, waypoints=waypoints, bodies=[*first.bodies, *moved], pairs=numbered, at_any_times=True
+    )
+
+
+def _cut(waypoints: Array, parts: int) -> Array:
+    """Way points with `parts` pieces in place of each."""
+    shares = np.arange(parts)[:, None] / parts
+    pieces = [a + shares * (b - a) for a, b in zip(waypoints, waypoints[1:], strict=False)]
+    return np.concatenate([*pieces, waypoints[-1:]])

@@ -1,0 +1,123 @@
+"""From an evaluated skeleton to the plan: nodes with motions, equal ones shared from the leaves [LANGUAGE 6]."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kabo.geometry_server.answers import Success
+from kabo.knowledge.actions import GroundAction, RunTimeArgument
+from kabo.language.problem import Problem
+from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
+from kabo.planner.geometry.evaluation import Variant
+from kabo.planner.search.skeleton import SkeletonNode
+from kabo.scene import Attachment, Component, Scene
+
+if TYPE_CHECKING:
+    from kabo.tasks.procedures import GeometricProcedures
+
+
+def assemble(
+    problem: Problem,
+    variants: tuple[Variant, ...],
+    server: "GeometricProcedures | None",
+    files: Mapping[str, str],
+    options: Mapping[str, str | float | int | None],
+) -> Plan:
+    """The plan of an evaluation in which every call succeeded; the first variant is the root."""
+    builder = PlanBuilder()
+    handles = handles_of(variants, server, builder)
+    start = (
+        None
+        if server is None
+        else whole_state(server.scene, {**server.scene.start.robots, **server.scene.start.objects})
+    )
+    root = handles[variants[0]]
+    return builder.build(root, problem=problem.name, files=files, options=options, start=start)
+
+
+def handles_of(
+    variants: tuple[Variant, ...], server: "GeometricProcedures | None", builder: PlanBuilder | None = None
+) -> dict[Variant, str]:
+    """The handle of each variant's node in a builder: equal ones have the same, and are one node of the plan."""
+    used = builder or PlanBuilder()
+    handles: dict[Variant, str] = {}
+    for variant in reversed(variants):
+        following = {outcome: handles[after] for outcome, after in variant.following.items()}
+        handles[variant] = _add(used, variant, following, server)
+    return handles
+
+
+def files_read(problem: Problem, server: "GeometricProcedures") -> Mapping[str, str]:
+    """Every file read and its hash, by its path from the problem's folder."""
+    folder = problem.path.resolve().parent
+    read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
+    return {**problem.files, **read}
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return Path(os.path.relpath(path.resolve(), folder)).as_posix()
+
+
+def _add(
+    builder: PlanBuilder,
+    variant: Variant,
+    following: Mapping[str | None, str],
+    server: "GeometricProcedures | None",
+) -> str:
+    node, action = variant.node, variant.node.action
+    branches = {outcome: handle for outcome, handle in following.items() if outcome is not None}
+    if action is None:
+        return builder.add(Node("branch", on=node.on, branches=branches)) if branches else builder.goal()
+    answer = variant.answer
+    motion: tuple[Segment, ...] = ()
+    moved: tuple[object, ...] = ()
+    after = None
+    if isinstance(answer, Success) and server is not None and action.call is not None:
+        motion = answer.motion
+        single = server.single(action.call, variant.situation)
+        moved = tuple((name, variant.situation.values(name)) for name in single)
+        changes = {n: v for n, v in answer.changes.items() if variant.situation.values(n) != (v,)}
+        after = whole_state(server.scene, changes) if changes else None
+    common: dict[str, Any] = {
+        "action": action.name,
+        "arguments": _arguments(action),
+        "motion": motion,
+        "after": after,
+    }
+    common |= {"overlap": variant.overlap if motion else 0.0}
+    if node.on is not None:
+        return builder.add(Node("sense", on=node.on, branches=branches, **common), moved)  # type: ignore[arg-type]
+    kind = "sense" if node.delivers else "action"
+    made = Node(kind, next=following[None], delivers=node.delivers, **common)  # type: ignore[arg-type]
+    return builder.add(made, moved)
+
+
+def _arguments(action: GroundAction) -> dict[str, str | ValueOf]:
+    return {
+        name: ValueOf(value.term) if isinstance(value, RunTimeArgument) else value
+        for name, value in action.arguments.items()
+    }
+
+
+def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChange:
+    """Components as plans write them: joints by name, objects with parent and pose."""
+    robots, objects = {}, {}
+    for name, value in components.items():
+        if isinstance(value, Attachment):
+            objects[name] = ObjectPose(value.parent, value.position, value.quaternion)
+        else:
+            robots[name] = dict(zip(scene.robots[name].joint_names, value, strict=True))
+    return StateChange(robots, objects)
+
+
+def symbolic_variants(root: SkeletonNode, order: list[SkeletonNode]) -> tuple[Variant, ...]:
+    """The skeleton as variants without geometry, for a problem without a scene; `order` begins with the root."""
+    from kabo.geometry_server.situation import Situation
+
+    nothing = Situation({}, {})
+    made = {node: Variant(node, nothing, frozenset()) for node in order}
+    for node, variant in made.items():
+        following = dict(node.outcomes) if node.outcomes else {} if node.next is None else {None: node.next}
+        variant.following.update({outcome: made[after] for outcome, after in following.items()})
+    return tuple(made.values())

@@ -1,0 +1,180 @@
+"""External procedures that a caller supplies: pure functions of their arguments, asked as rarely as may be.
+
+Equal arguments have equal answers, so each call is made once; a procedure that takes a `seed` is asked again with the
+next one where it failed or had no value [K 3.3: re-sampling]. Lazy: taken to succeed by the search, asked along the
+plan that it finds, in order, and refused from the first failure on. Eager: asked when the search meets them. Adaptive:
+lazy, until a procedure fails so often that asking for all its calls at once is cheaper than finding plans in vain.
+What formulas and effects ask is asked where it is met.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import inf
+from time import perf_counter
+from typing import Any
+
+from kabo.errors import Diagnostic, InputError
+from kabo.knowledge import Task
+from kabo.language.answers import checked_answer
+from kabo.language.formulas import GroundCall
+from kabo.language.problem import Answer, Answers, Problem
+from kabo.options import GeometryOrder, Search
+from kabo.planner.search.skeleton import Skeleton, Trace
+
+Function = Callable[..., Any]  # true or false of tests, a value of others
+
+SEEDS = 16  # how often a procedure that takes a seed is asked before its arguments count as refused
+LEAST_CALLS = 8  # before the share of failures says anything
+OFTEN = 0.35  # the share of failures from which on all calls of a procedure are asked at once
+
+
+@dataclass
+class Counted:
+    """What one procedure did so far."""
+
+    calls: int = 0
+    failures: int = 0
+
+
+@dataclass
+class Procedures:
+    """The procedures of one run; as the search sees geometry, but without any state behind it.
+
+    Raises (from every question):
+        InputError: a procedure's declaration allows no such answer.
+        Exception: what a procedure itself raises.
+    """
+
+    problem: Problem
+    functions: Mapping[str, Function]
+    order: GeometryOrder
+    seed: int = 0
+    counted: dict[str, Counted] = field(default_factory=dict)
+    seconds: float = 0.0
+    start: Trace = None
+
+    def __post_init__(self) -> None:
+        self._answers: dict[GroundCall, Answer] = {}
+        self._takes_seed = {name: _takes_seed(function) for name, function in self.functions.items()}
+
+    def answering(self) -> Problem:
+        """The problem with these procedures to answer for its external ones."""
+        return replace(self.problem, answers=Answers(frozenset(self.functions), self.value))
+
+    # ---------------------------------------------------------------------------------- what the search may ask
+    def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
+        """The one attempt at a call, unless it is refused."""
+        answer = self.ask(call) if self.order == "eager" else self._answers.get(call, True)
+        return ((0, trace),) if answer is not False else ()
+
+    def key(self, trace: Trace) -> Trace:
+        """Nothing tells nodes apart."""
+        return trace
+
+    def settle(self, trace: Trace) -> bool:
+        """Nothing is left to be asked."""
+        return True
+
+    def test(self, call: GroundCall, trace: Trace) -> bool:
+        """A test inside a formula is asked where it is met: conjunctions have checked all before it."""
+        return self.ask(call)
+
+    def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
+        """Every refusal is one of arguments alone."""
+        return frozenset(self.failed()), True
+
+    def learnt(self) -> None:
+        """Nothing beside that."""
+
+    def most_expansions(self, search: Search) -> float:
+        """As many as may be."""
+        return inf
+
+    # -------------------------------------------------------------------------------------------------- asking
+    def ask(self, call: GroundCall) -> bool:
+        """Whether a call succeeds; a procedure that nobody supplied always does."""
+        return self.value(call) is not False
+
+    def value(self, call: GroundCall) -> Answer:
+        """The answer to a call; True of a procedure that nobody supplied."""
+        if call.procedure not in self.functions:
+            return True
+        if call not in self._answers:
+            counted = self.counted.setdefault(call.procedure, Counted())
+            began = perf_counter()
+            self._answers[call] = self._asked(call, counted)
+            self.seconds += perf_counter() - began
+        return self._answers[call]
+
+    def _asked(self, call: GroundCall, counted: Counted) -> Answer:
+        function, options = self.functions[call.procedure], dict(call.options)
+        answer: Answer = None
+        for k in range(SEEDS if self._takes_seed[call.procedure] else 1):
+            if self._takes_seed[call.procedure]:
+                options["seed"] = self.seed + k
+            counted.calls += 1
+            answer = checked_answer(self.problem, call, function(*call.arguments, **options))
+            if answer is not False and answer is not None:
+                break
+            counted.failures += 1
+        return answer
+
+    def prepare(self, task: Task) -> None:
+        """Asks all calls of the procedures whose turn it is: all of them if eager, those that fail often if adaptive."""
+        for name in self.functions:
+            counted = self.counted.get(name, Counted())
+            often = counted.calls >= LEAST_CALLS and counted.failures >= OFTEN * counted.calls
+            if self.order == "eager" or (self.order == "adaptive" and often):
+                for action in task.actions:
+                    if action.call is not None and action.call.procedure == name:
+                        self.ask(action.call)
+
+    def follow(self, skeleton: Skeleton) -> bool:
+        """Asks along a skeleton until something fails; whether all of it succeeds."""
+        for node in skeleton.nodes():
+            if node.action is not None and node.action.call is not None and not self.ask(node.action.call):
+                return False
+        return True
+
+    def failed(self) -> list[GroundCall]:
+        """All refused calls, in the order in which they were asked."""
+        return [call for call, answer in self._answers.items() if answer is False]
+
+    def figures(self) -> dict[str, Any]:
+        """The calls and failures of each procedure, and the time that they took, as statistics have them."""
+        rows = {
+            name: {"calls": counted.calls, "failures": {"refused": counted.failures} if counted.failures else {}}
+            for name, counted in self.counted.items()
+        }
+        return {"procedures": rows, "geometric_s": self.seconds}
+
+
+def refuse_without_motion(problem: Problem) -> None:
+    """With a scene every action's procedure has to move something: external ones are asked in formulas.
+
+    Raises:
+        InputError: one is not of geometry.
+    """
+    calls = [action.geometry for action in problem.domain.actions.values() if action.geometry is not None]
+    found = [
+        Diagnostic(
+            place.file,
+            place.line,
+            place.column,
+            f'the procedure "{call.procedure}" moves nothing in the scene',
+            "ask it in a precondition",
+            length=place.length,
+        )
+        for call in calls
+        if call.procedure in problem.domain.procedures and (place := call.place) is not None
+    ]
+    if found:
+        raise InputError(found)
+
+
+def _takes_seed(function: Function) -> bool:
+    try:
+        return "seed" in inspect.signature(function).parameters
+    except (TypeError, ValueError):
+        return False

@@ -1,0 +1,93 @@
+"""Why no plan reaches a goal whose parts could all hold if nothing were ever lost: a dead end, or bad luck."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from kabo.knowledge import Task, relaxed_reach
+from kabo.planner.proofs.wording import listed
+from kabo.planner.search.contingent import find_skeleton
+from kabo.planner.search.nodes import Decide, Node, Space, Step
+from kabo.planner.search.nogoods import Failures
+from kabo.planner.search.searches import SEARCHES
+from kabo.planner.search.skeleton import Limits, Unreachable
+from kabo.planner.search.weak_plans import BudgetSpent, Counter, WeakGraph, steps_of
+
+MAX_EXPANSIONS = 5_000  # of all the searches that follow together
+MAX_PARTS = 20  # of the goal, that are looked for one by one
+MAX_SHOWN = 6
+
+
+def dead_ends(task: Task, deadline: Callable[[], bool] | None = None) -> list[str]:
+    """Sentences that say what stands in the way; none if that cannot be found out soon.
+
+    Args:
+        task: has been proven to have no plan.
+        deadline: asked now and then; True ends the looking.
+    """
+    ends = _DeadEnds(Space(task, None), Counter(Limits(MAX_EXPANSIONS, deadline)))
+    try:
+        steps = ends.lucky(ends.space.is_goal)
+        return list(ends.bad_luck(steps)) if steps else list(ends.apart())
+    except BudgetSpent:
+        return []
+
+
+@dataclass
+class _DeadEnds:
+    space: Space
+    counter: Counter
+
+    def lucky(self, is_end: Callable[[Node], bool]) -> list[Step]:
+        """A way to an end with every outcome as hoped for; empty if there is none."""
+        graph = WeakGraph(self.space, Failures(), self.counter, is_end)
+        found = SEARCHES["best"](self.space.start, graph)
+        return [] if found.path is None else steps_of(found.path)
+
+    def bad_luck(self, steps: list[Step]) -> Iterator[str]:
+        """Outcomes beside the hoped ones, from which the goal is out of reach."""
+        way = listed((str(step.action) for step in steps if not isinstance(step, Decide)), "and", MAX_SHOWN)
+        lucky = f"With luck {way} would reach the goal" if way else "With luck the goal would hold already"
+        node, told = self.space.start, False
+        for step in steps:
+            others = self.space.outcomes(node, step.branching) if isinstance(step, Decide) else []
+            for outcome, child in others:
+                if isinstance(step, Decide) and outcome != step.outcome and (why := self.lost(child[0])):
+                    told = True
+                    yield f"{lucky}; but once {step.branching.fact} turns out to be {outcome}, {why}."
+            node = self.space.after(node, step)
+        if not told:
+            facts = listed((step.branching.fact for step in steps if isinstance(step, Decide)), "and")
+            yield f"{lucky}, but no plan does whatever {facts} turns out to be."
+
+    def lost(self, state: int) -> str:
+        """What is out of reach from a state; empty if nothing is, or nobody knows."""
+        task, spent = self.space.task, self.counter.expanded
+        reach = relaxed_reach(state, task.actions, task.branchings, task.closure)
+        lost = [part.text for part in task.goal if not part.query.possible(reach.ones, reach.zeros)]
+        if lost:
+            return f"{listed(lost, 'and')} can never hold any more"
+        found = find_skeleton(
+            replace(task, initial=state), limits=Limits(MAX_EXPANSIONS - spent, self.counter.limits.deadline)
+        )
+        self.counter.expanded += found.statistics.expanded
+        return "no plan reaches the goal any more" if isinstance(found, Unreachable) else ""
+
+    def apart(self) -> Iterator[str]:
+        """Which parts of the goal cannot be reached alone, if not even luck helps."""
+        parts = self.space.task.goal
+        if len(parts) == 1 or len(parts) > MAX_PARTS:
+            yield "Not even with luck in all that is sensed is there a way: what it needs never holds all at once."
+            return
+        alone: list[str] = []
+        for number, part in enumerate(parts):
+            steps = [] if self.space.holds((number,), self.space.start) else self.lucky(self.holds(number))
+            if steps == [] and not self.space.holds((number,), self.space.start):
+                alone.append(part.text)
+        if alone:
+            yield f"Not even alone, and with luck in all that is sensed, can {listed(alone, 'or')} be reached."
+        else:
+            texts = listed((part.text for part in parts), "and", MAX_SHOWN)
+            yield f"Each part of the goal can be reached alone, but not {texts} together, not even with luck."
+
+    def holds(self, number: int) -> Callable[[Node], bool]:
+        return lambda node: self.space.holds((number,), node)

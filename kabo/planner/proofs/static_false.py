@@ -1,0 +1,91 @@
+"""Formulas that grounding has settled as false, because of what never changes: which part, and why."""
+
+from collections.abc import Iterable, Iterator
+
+from kabo.knowledge.binding import Binding
+from kabo.knowledge.grounding.compiler import Compiler
+from kabo.knowledge.queries import FALSE
+from kabo.knowledge.text import claim_text, formula_text, term_text
+from kabo.language.formulas import (
+    And,
+    Application,
+    Comparison,
+    Exists,
+    Forall,
+    Formula,
+    Know,
+    KnowValue,
+    KnowWhether,
+    Literal,
+    Not,
+    Or,
+    Term,
+)
+
+SHOWN = 3  # alternatives that are gone into
+
+
+def why_false(compiler: Compiler, formula: Formula, binding: Binding) -> Iterator[str]:
+    """Sentences that say why a formula is false in every state; none if it is not."""
+    if compiler.query(formula, binding) != FALSE:
+        return
+    match formula:
+        case And(parts=parts):
+            told = [s for part in parts for s in why_false(compiler, part, binding)]
+            yield from told or [f"The parts of {formula_text(formula, binding)} contradict each other."]
+        case Forall():
+            inner = compiler.instances(formula.variables, binding)
+            told = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
+            yield from _some(told or [f"The instances of {formula_text(formula, binding)} contradict each other."])
+        case Or(parts=parts):
+            yield from _some([s for part in parts for s in why_false(compiler, part, binding)])
+        case Exists():
+            inner = compiler.instances(formula.variables, binding)
+            told = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
+            yield from _some(told or [f"There is no object for {formula_text(formula, binding)}."])
+        case _:
+            yield _leaf(compiler, formula, binding)
+
+
+def _some(sentences: Iterable[str]) -> list[str]:
+    every = list(dict.fromkeys(sentences))
+    more = len(every) - SHOWN
+    return every if more <= 1 else [*every[:SHOWN], f"The same holds of {more} others."]
+
+
+def _leaf(compiler: Compiler, formula: Formula, binding: Binding) -> str:
+    text = formula_text(formula, binding)
+    match formula:
+        case Know(claim=Literal() as literal):
+            opposite = Know(Literal(literal.atom, not literal.positive))
+            return _claim(compiler, opposite, text, binding)
+        case Know(claim=Comparison() as claim) if claim.operator in ("=", "!="):
+            opposite = Know(Comparison("!=" if claim.operator == "=" else "=", claim.left, claim.right))
+            return _claim(compiler, opposite, text, binding, _out_of_range(compiler, claim, binding))
+        case KnowWhether() | KnowValue():
+            about = text.split("(", 1)[1][:-1]
+            asked = "known whether" if isinstance(formula, KnowWhether) else "known"
+            return f"{about} can never be {asked}: it is not known at the start, and no action adds or senses it."
+        case Not(body=body):
+            return f"{formula_text(body, binding)} holds from the start, and nothing ever changes that."
+    return f"{text} never holds."
+
+
+def _claim(compiler: Compiler, opposite: Know, text: str, binding: Binding, more: str = "") -> str:
+    if more:
+        return f"{text} never holds: {more}."
+    if compiler.query(opposite, binding) != FALSE:
+        said = claim_text(opposite.claim, binding)
+        return f"{text} never holds: {said} is known from the start, and nothing ever changes that."
+    return f"{text} never holds: it is not known at the start, and no action or update rule adds or senses it."
+
+
+def _out_of_range(compiler: Compiler, claim: Comparison, binding: Binding) -> str:
+    """Says so if the value can never be one of the function's."""
+    sides: list[tuple[Term, Term]] = [(claim.left, claim.right), (claim.right, claim.left)]
+    for term, value in sides:
+        if claim.operator == "=" and isinstance(term, Application) and not isinstance(value, Application):
+            values = compiler.problem.values_of(term.function)
+            if values is not None and term_text(value, binding) not in values:
+                return f"{term_text(value, binding)} is no value of {term.function}"
+    return ""

@@ -1,0 +1,55 @@
+"""Which conjuncts of a goal can never hold, even if nothing were ever lost, and why, in sentences."""
+
+from dataclasses import dataclass
+
+from kabo.knowledge.grounding.problem import Grounding, conjuncts, ground_whole
+from kabo.knowledge.queries import FALSE
+from kabo.language.problem import Problem
+from kabo.planner.proofs.achievers import Makers
+from kabo.planner.proofs.mentions import Origins
+from kabo.planner.proofs.root_causes import Blocked
+from kabo.planner.proofs.static_false import why_false
+from kabo.planner.proofs.wording import Words
+
+SAME = "For the same reasons as"  # begins the sentence about a conjunct that another one explains
+
+
+@dataclass(frozen=True)
+class UnreachableGoal:
+    """A conjunct of the goal that can never hold: the last layer that helped it, and why, in sentences."""
+
+    text: str
+    layer: int
+    why: tuple[str, ...]
+
+
+def unreachable_because(problem: Problem) -> list[UnreachableGoal]:
+    """The conjuncts of the goal that can never hold, each with the sentences that say why."""
+    return unreachable_in(blocked_in(ground_whole(problem)))
+
+
+def blocked_in(whole: Grounding) -> Blocked:
+    """What keeps things from ever being known in a grounded problem."""
+    words = Words(whole)
+    return Blocked(Makers(whole, words), words, Origins(whole))
+
+
+def unreachable_in(blocked: Blocked) -> list[UnreachableGoal]:
+    """The conjuncts of the goal that the delete relaxation never reaches, each with why."""
+    whole = blocked.makers.whole
+    compiler, reach = whole.compiler, whole.reach
+    told: dict[tuple[object, ...], str] = {}
+    found: list[UnreachableGoal] = []
+    for part, (formula, binding) in zip(whole.goal, conjuncts(compiler, compiler.problem.goal, {}), strict=True):
+        if part.query == FALSE:
+            why = tuple(why_false(compiler, formula, binding))
+            found.append(UnreachableGoal(part.text, 0, why))
+        elif not part.query.possible(reach.ones, reach.zeros):
+            reasons = blocked.reasons(part.query)
+            kinds = tuple(case.kinds for case in reasons.cases)
+            same = told.setdefault(kinds, part.text)
+            why = tuple(blocked.sentences(reasons))
+            if same != part.text:
+                why = (f"{SAME} {same}.",)
+            found.append(UnreachableGoal(part.text, reasons.layer, why))
+    return found

@@ -1,0 +1,161 @@
+"""Bits in words: which piece of knowledge a bit of a state stands for, and what an impossible query asks in vain."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Literal
+
+from kabo.knowledge.entries import Entry
+from kabo.knowledge.facts import AtomBits, Claim, ConjunctionBits, Group, NumberBits, TermBits
+from kabo.knowledge.grounding.problem import Grounding
+from kabo.knowledge.grounding.temporal import PREFIX
+from kabo.knowledge.queries import All, AllOf, AnyOf, Query, Some, bits_of
+from kabo.language.formulas import Place
+
+Role = Literal["true", "false", "whether", "equal", "unequal", "known", "number", "entry", "always"]
+
+SHOWN = 3  # of several like things
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What one bit says: in the language's spelling, and of what."""
+
+    text: str
+    role: Role
+    about: str  # the atom, term or conjunction
+    symbol: str  # its predicate or function
+    group: Group | None = None
+
+
+@dataclass(frozen=True)
+class Want:
+    """A bit that is asked to be 1 (`is_set`), or 0."""
+
+    bit: int
+    is_set: bool = True
+
+
+class Words:
+    """The meanings of all bits of a grounded problem."""
+
+    def __init__(self, whole: Grounding) -> None:
+        self._meanings: dict[int, Meaning] = {}
+        for name, _, group in whole.compiler.fluents.named(""):
+            self._add_group(name.removeprefix(PREFIX), group)
+        for entry in whole.closure.propagators:
+            if isinstance(entry, Entry):
+                self._add_entry(entry)
+        held = {monitor.held for monitor in whole.closure.monitors}
+        for part in whole.goal:
+            if isinstance(part.query, AllOf) and part.query.mask in held:
+                self._meanings[part.query.mask] = Meaning(part.text, "always", part.text, part.text)
+
+    def meaning(self, bit: int) -> Meaning:
+        """What the bit says."""
+        return self._meanings.get(bit) or Meaning("what it remembers", "always", "it", "it")
+
+    def text(self, want: Want) -> str:
+        """The want as a query: `K(p)`, or `not K(p)` for a bit that is asked to be 0."""
+        said = self.meaning(want.bit).text
+        return said if want.is_set else f"not {said}"
+
+    def query(self, query: Query, ones: int, zeros: int) -> str:
+        """What of an impossible query can never hold, as text."""
+        match query:
+            case AllOf() | AnyOf():
+                texts = [self.text(want) for want in wants(query, ones, zeros)]
+                return listed(texts, "and" if isinstance(query, AllOf) else "or")
+            case All(parts=parts):
+                impossible = [part for part in parts if not part.possible(ones, zeros)]
+                return listed([self._part(part, " or ", ones, zeros) for part in impossible], "and")
+            case Some(parts=parts):
+                return listed([self._part(part, " and ", ones, zeros) for part in parts], "or")
+        return "a comparison"
+
+    def _part(self, query: Query, inner: str, ones: int, zeros: int) -> str:
+        """A part of a compound query; in parentheses if it is compound itself."""
+        text = self.query(query, ones, zeros)
+        return f"({text})" if inner in text else text
+
+    def _add_group(self, symbol: str, group: Group) -> None:
+        about = group.text.removeprefix(PREFIX)
+        starts = group.text != about
+
+        def add(bit: int, text: str, role: Role) -> None:
+            self._meanings[bit] = Meaning(f"initially({text})" if starts else text, role, about, symbol, group)
+
+        match group:
+            case AtomBits():
+                add(group.true, f"K({about})", "true")
+                add(group.false, f"K(not {about})", "false")
+                add(group.whether, f"Kw({about})", "whether")
+            case TermBits():
+                for value, bit in group.equal.items():
+                    add(bit, f"K({about} = {value})", "equal")
+                for value, bit in group.unequal.items():
+                    add(bit, f"K({about} != {value})", "unequal")
+                add(group.settled, f"a known value of {about}", "known")
+                add(group.whether, f"Kv({about})", "whether")
+            case NumberBits():
+                add(group.known, f"a known number {about}", "number")
+                add(group.whether, f"Kv({about})", "whether")
+            case ConjunctionBits():
+                add(group.whether, f"Kw({about})", "whether")
+
+    def _add_entry(self, entry: Entry) -> None:
+        text = f"that {entry_text(entry)}"
+        for bit in bits_of(entry.mask):
+            self._meanings[bit] = Meaning(text, "entry", text, "an entry")
+
+
+def wants(query: Query, ones: int, zeros: int) -> Iterator[Want]:
+    """The bits that keep a query from ever holding, each once for every place where it is asked."""
+    match query:
+        case AllOf(mask, value):
+            for bit in bits_of(mask):
+                if bit & value & ~ones or bit & ~value & ~zeros:
+                    yield Want(bit, bool(bit & value))
+        case AnyOf(mask):
+            yield from map(Want, bits_of(mask))
+        case All(parts=parts) | Some(parts=parts):
+            for part in parts:
+                if not part.possible(ones, zeros):
+                    yield from wants(part, ones, zeros)
+
+
+def claim_in_words(claim: Claim) -> str:
+    """A literal in the language's spelling."""
+    group = claim.group
+    about = group.text.removeprefix(PREFIX)
+    if isinstance(group, AtomBits):
+        said = about if claim.holds == group.true else f"not {about}"
+    else:
+        assert isinstance(group, TermBits)
+        sides = ((group.equal, "="), (group.unequal, "!="))
+        said = next(f"{about} {sign} {v}" for bits, sign in sides for v, bit in bits.items() if bit == claim.holds)
+    return said if about == group.text else f"initially({said})"
+
+
+def entry_text(entry: Entry) -> str:
+    """What an entry of Kx or Kor says."""
+    members = [claim_in_words(member) for member in entry.members]
+    return f"{'exactly' if entry.exactly else 'at least'} one holds of {listed(members, 'and')}"
+
+
+def listed(texts: Iterable[str], word: str, shown: int = SHOWN) -> str:
+    """Texts as a list for people: `a, b and 5 more`; each text once."""
+    every = list(dict.fromkeys(texts))
+    if len(every) > shown + 1:
+        every = [*every[:shown], f"{len(every) - shown} more"]
+    return f" {word} ".join(filter(None, [", ".join(every[:-1]), every[-1]])) if every else ""
+
+
+def where(place: Place) -> str:
+    """A place for people: `domain.yaml:31`."""
+    return f"{PurePath(place.file).name}:{place.line}"
+
+
+def counted(number: int, thing: str) -> str:
+    """A number and what it counts: `1 layer`, `2 layers`."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -1,0 +1,1 @@
+"""Better motion for a plan that was found: joined, shortened and timed across its tasks, never worse."""

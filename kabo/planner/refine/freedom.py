@@ -1,0 +1,87 @@
+"""What of a task's motion may be changed afterwards without the task becoming another one.
+
+Ways lead from one configuration to another, however they go. Of a stroke the part that its family asks for at least
+stays; the rest was as much as could be had. Everything else stays as its stage made it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from kabo.language.scene_description import Stroke
+from kabo.scene import Body
+from kabo.tasks.robots.declaring import RobotStage
+from kabo.tasks.robots.motion.directions import direction_of
+from kabo.tasks.robots.stages.connecting import Connect
+from kabo.tasks.robots.stages.geometry import AddGeometry, Pad
+from kabo.tasks.robots.stages.grasps import LIFT
+from kabo.tasks.robots.stages.moves import MoveTo
+from kabo.tasks.robots.stages.reparameterising import Reparameterise
+from kabo.tasks.robots.stages.states import SampleConfiguration
+from kabo.tasks.robots.stages.strokes import MoveRelative
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """Of one stage's motion; `least` [m] is what must stay of a stroke."""
+
+    kind: Literal["way", "stroke", "fixed"]
+    least: float = 0.0
+
+
+FIXED, WAY = Freedom("fixed"), Freedom("way")
+
+
+@dataclass(frozen=True)
+class Freedoms:
+    """Of the stages of a call, by their paths; `anywhere`: the robot may end wherever nothing needs it to be."""
+
+    by_stage: Mapping[str, Freedom]
+    anywhere: bool = False
+
+    def of(self, stage: str | None) -> Freedom:
+        """Of a stage; what is not known is fixed."""
+        return FIXED if stage is None else self.by_stage.get(stage, FIXED)
+
+
+NONE = Freedoms({})
+
+
+def freedoms(stages: Sequence[RobotStage], bodies: Iterable[Body]) -> Freedoms:
+    """What may be changed of the motion of a task's stages, which is about some bodies.
+
+    A task that adds geometry, or times its motion itself, is left alone.
+    """
+    if any(isinstance(stage, (AddGeometry, Pad, Reparameterise)) for stage in stages):
+        return NONE
+    least = _least(bodies)
+    found = {stage.path: _freedom(stage, least) for stage in stages}
+    return Freedoms(found, bool(stages) and isinstance(stages[-1], SampleConfiguration))
+
+
+def _freedom(stage: RobotStage, least: float) -> Freedom:
+    if isinstance(stage, Connect | MoveTo):
+        return WAY
+    if not isinstance(stage, MoveRelative):
+        return FIXED
+    if stage.properties.has("direction") and stage.properties.reads_interface("direction"):
+        return _bounded(stage, least)
+    given = stage.known("direction")
+    if given is None or isinstance(given, Mapping) and not ("along" in given or "against" in given):
+        return FIXED
+    direction = direction_of(given, None)
+    return FIXED if direction is None else _bounded(stage, direction.stroke.minimum)
+
+
+def _bounded(stage: RobotStage, least: float) -> Freedom:
+    own = stage.known("min_distance")
+    return Freedom("stroke", least if own is None else float(own))
+
+
+def _least(bodies: Iterable[Body]) -> float:
+    """The most that any family of the bodies asks for at least [m]: by which one it was is not kept."""
+    strokes: list[Stroke | None] = [LIFT]
+    for body in bodies:
+        strokes += [stroke for family in body.grasps.values() for stroke in (family.approach, family.lift)]
+        strokes += [family.retreat for family in body.placements.values()]
+    return max(stroke.minimum for stroke in strokes if stroke is not None)

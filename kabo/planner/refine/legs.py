@@ -1,0 +1,118 @@
+"""Legs: the motion of a plan's node walked once more, each segment with the scene in which it runs and its proof.
+
+What was planned in one situation may be asked about in another one: with other robots elsewhere, with what nobody here
+moves in more or other places.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Context, Situation, contacts, supports
+from kabo.plan import Segment
+from kabo.scene import attachment
+from kabo.scene.transforms import inverse
+from kabo.tasks.robots.motion.smoothing import Part
+from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
+
+Array = npt.NDArray[np.float64]
+JOINED = 1e-6  # rad or m: a leg begins where the one before it ended, or it is another motion
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A segment, and the stretch of all the robot's joints in the scene in which it begins."""
+
+    segment: Segment
+    part: Part
+
+    @property
+    def arm(self) -> bool:
+        """Whether the planned joints move, not the gripper's."""
+        return self.part.stretch.group == "arm"
+
+    @property
+    def path(self) -> Array:
+        """The way points (m, n) of all joints."""
+        return self.part.stretch.path
+
+    def along(self, path: Iterable[Sequence[float]] | Array) -> Segment:
+        """The segment with other way points (m, n) of all joints, still to be timed."""
+        robot = self.part.scene.robot(self.segment.robot)
+        index = [robot.joint_names.index(joint) for joint in self.segment.joints]
+        rows = tuple(tuple(configuration(np.asarray(q)[index])) for q in path)
+        kept = (*(a for a, b in zip(rows, rows[1:], strict=False) if a != b), rows[-1])
+        kept = kept if len(kept) > 1 else (kept[0], kept[0])
+        return replace(self.segment, waypoints=kept, times=tuple(float(k) for k in range(len(kept))))
+
+
+def legs_of(context: Context, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
+    """The legs of a motion from a situation on.
+
+    None where this walk does not follow: several robots, things that hang on things, a start elsewhere.
+    """
+    if situation.nested or len({segment.robot for segment in motion}) > 1:
+        return None
+    scene, found = TaskScene.of(context, situation), list[Leg]()
+    for segment in motion:
+        if len(situation.robots[segment.robot]) != 1:
+            return None
+        leg = _leg(replace(scene, permitted=contacts(segment.allowed_contacts), _known={}), segment)
+        if leg is None:
+            return None
+        found.append(leg)
+        after = _after(scene.at(segment.robot, leg.part.stretch.end), segment)
+        if after is None:
+            return None
+        scene = after
+    return found
+
+
+def proven(context: Context, situation: Situation, motion: Sequence[Segment]) -> bool:
+    """Whether a motion is proven free, and to keep its constraints, for every value that a situation leaves open."""
+    legs = legs_of(context, situation, motion)
+    return legs is not None and all(leg_proven(leg) for leg in legs)
+
+
+def leg_proven(leg: Leg) -> bool:
+    """Whether all straight pieces of a leg are proven."""
+    path = leg.path
+    return all(leg.part.proven(a, b) for a, b in zip(path, path[1:], strict=False))
+
+
+def _leg(scene: TaskScene, segment: Segment) -> Leg | None:
+    robot, start = scene.robot(segment.robot), scene.configuration(segment.robot)
+    index = [robot.joint_names.index(joint) for joint in segment.joints]
+    rows = np.tile(start, (len(segment.waypoints), 1))
+    rows[:, index] = segment.waypoints
+    if np.abs(rows[0] - start).max() > JOINED:
+        return None
+    group = "arm" if segment.joints == robot.planned_joints else "gripper"
+    if group == "gripper":  # what is held does not move against what it stands on: segments do not say so
+        held = scene.situation.carried(robot.name)
+        under = scene.context.surroundings, scene.situation
+        scene = scene.permitting((name, other) for name in held for other in supports(*under, name))
+    way = tuple(map(configuration, rows))
+    made = Stretch(segment.robot, group, way, scene.permitted, segment.constraint, segment.attach, segment.detach)  # type: ignore[arg-type]
+    return Leg(segment, Part(made, scene, segment.stage or ""))
+
+
+def _after(scene: TaskScene, segment: Segment) -> TaskScene | None:
+    """The scene after what a segment takes and lets go at its end."""
+    for name in segment.detach:
+        if scene.holder(name) != segment.robot:
+            return None
+        scene = scene.placing(name, attachment("world", scene.pose(name)))
+    for name, to in segment.attach:
+        robot, _, link = to.partition(".")
+        if robot != segment.robot or len(scene.situation.objects[name]) != 1 or scene.holder(name) is not None:
+            return None
+        scene = scene.placing(name, attachment(to, inverse(_links(scene, robot)[link]) @ scene.pose(name)))
+    return scene
+
+
+def _links(scene: TaskScene, robot: str) -> Mapping[str, Array]:
+    (q,) = scene.situation.robots[robot]
+    return scene.context.surroundings.links(robot, q)

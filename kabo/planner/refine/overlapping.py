@@ -1,0 +1,124 @@
+"""How much earlier a motion may begin than the one before it ends: as far as the two can never meet.
+
+The sweeps of the last segments of the one and of the whole other one are proven apart whatever the times [K Def. 1.3]:
+an arm that is late does no harm. That everything else stays apart was proven for each of them already.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry import Motion, MovingGroup
+from kabo.geometry_server import Context, ScenePredicates, Situation
+from kabo.plan import Segment
+from kabo.planner.refine.legs import Leg, legs_of
+from kabo.planner.refine.timing import duration
+from kabo.scene.transforms import flat, transform
+
+Array = npt.NDArray[np.float64]
+DECIMALS = 6  # of times
+LEAST = 0.01  # s: less is not worth the care
+ROUNDING = 1e-9  # m: of poses
+CLOSE = 150  # couples of bodies and pieces whose boxes meet: more are taken to meet, without a proof
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A motion and the situation in which it begins."""
+
+    situation: Situation
+    motion: tuple[Segment, ...]
+
+
+def greatest_overlap(context: Context, first: Moved, second: Moved, most: float) -> float:
+    """The greatest time [s] by which the second motion may begin before the first ends: a sum of whole segments.
+
+    Args:
+        context: of the geometry server.
+        first, second: by different robots and with different objects.
+        most: the greatest time that may be; less than whole segments is possible then.
+    """
+    legs, others = legs_of(context, *_of(first)), legs_of(context, *_of(second))
+    if legs is None or others is None:
+        return 0.0
+    end, limit = duration(first.motion), min(most, duration(second.motion))
+    theirs = [_body(leg) for leg in others]
+    reached = 0.0
+    for leg in reversed(legs):
+        if reached >= limit or any(_may_meet(context, _body(leg), other) for other in theirs):
+            break
+        reached = end - leg.segment.times[0]
+    found = np.floor(min(reached, limit) * 10**DECIMALS) / 10**DECIMALS
+    return float(found) if found >= LEAST else 0.0
+
+
+def _of(moved: Moved) -> tuple[Situation, tuple[Segment, ...]]:
+    return moved.situation, moved.motion
+
+
+@dataclass(frozen=True)
+class _Body:
+    """What moves on a leg: bodies on joints with their names, the way, and boxes about what each piece sweeps."""
+
+    names: tuple[str, ...]
+    motion: Motion
+    low: Array  # (m - 1, bodies, 3) [m]
+    high: Array
+
+
+def _body(leg: Leg) -> _Body:
+    scene, name = leg.part.scene, leg.segment.robot
+    robot, surroundings = scene.robot(name), scene.context.surroundings
+    found: list[tuple[str, MovingGroup]] = []
+    for link in robot.links.values():
+        if link.mesh is not None and not robot.stands(link.name):
+            own, arrays = f"{name}.{link.name}", (link.mesh.vertices, link.mesh.faces)
+            enclosure = surroundings.enclosure(own)
+            found.append((own, MovingGroup(link.joint, flat(link.joint_T_link), enclosure, arrays)))
+    for held in scene.situation.carried(name):
+        at, mesh = scene.situation.attachment(held), scene.context.scene.bodies[held].mesh
+        link = robot.links[at.parent.partition(".")[2]]
+        pose = flat(link.joint_T_link @ transform(at.position, at.quaternion))
+        enclosure = surroundings.enclosure(held)
+        found.append((held, MovingGroup(link.joint, pose, enclosure, (mesh.vertices, mesh.faces))))
+    motion = Motion(robot.tree, tuple(group for _, group in found), leg.path)
+    boxes = np.array([[_box(swept) for swept in motion.swept(*piece, 1)] for piece in motion.segments])
+    return _Body(tuple(own for own, _ in found), motion, boxes[..., 0, :], boxes[..., 1, :])
+
+
+def _box(swept: Any) -> Array:
+    """The box (2, 3) about what a body sweeps on a piece: that of its parts at both ends, grown by their deviation."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for pose in swept.poses:
+        turn, centre = pose[:9].reshape(3, 3), swept.extents[:, :3]
+        middle, half = centre @ turn.T + pose[9:], swept.extents[:, 3:] @ np.abs(turn).T
+        grown = half + swept.bounds[:, :1] + ROUNDING
+        low = np.minimum(low, (middle - grown).min(axis=0))
+        high = np.maximum(high, (middle + grown).max(axis=0))
+    return np.array([low, high])
+
+
+def _may_meet(context: Context, first: _Body, second: _Body) -> bool:
+    """Whether what moves on two legs may meet, each anywhere on its own way."""
+    shape = first.low.shape[:2], second.low.shape[:2]
+    mine, theirs = (body.low.reshape(-1, 3) for body in (first, second))
+    ends = first.high.reshape(-1, 3), second.high.reshape(-1, 3)
+    margin = context.surroundings.budget.epsilon
+    near = (mine[:, None] <= ends[1][None] + margin).all(axis=2) & (theirs[None] <= ends[0][:, None] + margin).all(
+        axis=2
+    )
+    close = [(divmod(int(i), shape[0][1]), divmod(int(k), shape[1][1])) for i, k in np.argwhere(near)]
+    never = context.surroundings.never_collide
+    close = [each for each in close if not never(first.names[each[0][1]], second.names[each[1][1]])]
+    return len(close) > CLOSE or any(_meet(context, first, second, *each) for each in close)
+
+
+def _meet(context: Context, first: _Body, second: _Body, mine: tuple[int, int], theirs: tuple[int, int]) -> bool:
+    predicates = ScenePredicates(context.surroundings, context.scene.start)
+    alone = [
+        Motion(body.motion.tree, (body.motion.bodies[number],), body.motion.waypoints[piece : piece + 2])
+        for body, (piece, number) in ((first, mine), (second, theirs))
+    ]
+    return predicates.sweeps(alone[0], alone[1])

@@ -1,0 +1,205 @@
+"""Refinement of a plan that was found: its linear stretches are joined and their motion made better, never worse.
+
+A stretch is a chain of nodes with one way in and one way out. What is known, done and proven stays: each stretch begins
+and ends where it did, unless only the goal follows, and all that is changed is proven free anew, for every value that is
+possible there.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from kabo.errors import CutOff
+from kabo.geometry_server.answers import Success
+from kabo.planner.geometry.evaluation import Variant
+from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
+from kabo.planner.refine.joining import Act, Effort, joined, segment_length
+from kabo.planner.refine.legs import legs_of, proven
+from kabo.planner.refine.overlapping import Moved, greatest_overlap
+from kabo.planner.refine.refining_choice import Choice, Draft
+from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
+from kabo.planner.refine.timing import duration, timed
+
+if TYPE_CHECKING:
+    from kabo.tasks.procedures import GeometricProcedures
+
+SAMPLES = 20_000  # of tasks, for other solutions
+BETTER = 1e-6  # rad, s: less is no difference
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Length [rad or m, L2] and duration [s] of the longest branch, before and after, and the sum of all overlaps [s].
+
+    Both durations keep the limits of acceleration, so that they can be compared.
+    """
+
+    length_found: float
+    length: float
+    duration_found: float
+    duration: float
+    overlap: float
+    seconds: float
+
+    def written(self) -> dict[str, float]:
+        """As statistics keep them."""
+        return {
+            "path_length_found": self.length_found,
+            "path_length": self.length,
+            "duration_found": self.duration_found,
+            "duration": self.duration,
+            "overlap": self.overlap,
+            "refine_s": self.seconds,
+        }
+
+
+def refine(variants: tuple[Variant, ...], server: "GeometricProcedures", *, samples: int = SAMPLES) -> Figures:
+    """Gives the variants of a plan better motion, in place, and says how much better.
+
+    Args:
+        variants: of an evaluation in which every call succeeded; the first is the root.
+        server: that answered them; when it says stop, the rest stays as it is.
+        samples: how many may be drawn for other solutions.
+    """
+    began = perf_counter()
+    stops = stops_of(variants, server)
+    found = Found(stops, server)
+    stretches = list(stretches_of(stops))
+    draft = Draft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
+    choice = Choice(server, stops, draft, samples)
+    for stretch in stretches:
+        choice.shorten(stretch)
+    for stop in stops:
+        stop.keep(choice.draft.situations[stop], choice.draft.answers[stop])
+    for stretch in stretches:
+        with suppress(CutOff):
+            _refine(stretch, server)
+    _retime(stops, server)
+    if longest(stops, seconds_of) > found.seconds + BETTER or longest(stops, length_of) > found.length + BETTER:
+        found.restore(stops)
+    overlap = sum(let_overlap(stops, server).values())
+    after = longest(stops, length_of), longest(stops, seconds_of)
+    return Figures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
+
+
+def freedoms_of(stop: Stop, server: "GeometricProcedures") -> Freedoms:
+    """What may be changed of a node's motion."""
+    if stop.call is None:
+        return NONE
+    bodies = (server.scene.bodies.get(str(value)) for value in server.bind(stop.call).arguments.values())
+    return freedoms(server.stages(stop.call), [body for body in bodies if body is not None])
+
+
+# ------------------------------------------------------------------------------------------------------ refinement
+def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
+    """The stretch with shorter motion.
+
+    Raises:
+        CutOff: time or budget is spent; the stretch is as it was.
+    """
+    server.server.look()
+    acts = [
+        Act((), {}, NONE)
+        if (answer := stop.answer) is None
+        else Act(answer.motion, answer.changes, freedoms_of(stop, server))
+        for stop in stretch
+    ]
+    context, start = server.server.context(), stretch[0].situation
+    pinned = not all(after.is_goal for after in stretch[-1].following)
+    made = joined(context, start, acts, Effort(), pinned=pinned)
+    situation = start
+    for stop, act in zip(stretch, made, strict=True):
+        stop.keep(situation, None if stop.answer is None else Success(act.motion, act.changes))
+        situation = situation.replace(act.changes)
+
+
+def _retime(stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+    """New times for all motion."""
+    for stop in stops:
+        if stop.answer is not None:
+            with suppress(CutOff):
+                stop.keep(stop.situation, _timed(stop, stop.answer, server))
+
+
+def _timed(stop: Stop, answer: Success, server: "GeometricProcedures") -> Success:
+    """A node's motion with new times, if it is proven with them."""
+    context = server.server.context()
+    server.server.look()
+    if not answer.motion or legs_of(context, stop.situation, answer.motion) is None:
+        return answer
+    made = tuple(timed(context, stop.situation, answer.motion, round_corners=find_spec("toppra") is not None))
+    return replace(answer, motion=made) if proven(context, stop.situation, made) else answer
+
+
+class Found:
+    """The plan as it was found, timed within the same limits: what refinement has to be better than."""
+
+    def __init__(self, stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+        self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
+        self.length = longest(stops, length_of)
+        _retime(stops, server)
+        self.seconds = longest(stops, seconds_of)
+        self._timed = {stop: (stop.situation, stop.answer) for stop in stops}
+        for stop, (situation, answer) in self._kept.items():
+            stop.keep(situation, answer)
+
+    def restore(self, stops: Sequence[Stop]) -> None:
+        """Puts back what was found."""
+        for stop in stops:
+            stop.keep(*self._timed[stop])
+
+
+# ---------------------------------------------------------------------------------------------------- both at once
+def let_overlap(stops: Sequence[Stop], server: "GeometricProcedures") -> dict[Stop, float]:
+    """Lets motions begin before the one before has ended, where two robots then move apart; the overlaps [s]."""
+    made: dict[Stop, float] = {}
+    for stop in stops:
+        for after in stop.following:
+            if server.stop() or not _independent(stop, after, server):
+                continue
+            assert stop.answer is not None
+            assert after.answer is not None
+            first, second = Moved(stop.situation, stop.answer.motion), Moved(after.situation, after.answer.motion)
+            most = duration(stop.answer.motion) - made.get(stop, 0.0)
+            overlap = greatest_overlap(server.server.context(), first, second, most)
+            if overlap > 0.0:
+                made[after] = overlap
+                after.let_begin_early(overlap)
+    return made
+
+
+def _independent(stop: Stop, after: Stop, server: "GeometricProcedures") -> bool:
+    """Whether a node may begin while the one before still moves: other robots, other objects, nothing to wait for."""
+    actions = stop.first.node.action, after.first.node.action
+    if stop.call is None or after.call is None or actions[0] is None or actions[1] is None:
+        return False
+    if after.ways_in != 1 or set(stop.first.following) != {None} or not (_moves(stop) and _moves(after)):
+        return False
+    shared = {*server.single(stop.call, stop.situation)} & {*server.single(after.call, after.situation)}
+    return not shared and not actions[1].reads & actions[0].effects.writes
+
+
+def _moves(stop: Stop) -> bool:
+    return stop.answer is not None and bool(stop.answer.motion)
+
+
+# --------------------------------------------------------------------------------------------------------- figures
+def length_of(stop: Stop) -> float:
+    """The length of what a node moves [rad or m, L2]."""
+    return 0.0 if stop.answer is None else sum(map(segment_length, stop.answer.motion))
+
+
+def seconds_of(stop: Stop) -> float:
+    """By how much a node ends after the one before it [s]."""
+    return 0.0 if stop.answer is None else duration(stop.answer.motion) - stop.first.overlap
+
+
+def longest(stops: Sequence[Stop], own: Callable[[Stop], float]) -> float:
+    """The greatest sum along a branch."""
+    total: dict[Stop, float] = {}
+    for stop in reversed(stops):
+        total[stop] = own(stop) + max((total[after] for after in stop.following), default=0.0)
+    return total[stops[0]]

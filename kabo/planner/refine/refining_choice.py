@@ -1,0 +1,169 @@
+"""Other solutions of the tasks of a stretch, where they make the plan's way shorter: dynamic programming along it.
+
+Tasks can be asked for their next solution: another grasp, another place, another branch of inverse kinematics. Along a
+stretch the shortest way to each state is kept for the few best states. An end that is a new one has to pay for what
+follows: nodes behind it keep their motion where that is still proven and what it moves is where it was; the others are
+asked anew, and the sum over the whole plan decides.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from kabo.errors import CutOff
+from kabo.geometry_server.answers import Success
+from kabo.geometry_server.situation import Situation
+from kabo.planner.refine.joining import segment_length
+from kabo.planner.refine.legs import proven
+from kabo.planner.refine.refining_stops import Stop
+
+if TYPE_CHECKING:
+    from kabo.tasks.procedures import GeometricProcedures
+
+SOLUTIONS, BEAM = 3, 4  # of each task; of states that are kept
+ENDS, AGAIN = 2, 1  # of a stretch that are followed; solutions of what follows
+GAIN = 1e-3  # rad: less is not worth a change
+
+
+@dataclass(frozen=True)
+class Draft:
+    """What every node moves, and the situation in which it begins."""
+
+    answers: Mapping[Stop, Success | None]
+    situations: Mapping[Stop, Situation]
+
+    @property
+    def cost(self) -> float:
+        """The length of all ways [rad or m, L2], those of each node once."""
+        return sum(map(length, self.answers.values()))
+
+
+def length(answer: Success | None) -> float:
+    """The length of a motion [rad or m, L2]."""
+    return 0.0 if answer is None else sum(map(segment_length, answer.motion))
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A way along a stretch so far."""
+
+    cost: float
+    situation: Situation
+    answers: tuple[Success | None, ...]
+
+
+@dataclass
+class Choice:
+    """Looks for shorter solutions along the stretches of a plan; `order` has each node before those that follow it."""
+
+    server: "GeometricProcedures"
+    order: Sequence[Stop]
+    draft: Draft
+    samples: int
+    _began: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._began = self.server.statistics.samples
+
+    @property
+    def spent(self) -> bool:
+        """Whether the budget of samples is used up."""
+        return self.server.statistics.samples - self._began > self.samples or self.server.stop()
+
+    def shorten(self, stretch: Sequence[Stop]) -> None:
+        """Takes other solutions along a stretch, if the whole plan is shorter then."""
+        if self.spent or _is_held(stretch):
+            return
+        best = self.draft
+        with suppress(CutOff):  # what is better until then is taken
+            for way in self._ways(stretch)[:ENDS]:
+                forced = dict(zip(stretch, way.answers, strict=True))
+                if all(forced[stop] is self.draft.answers[stop] for stop in stretch):
+                    continue
+                found = self._settled(forced, best.cost - GAIN)
+                if found is not None:
+                    best = found
+                if self.spent:
+                    break
+        self.draft = best
+
+    # ---------------------------------------------------------------------------------------------- one stretch
+    def _ways(self, stretch: Sequence[Stop]) -> list[_Way]:
+        """The shortest ways along a stretch to the few best ends, the shortest first."""
+        ways = [_Way(0.0, self.draft.situations[stretch[0]], ())]
+        for stop in stretch:
+            reached: dict[object, _Way] = {}
+            for way in ways:
+                for answer in self._solutions(stop, way.situation, SOLUTIONS):
+                    after = way.situation if answer is None else way.situation.replace(answer.changes)
+                    on = _Way(way.cost + length(answer), after, (*way.answers, answer))
+                    known = reached.get(after.key)
+                    if known is None or on.cost < known.cost:
+                        reached[after.key] = on
+            ways = sorted(reached.values(), key=lambda way: way.cost)[:BEAM]
+        return ways
+
+    def _solutions(self, stop: Stop, situation: Situation, count: int) -> Iterator[Success | None]:
+        """The first solutions of a node's task in a situation; what it has now is one of them where it is possible."""
+        now, call = self.draft.answers[stop], stop.call
+        if call is None or now is None:
+            yield None
+            return
+        if situation.key == self.draft.situations[stop].key:
+            yield now
+        for attempt in range(count):
+            if self.spent:
+                return
+            answer = self.server.call(call, situation, attempt)
+            if not isinstance(answer, Success):
+                return
+            if answer != now:
+                yield answer
+
+    # -------------------------------------------------------------------------------------------- the whole plan
+    def _settled(self, forced: Mapping[Stop, Success | None], most: float) -> Draft | None:
+        """The plan with some answers forced, all that follows made to fit; None if it cannot be, or costs more."""
+        arriving: dict[Stop, Situation] = {self.order[0]: self.draft.situations[self.order[0]]}
+        answers: dict[Stop, Success | None] = {}
+        cost = 0.0
+        left = sum(map(length, forced.values()))  # what is still to come at least
+        for stop in self.order:
+            situation = arriving[stop]
+            if stop in forced:
+                answers[stop] = forced[stop]
+                left -= length(forced[stop])
+            else:
+                fitting = self._fitting(stop, situation)
+                if fitting is None:
+                    return None
+                (answers[stop],) = fitting
+            answer = answers[stop]
+            cost += length(answer)
+            if cost + left > most:
+                return None
+            after = situation if answer is None else situation.replace(answer.changes)
+            for follower in stop.following:
+                known = arriving.get(follower)
+                arriving[follower] = after if known is None else known.union(after)
+        return Draft(answers, arriving)
+
+    def _fitting(self, stop: Stop, situation: Situation) -> tuple[Success | None] | None:
+        """What a node does in a situation: as before, if that is proven, else the shortest of its first solutions."""
+        now, call, before = self.draft.answers[stop], stop.call, self.draft.situations[stop]
+        if now is None or call is None or situation.key == before.key:
+            return (now,)
+        single = self.server.single(call, situation)
+        if any(len(situation.values(name)) != 1 for name in single):
+            return None
+        stays = all(situation.values(name) == before.values(name) for name in single)
+        if stays and proven(self.server.server.context(), situation, now.motion):
+            return (now,)
+        found = [each for each in self._solutions(stop, situation, AGAIN) if each is not None]
+        return (min(found, key=length),) if found else None
+
+
+def _is_held(stretch: Sequence[Stop]) -> bool:
+    """Whether a stretch of one node leads to where others come to as well: it has nothing to choose."""
+    following = [after for after in stretch[-1].following if not after.is_goal]
+    return len(stretch) == 1 and bool(following) and all(after.ways_in > 1 for after in following)

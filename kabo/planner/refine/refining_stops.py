@@ -1,0 +1,104 @@
+"""The nodes of a plan before it is written: equal variants of the search as one stop, and linear stretches of stops."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from kabo.geometry_server.answers import Success
+from kabo.geometry_server.situation import Situation
+from kabo.language.formulas import GroundCall
+from kabo.planner.geometry.assembly import handles_of
+from kabo.planner.geometry.evaluation import Variant
+
+if TYPE_CHECKING:
+    from kabo.tasks.procedures import GeometricProcedures
+
+
+@dataclass(eq=False)
+class Stop:
+    """One node of the plan to be: variants of the search that are equal, and every situation that they begin in."""
+
+    variants: list[Variant]
+    situation: Situation
+    following: "tuple[Stop, ...]" = ()
+    ways_in: int = 0
+
+    @property
+    def first(self) -> Variant:
+        """Any of its variants: they differ in nothing that matters."""
+        return self.variants[0]
+
+    @property
+    def answer(self) -> Success | None:
+        """What it moves, if it moves."""
+        return self.first.answer if isinstance(self.first.answer, Success) else None
+
+    @property
+    def call(self) -> GroundCall | None:
+        """What it asks of geometry, if anything."""
+        action = self.first.node.action
+        return None if action is None else action.call
+
+    @property
+    def is_goal(self) -> bool:
+        """Whether nothing is done, nor decided, here."""
+        return self.first.node.action is None and not self.following
+
+    def keep(self, situation: Situation, answer: Success | None) -> None:
+        """Writes back into the variants what was found for them."""
+        self.situation = situation
+        for variant in self.variants:
+            variant.situation = situation
+            if answer is not None:
+                variant.answer = answer
+
+    def let_begin_early(self, overlap: float) -> None:
+        """Its motion begins before the one before it has ended, by so much [s]."""
+        for variant in self.variants:
+            variant.overlap = overlap
+
+
+def stops_of(variants: tuple[Variant, ...], server: "GeometricProcedures") -> list[Stop]:
+    """The stops of a plan, each before those that follow it, the root first."""
+    handles = handles_of(variants, server)
+    made: dict[str, Stop] = {}
+    for variant in variants:
+        known = made.get(handles[variant])
+        if known is None:
+            made[handles[variant]] = Stop([variant], variant.situation)
+        else:
+            known.variants.append(variant)
+            known.situation = known.situation.union(variant.situation)
+    for stop in made.values():
+        stop.following = tuple(made[handles[after]] for after in stop.first.following.values())
+    for stop in made.values():
+        for follower in stop.following:
+            follower.ways_in += 1
+    return _in_order(list(made.values()))
+
+
+def _in_order(stops: Sequence[Stop]) -> list[Stop]:
+    """Each stop before those that follow it: as variants come, but for equal ones."""
+    waiting, open_ = {stop: stop.ways_in for stop in stops}, [stops[0]]
+    for stop in open_:  # the list grows while it is walked
+        for follower in stop.following:
+            waiting[follower] -= 1
+            if waiting[follower] == 0:
+                open_.append(follower)
+    return open_
+
+
+def stretches_of(stops: Sequence[Stop]) -> Iterator[list[Stop]]:
+    """Every linear stretch, in order: one way in and one way out of each of its nodes but for its ends."""
+    taken: set[Stop] = set()
+    for first in stops:
+        stretch: list[Stop] = []
+        here = first
+        while here not in taken and here.first.node.action is not None:
+            taken.add(here)
+            stretch.append(here)
+            if len(here.following) != 1 or here.following[0].ways_in != 1:
+                break
+            here = here.following[0]
+        if stretch:
+            yield stretch

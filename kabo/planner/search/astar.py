@@ -1,0 +1,64 @@
+"""A*: a way of least cost to an end."""
+
+from collections.abc import Hashable
+from heapq import heappop, heappush
+from itertools import count
+from math import inf
+from typing import Generic, NamedTuple
+
+from kabo.planner.search.search_graph import Graph, Move, Node, Parents, Search, path_to
+
+PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: less than loading them takes
+
+
+class _Waiting(NamedTuple, Generic[Node]):
+    """A node by what a way through it costs at least, then by how near an end seems, then the latest first."""
+
+    total: float
+    bound: float
+    order: int
+    bounded: bool  # by itself, not by its parent
+    cost: float
+    key: Hashable
+    node: Node
+
+
+def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+    """A way of least cost to an end.
+
+    Nodes are bounded when their turn comes; until then what bounds their parents bounds them, as in the compiled
+    search of tasks without sensing. A node that is met at less cost than before is taken up again, for bounds need
+    not fall evenly along a way.
+    """
+    root, numbers = graph.key(start), count(1)
+    parents: Parents[Move, Node] = {root: None}
+    costs: dict[Hashable, float] = {root: 0.0}
+    closed: dict[Hashable, float] = {}
+    queue = [_Waiting(0.0, 0.0, 0, False, 0.0, root, start)]
+    while queue:
+        _, bound, order, bounded, cost, waiting, node = heappop(queue)
+        if cost > costs[waiting]:
+            continue
+        if not bounded and len(closed) >= PLAIN_EXPANSIONS:
+            own = graph.bound(node)
+            if own is None:
+                continue
+            if own > bound:
+                heappush(queue, _Waiting(cost + own, own, order, True, cost, waiting, node))
+                continue
+        key = graph.settled(node)
+        if key is None or closed.get(key, inf) <= cost:
+            continue
+        closed[key] = costs[key] = cost
+        if key != waiting:
+            parents[key] = parents[waiting]
+        if order and graph.is_end(node):
+            return Search(path_to(parents, key))
+        for child_key, move, child in graph.successors(node):
+            price = graph.cost(move)
+            total = cost + price
+            if total < costs.get(child_key, inf):
+                costs[child_key], parents[child_key] = total, (key, move, child)
+                left = max(0.0, bound - price)
+                heappush(queue, _Waiting(total + left, left, -next(numbers), False, total, child_key, child))
+    return Search(None, parents.keys())

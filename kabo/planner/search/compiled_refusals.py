@@ -1,0 +1,157 @@
+"""A ledger as part of a finite-domain task: refusals become conditions, lineages values, what is doubtful costs more.
+
+Each component that a refusal names gets a variable: which of its named lineages it has, or another one. Calls set it;
+an operator is split by the conditions under which its call is not refused, and once more by those under which nothing
+speaks against it. So the packed searches see all that was learnt from geometry, and plan around it at their speed.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
+from kabo.knowledge import GroundAction
+from kabo.language.formulas import GroundCall
+from kabo.planner.search.skeleton import Entry, LearntBook, Pattern
+
+SCALE = 10  # of costs: what an action costs beside the prices below
+AGAIN, DOUBTFUL, OFTEN, MOST_OFTEN = 7, 30, 2, 20  # another attempt; where something was in the way; each refusal
+MOST_WAYS = 48  # conditions of one call beside each other: with more, some are left out
+OTHER = 0  # the value of a lineage that nothing names
+
+Allowed = dict[int, frozenset[int]]  # variable: the values that it may have
+
+
+@dataclass(frozen=True)
+class LearntTask:
+    """A task with what was learnt: its operators' attempts, and whether no possible way was left out."""
+
+    compiled: CompiledTask
+    attempts: tuple[int, ...]
+    whole: bool
+
+
+def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntBook) -> LearntTask:
+    """A finite-domain task, whose operators are owned by actions, with what a ledger has learnt.
+
+    Args:
+        base: the task without geometry.
+        actions: of the knowledge task, by the numbers that own operators.
+        book: the ledger's refusals, suspicions and lineages.
+    """
+    return _Learnt(base, actions, book).made()
+
+
+class _Learnt:
+    def __init__(self, base: FiniteTask, actions: Sequence[GroundAction], book: LearntBook) -> None:
+        self.base, self.actions, self.book = base, actions, book
+        self.whole = True
+        named: dict[int, list[int]] = {}
+        for component, lineage in book.named:
+            named.setdefault(component, []).append(lineage)
+        self._variables: list[Variable] = []
+        self._initial: list[int] = []
+        self._number: dict[int, int] = {}  # variable of a component
+        self._value: dict[Entry, int] = {}
+        for component, lineages in named.items():
+            self._number[component] = len(base.variables) + len(self._variables)
+            self._variables.append(Variable(f"lineage {component}", 1 + len(lineages)))
+            self._value.update({(component, lineage): 1 + k for k, lineage in enumerate(lineages)})
+            self._initial.append(self._value.get((component, 0), OTHER))
+        self._made: dict[tuple[GroundCall, int], list[tuple[Entry, Pattern]]] = {}
+        for entry, origins in book.origins.items():
+            for origin in origins:
+                self._made.setdefault((origin.call, origin.attempt), []).append((entry, origin.reads))
+        self._sizes = {n: v.size for n, v in enumerate(self._variables, len(base.variables))}
+
+    def made(self) -> LearntTask:
+        operators: list[Operator] = []
+        attempts: list[int] = []
+        for plain in self.base.operators:
+            call = self.actions[plain.owner].call
+            scaled = replace(plain, cost=plain.cost * SCALE)
+            for operator, attempt in [(scaled, 0)] if call is None else self._with_call(scaled, call):
+                operators.append(operator)
+                attempts.append(attempt)
+        variables = (*self.base.variables, *self._variables)
+        task = FiniteTask(variables, (*self.base.initial, *self._initial), tuple(operators), self.base.goal)
+        return LearntTask(CompiledTask(task), tuple(attempts), self.whole)
+
+    def _with_call(self, plain: Operator, call: GroundCall) -> Iterable[tuple[Operator, int]]:
+        """The operator for every attempt that is open, where it is not refused; first where nothing is in its way."""
+        refusals = self.book.refusals.get(call, ())
+        often = min(OFTEN * len(refusals), MOST_OFTEN)
+        for attempt in range(self.book.attempts):
+            before = [{}] if attempt == 0 else [self._holding(p) for p in self._leading(call, attempt - 1)]
+            if not before:
+                return
+            refused = [pattern for first, pattern in refusals if first <= attempt]
+            effects = (*plain.effects, *self._effects(call, attempt))
+            cost = plain.cost + AGAIN * attempt + often
+            free = self._avoiding(before, refused)
+            clear = self._avoiding(free, self.book.suspicions.get(call, ()))
+            for allowed, price in [(each, 0) for each in clear] + [
+                (each, DOUBTFUL) for each in free if each not in clear
+            ]:
+                conditions = tuple((n, tuple(sorted(values))) for n, values in sorted(allowed.items()))
+                made = replace(
+                    plain,
+                    preconditions=(*plain.preconditions, *conditions),
+                    effects=effects,
+                    cost=cost + price,
+                )
+                yield made, attempt
+
+    def _leading(self, call: GroundCall, attempt: int) -> list[Pattern]:
+        """Where an attempt led to something that is named: what its samples depended on there."""
+        return list(dict.fromkeys(reads for _, reads in self._made.get((call, attempt), ())))
+
+    def _effects(self, call: GroundCall, attempt: int) -> Iterable[Effect]:
+        for component in self.book.moves(call):
+            number = self._number.get(component)
+            if number is None:
+                continue
+            yield Effect((), number, OTHER)
+            for entry, reads in self._made.get((call, attempt), ()):
+                if entry[0] == component:
+                    holding = self._holding(reads)
+                    conditions = tuple((n, tuple(sorted(values))) for n, values in sorted(holding.items()))
+                    yield Effect(conditions, number, self._value[entry])
+
+    def _holding(self, pattern: Pattern) -> Allowed:
+        """The values with which a pattern of named lineages holds."""
+        return {self._number[i]: frozenset([self._value[i, line]]) for i, line in pattern}
+
+    def _avoiding(self, ways: Sequence[Allowed], patterns: Iterable[Pattern]) -> list[Allowed]:
+        """The ways among these in which none of the patterns holds, none of them part of another."""
+        found = list(ways)
+        for pattern in sorted(dict.fromkeys(patterns), key=lambda p: (len(p), sorted(p))):
+            split = [narrowed for way in found for narrowed in self._without(way, pattern)]
+            found = _largest(split)
+            if len(found) > MOST_WAYS:
+                found, self.whole = found[:MOST_WAYS], False
+        return found
+
+    def _without(self, way: Allowed, pattern: Pattern) -> list[Allowed]:
+        entries = [(self._number[i], self._value[i, line]) for i, line in sorted(pattern)]
+        if any(n in way and value not in way[n] for n, value in entries):
+            return [way]
+        narrowed = []
+        for n, value in entries:
+            left = way.get(n, frozenset(range(self._sizes[n]))) - {value}
+            if left:
+                narrowed.append({**way, n: left})
+        return narrowed
+
+
+def _largest(ways: Sequence[Allowed]) -> list[Allowed]:
+    """The ways without those that another one contains; of equals the first."""
+    kept: list[Allowed] = []
+    for way in ways:
+        if not any(_contains(other, way) for other in kept):
+            kept = [other for other in kept if not _contains(way, other)]
+            kept.append(way)
+    return kept
+
+
+def _contains(wide: Mapping[int, frozenset[int]], narrow: Mapping[int, frozenset[int]]) -> bool:
+    return all(n in narrow and narrow[n] <= values for n, values in wide.items())

@@ -1,0 +1,349 @@
+"""Contingent search: a plan in which every leaf fulfils the goal [K 3.3, ch. 6].
+
+Solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and
+solve the node behind *every* outcome. What the continuation needs is then known by regression, and it serves every
+node that has it. If some outcome cannot be solved, the step is banned at this node, and the next weak plan goes
+elsewhere.
+
+Plans are acyclic, so a node is not solved through its own ancestors. A failure is therefore relative: it names the
+ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
+"""
+
+from collections.abc import Callable, Generator, Hashable
+
+from kabo.errors import CutOff
+from kabo.knowledge import Task, unreachable_goals
+from kabo.options import Options, Search
+from kabo.planner.search.fixpoint import Fixpoint
+from kabo.planner.search.greedy_search import newest_first
+from kabo.planner.search.late_sensing import delay_sensing
+from kabo.planner.search.nodes import Decide, Node, Space, Step
+from kabo.planner.search.nogoods import Failure, Failures
+from kabo.planner.search.packed import PackedTask
+from kabo.planner.search.regression import Explanation
+from kabo.planner.search.search_graph import Algorithm
+from kabo.planner.search.searches import SEARCHES
+from kabo.planner.search.skeleton import (
+    Exhausted,
+    Found,
+    Geometry,
+    Limits,
+    SearchResult,
+    Skeleton,
+    SkeletonBuilder,
+    Unreachable,
+)
+from kabo.planner.search.solved import Memo, Solved
+from kabo.planner.search.weak_plans import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
+
+SECOND_OPINION = (
+    150  # expansions: what `best` solves with fewer is solved once more, and the smaller plan is taken
+)
+DEAD_ENDS = 200  # failed choices after which `best` starts over with other hopes
+PATIENCE = 500  # failed choices after which every node is looked at once, as far as that ends soon
+MORE_PATIENCE = 4  # times as many the next time
+LOOK_AT = 10_000  # nodes at least that are looked at before the search goes on
+
+Outcome = Solved | Failure
+Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
+
+
+def find_skeleton(
+    task: Task,
+    *,
+    search: Search | None = None,
+    geometry: Geometry | None = None,
+    limits: Limits | None = None,
+    on_progress: OnProgress | None = None,
+    packed: PackedTask | None = None,
+) -> SearchResult:
+    """A contingent plan for the task, the proof that there is none, or what ended the search.
+
+    Args:
+        task: the grounded problem.
+        search: how weak plans are found, a key of `SEARCHES`; None is the best all-round one.
+        geometry: what may be refused and which attempts there are; None for purely symbolic planning.
+        limits: the budget; None is unlimited.
+        on_progress: called now and then with the statistics so far.
+        packed: the same task as packed searches want it, to be used again; None makes it where it is needed.
+
+    Raises:
+        KeyError: there is no search of that name.
+    """
+    limits, search = limits or Limits(), search or Options.search
+    if search in ("best", "astar", "breadth-first") and not task.branchings:
+        found = (packed or PackedTask(task)).skeleton(search, geometry, limits)
+        if found is not None:
+            return found
+    counter = Counter(limits, on_progress)
+    try:
+        for may_wait in (False, True) if task.may_wait else (False,):
+            outcome = _attempts(task, geometry, may_wait, search, counter)
+            if isinstance(outcome, Solved):
+                return Found(Skeleton(outcome.node), counter.statistics)
+    except BudgetSpent as spent:
+        return Exhausted(counter.statistics, spent.budget)
+    except CutOff:  # geometry was asked on the way
+        return Exhausted(counter.statistics, "time")
+    return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
+
+
+def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter) -> Outcome:
+    """Searches; `best` starts over with other hopes where one dead end follows the other.
+
+    Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
+    """
+    for hope_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
+        space = Space(task, geometry, may_wait, hope_last)
+        try:
+            outcome = _run(_Contingent(space, SEARCHES[search], counter, dead_ends).solve(space.start, []))
+        except _TooManyDeadEnds:
+            continue
+        return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
+    space = Space(task, geometry, may_wait)
+    looking = _Looking(task, may_wait, counter, takes_plans=geometry is None)
+    try:
+        return _run(_Contingent(space, SEARCHES[search], counter, PATIENCE, looking).solve(space.start, []))
+    except _Decided as decided:
+        return decided.outcome
+
+
+def _smaller(found: Solved, space: Space, counter: Counter) -> Solved:
+    """The plan, or the smaller one that a second search finds, which breaks ties the other way; for small problems.
+
+    With geometry a plan is only a proposal, and a second one would be asked for in vain.
+    """
+    spent = counter.expanded
+    if spent > SECOND_OPINION or space.geometry is not None:
+        return found
+    left = 2 * spent if counter.limits.expansions is None else min(2 * spent, counter.limits.expansions - spent)
+    second = Counter(Limits(left))  # so few that no clock need end it
+    try:
+        other = _run(_Contingent(space, newest_first, second, DEAD_ENDS).solve(space.start, []))
+    except (BudgetSpent, _TooManyDeadEnds):
+        other = found
+    counter.add(second)
+    return other if isinstance(other, Solved) and _nodes(other) < _nodes(found) else found
+
+
+def _nodes(solved: Solved) -> int:
+    return sum(1 for _ in Skeleton(solved.node).nodes())
+
+
+class _TooManyDeadEnds(Exception):
+    """Ends an attempt from within; never leaves this module."""
+
+
+class _Decided(Exception):
+    """Ends an attempt whose outcome was found by looking at every node; never leaves this module."""
+
+    def __init__(self, outcome: Outcome) -> None:
+        self.outcome = outcome
+        super().__init__()
+
+
+class _Looking:
+    """Looks at every node once, where one dead end follows the other; with geometry only for a proof by knowledge alone."""
+
+    def __init__(self, task: Task, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
+        self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
+        self._patience = PATIENCE
+        self._nodes: Fixpoint | None = None  # made when it is first needed
+
+    def __call__(self) -> int | None:
+        """How many more choices may fail if that has not ended yet; None: any number.
+
+        Raises:
+            _Decided: it has.
+        """
+        self._nodes = self._nodes or Fixpoint(Space(self._task, None, self._may_wait), self._counter)
+        found = self._nodes.solve(max(LOOK_AT, self._counter.expanded))
+        if found is False:
+            raise _Decided(Failure(frozenset()))
+        if isinstance(found, Solved):
+            if self._takes_plans:
+                raise _Decided(found)
+            return None
+        self._patience *= MORE_PATIENCE
+        return self._patience
+
+
+def _give_up() -> int | None:
+    raise _TooManyDeadEnds
+
+
+class _Contingent:
+    """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
+
+    def __init__(
+        self,
+        space: Space,
+        search: Algorithm[Node, Move],
+        counter: Counter,
+        dead_ends: int,
+        when_spent: Callable[[], int | None] = _give_up,
+    ) -> None:
+        self.dead_ends: int | None = dead_ends  # how many choices may fail; None: any number
+        self.when_spent = when_spent  # says how many more, or ends the search
+        self.space = space
+        self.search = search
+        self.counter = counter
+        self.explanation = Explanation(space)
+        self.memo = Memo(space.task.functional)
+        self.failures = Failures(less_is_less=space.geometry is None and space.task.less_is_less)
+        self.builder = SkeletonBuilder()
+        self.first: dict[Hashable, list[int]] = {}  # conjuncts of the goal to be seen to first, by node
+
+    def solve(self, node: Node, plan: list[Step]) -> Solving:
+        """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
+        key = self.space.key(node)
+        outcome: Outcome | None = self.known(node) or self.failures.of_node(key, node[0])
+        if outcome is not None:
+            return outcome
+        self.failures.path.add(key)
+        while True:
+            weak = plan or self.weak_plan(node)
+            if isinstance(weak, Failure):
+                outcome = weak
+                break
+            outcome = yield self.follow(node, weak)
+            if isinstance(outcome, Solved):
+                self.remember(node, outcome)
+                break
+            self.failures.add_choice(key, choice_of(weak[0]), outcome)
+            if self.is_doomed(node):
+                outcome = self.failures.add_nodes(key, node[0], [key], set())
+                break
+            if self.dead_ends is not None:
+                self.dead_ends -= 1
+                if self.dead_ends < 0:
+                    self.dead_ends = self.when_spent()
+            plan = []
+        self.failures.path.discard(key)
+        return outcome
+
+    def follow(self, node: Node, plan: list[Step]) -> Solving:
+        """Takes the first step of a weak plan and solves whatever it may lead to."""
+        step, rest = plan[0], plan[1:]
+        if isinstance(step, Decide):
+            return (yield self.branch(node, step, rest))
+        after = self.space.after(node, step)
+        if self.space.settled(after) is None:
+            return Failure(frozenset())
+        outcome = yield self.solve(after, rest)
+        if isinstance(outcome, Failure) or (step.action.call is None and self.serves(node, after, outcome)):
+            return outcome
+        needed = self.explanation.before_action(node, step, after, outcome.needed)
+        delivered = self.space.delivered(node, step, after)
+        made = self.builder.act(step.action, step.attempt, delivered, outcome.node)
+        return Solved(needed, made, outcome.length + 1)
+
+    def branch(self, node: Node, step: Decide, rest: list[Step]) -> Solving:
+        """Solves every outcome of a branching, the hoped one first: what it finds may serve the others."""
+        branching, needed = step.branching, 0
+        outcomes = self.space.outcomes(node, branching)
+        children: dict[str, Solved] = {}
+        hoped = dict(outcomes)[step.outcome]
+        for outcome, child in sorted(outcomes, key=lambda pair: pair[0] != step.outcome):
+            if child is not hoped:
+                self.first[self.space.key(child)] = self.lost(hoped, child)
+            solved = yield self.solve(child, rest if outcome == step.outcome else [])
+            if isinstance(solved, Failure):
+                return solved
+            needless = not children and self.explanation.ignores(branching, child, solved.needed)
+            if needless and self.serves(node, child, solved):
+                return solved  # whatever is sensed: no branch at all
+            needed |= self.explanation.before_branching(node, branching, outcome, child, solved.needed)
+            children[outcome] = solved
+        if not children:
+            return Failure(frozenset())
+        branches = tuple((outcome, children[outcome].node) for outcome, _ in outcomes)
+        length = min(child.length for child in children.values())
+        needed |= branching.entry | branching.excluded(node[0])
+        return Solved(needed, self.builder.branch(branching.fact, branches), length)
+
+    def weak_plan(self, node: Node) -> list[Step] | Failure:
+        """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
+        first = self.first.pop(self.space.key(node), [])
+        graph = WeakGraph(
+            self.space,
+            self.failures,
+            self.counter,
+            lambda end: self.known(end) is not None,
+            first,
+            only_goals_end=self.memo.is_empty,
+        )
+        if self.counter.weak_searches % 16 == 0:
+            self.counter.look_at_the_clock()  # many short searches expand nothing
+        found = self.search(node, graph)
+        self.counter.weak_searches += 1
+        if found.path is None:
+            return self.failures.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
+        steps = steps_of(found.path)
+        delayed = delay_sensing(self.space, node, steps)
+        return delayed if delayed != steps and self.may_follow(node, delayed) else steps
+
+    def is_doomed(self, node: Node) -> bool:
+        """Whether what is unknown may turn out so that the goal is out of reach even relaxed, and that known at once.
+
+        Judged only where nothing is inferred: there every single outcome is a possible world.
+        """
+        task, state = self.space.task, node[0]
+        if not task.closure.is_empty or self.search not in (SEARCHES["best"], newest_first):
+            return False
+        parts = range(len(task.goal))
+        return any(
+            self.space.relaxation.estimate(after, parts).value is None
+            for branching in task.branchings.values()
+            for _, after in branching.outcomes(state)
+            if after != state and not self.space.task.is_goal(after)
+        )
+
+    def lost(self, hoped: Node, node: Node) -> list[int]:
+        """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""
+        held = set(self.space.held(node))
+        return [number for number in self.space.held(hoped) if number not in held]
+
+    def serves(self, node: Node, after: Node, solved: Solved) -> bool:
+        """Whether what continues from `after` continues from `node` as well: the step between is needless."""
+        different = self.explanation.extended(node[0]) ^ self.explanation.extended(after[0])
+        return not different & solved.needed
+
+    def may_follow(self, node: Node, steps: list[Step]) -> bool:
+        """Whether no step of a reordered weak plan is known to fail."""
+        for step in steps:
+            if self.failures.of_choice(self.space.key(node), choice_of(step)) is not None:
+                return False
+            node = self.space.after(node, step)
+            if self.failures.of_node(self.space.key(node), node[0]) is not None:
+                return False
+        return True
+
+    def known(self, node: Node) -> Solved | None:
+        """The continuation of a node that fulfils the goal, or that an earlier continuation covers."""
+        if self.space.is_goal(node):
+            return Solved(self.explanation.goal(node), self.builder.goal, 0)
+        if self.memo.is_empty or self.space.task.open_branching(node[0]) is not None:
+            return None  # what stands open is branched on first
+        return self.memo.find(self.explanation.extended(node[0]), self.space.geometry_key(node))
+
+    def remember(self, node: Node, solved: Solved) -> None:
+        """Keeps a continuation for every node that has what it needs."""
+        self.counter.solved += 1
+        if self.space.task.open_branching(node[0]) is None:
+            self.memo.add(self.explanation.extended(node[0]), self.space.geometry_key(node), solved)
+
+
+def _run(solving: Solving) -> Outcome:
+    """Runs a recursion of generators on a stack of its own: plans may be longer than Python's stack is deep."""
+    stack: list[Solving] = [solving]
+    outcome: Outcome | None = None
+    while stack:
+        try:
+            stack.append(stack[-1].send(outcome))  # type: ignore[arg-type]
+            outcome = None
+        except StopIteration as finished:
+            stack.pop()
+            outcome = finished.value
+    assert outcome is not None
+    return outcome

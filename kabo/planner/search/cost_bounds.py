@@ -1,0 +1,36 @@
+"""What a weak plan costs at least, for A*: LM-cut over the delete relaxation of knowledge.
+
+The relaxation takes every outcome of sensing at once and loses nothing that was ever known, so whatever a weak plan
+does can be done there, at no more cost.
+"""
+
+from functools import cached_property
+from math import floor
+
+from kabo.finite_domain.heuristics.landmark_bound import LandmarkBound
+from kabo.knowledge import Task
+from kabo.planner.search.delete_relaxation import Relaxation
+
+UNITS = 1000  # of cost 1: costs are rounded down to such parts, so that bounds stay bounds
+
+
+class CostBounds:
+    """Lower bounds for one task, each found out once."""
+
+    def __init__(self, task: Task, relaxation: Relaxation) -> None:
+        self._task, self._relaxation = task, relaxation
+        self._known: dict[int, float | None] = {}
+
+    @cached_property
+    def _landmarks(self) -> LandmarkBound:
+        relaxation, task = self._relaxation, self._task
+        costs = {action.index: floor(UNITS * action.cost) for action in task.actions}
+        goal = relaxation.goal_of(tuple(range(len(task.goal))))
+        return LandmarkBound(relaxation.task.facts, relaxation.operators, goal, costs)
+
+    def below(self, state: int) -> float | None:
+        """What any weak plan from the state costs at least; None: there is none."""
+        if state not in self._known:
+            bound = self._landmarks.below(self._relaxation.true_in(state))
+            self._known[state] = None if bound is None else bound / UNITS
+        return self._known[state]

@@ -1,0 +1,154 @@
+"""Greedy search by estimates over knowledge: for the whole goal, or for one conjunct after the other."""
+
+from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
+from heapq import heappop, heappush
+from typing import Generic
+
+from kabo.planner.search.search_graph import Graph, Move, Node, Parents, Search, expanded, path_to
+
+SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
+PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
+
+
+def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+    """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge."""
+    found = _greedy(start, graph, graph.is_end, graph.parts, None, once=False)
+    assert found is not None, "a search without a limit ends with an answer"
+    return found
+
+
+def newest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+    """As `serial`, but of nodes that seem equally far the newest is taken, not the oldest."""
+    return serial(start, graph, newest=True)
+
+
+def serial(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Search[Node, Move]:
+    """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
+
+    What is left of a contingent plan when one conjunct has been reached is then the same in all branches. What has
+    been reached is not risked on the way, if that can be; where a conjunct cannot be reached soon without losing an
+    earlier one for good, the goal is searched for as a whole.
+    """
+    node, path, reached = start, [], tuple(part for part in graph.parts if graph.holds((part,), start))
+    for part in graph.parts:
+        wanted = (part, *reached) if part not in reached else reached
+        if graph.holds(wanted, node):
+            continue
+        arrived = _all_hold(graph, wanted)
+        step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached, newest=newest)
+        if step is None or step.path is None:
+            step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, newest=newest)
+        if step is None or step.path is None:
+            return greedy(start, graph)
+        reached = wanted
+        if step.path:
+            path += step.path
+            node = path[-1][1]
+        if graph.is_end(node):
+            return Search(path)
+    return Search(path) if path and graph.is_end(node) else greedy(start, graph)
+
+
+def _all_hold(graph: Graph[Node, Move], parts: tuple[int, ...]) -> Callable[[Node], bool]:
+    def reached(node: Node) -> bool:
+        return graph.holds(parts, node) or graph.is_end(node)
+
+    return reached
+
+
+def _greedy(
+    start: Node,
+    graph: Graph[Node, Move],
+    is_end: Callable[[Node], bool],
+    parts: Sequence[int],
+    limit: int | None,
+    kept: tuple[int, ...] = (),
+    once: bool = True,
+    newest: bool = False,
+) -> Search[Node, Move] | None:
+    """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
+
+    Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
+    more turns whenever the estimate improves [Fast Downward, LAMA's first iteration]. Where all other actions lead
+    is not even looked at before their turn comes. Whatever is known the same as where the search has been waits one
+    step longer for each time, or is left out if so wanted: nodes that only geometry tells apart seem equally far, and
+    there is no end of them.
+    """
+    root = graph.key(start)
+    parents: Parents[Move, Node] = {root: None}
+    done: set[Hashable] = set()
+    every: _Queue[Node] = _Queue(newest)
+    promising: _Queue[Node] = _Queue(newest)
+    every.push(0, (root, start, None, 0))
+    been: Counter[Hashable] = Counter()
+    best: int | None = None
+    while every.waiting or promising.waiting:
+        first = promising.waiting and (promising.turns < every.turns or not every.waiting)
+        queue = promising if first else every
+        value, (waiting, node, preferred, counted) = queue.pop()
+        known = graph.known(node)
+        if preferred is None and been[known] > counted:
+            if once:
+                continue
+            queue.push(value + been[known] - counted, (waiting, node, None, been[known]))
+            continue
+        key = waiting if preferred is not None else expanded(waiting, node, graph, parents, done)
+        if key is None:
+            continue
+        if preferred is None:
+            if key != waiting and is_end(node):
+                return Search(path_to(parents, key))
+            if limit is not None and len(done) > limit:
+                return None
+            estimate, preferred = graph.estimate(node, parts)
+            if estimate is None:
+                continue
+            value = estimate + been[known]
+            been[known] += 1
+            if best is None or value < best:
+                best = value
+                promising.turns -= PREFERRED_TURNS
+            successors = graph.successors(node, among=preferred)
+            every.push(value, (key, node, preferred, 0))
+            target = promising
+        else:
+            successors = graph.successors(node, without=preferred)
+            target = every
+        for child_key, move, child in successors:
+            if child_key in parents:
+                continue
+            if kept and not graph.holds(kept, child):
+                continue
+            parents[child_key] = key, move, child
+            if is_end(child) and graph.settled(child) is not None:
+                return Search(path_to(parents, child_key))
+            target.push(value, (child_key, child, None, 0))
+    return Search(None, parents.keys())
+
+
+_Waiting = tuple[Hashable, Node, frozenset[int] | None, int]
+
+
+class _Queue(Generic[Node]):
+    """Nodes by estimate, the oldest (or the newest) of equals first; `turns` counts what was taken out.
+
+    With a node waits nothing if it is to be expanded, and what was preferred if the rest of its successors is due;
+    and how often the search had been where the same is known when the node began to wait.
+    """
+
+    def __init__(self, newest: bool) -> None:
+        self.waiting: list[tuple[int, int, _Waiting[Node]]] = []
+        self._count, self._step = 0, -1 if newest else 1
+        self.turns = 0
+
+    def push(self, value: int, waiting: "_Waiting[Node]") -> None:
+        """Puts a node in."""
+        self._count += self._step
+        heappush(self.waiting, (value, self._count, waiting))
+
+    def pop(self) -> "tuple[int, _Waiting[Node]]":
+        """Takes the nearest node out, with its estimate."""
+        self.turns += 1
+        value, _, waiting = heappop(self.waiting)
+        return value, waiting

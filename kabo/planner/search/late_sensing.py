@@ -1,0 +1,97 @@
+"""Sensing is put off to where it is needed, so that fewer steps are repeated in several branches.
+
+Late steps (branchings, and actions that only sense) let other steps pass if nothing that one writes is read or
+written by the other, and if at most one of them calls a procedure: procedures do not commute. A step that must wait
+for a late one takes it along. A step that touches a conjunct of the goal comes after all sensing that this conjunct
+weighs beside it: a bottle is looked at before it is carried to where only empty ones belong. What a branching writes
+is what it changed on this way, inferences included; the new order is then followed once, to be sure. The other
+outcomes are solved for themselves.
+"""
+
+from typing import NamedTuple
+
+from kabo.knowledge.queries import All, Some, union
+from kabo.planner.search.nodes import Act, Decide, Node, Space, Step
+
+
+class _Piece(NamedTuple):
+    """A step, and what it reads and writes."""
+
+    step: Step
+    reads: int
+    writes: int
+
+
+def delay_sensing(space: Space, node: Node, steps: list[Step]) -> list[Step]:
+    """The steps in an order that senses as late as possible and reaches the same node.
+
+    Args:
+        space: the graph of the search.
+        node: where the steps begin.
+        steps: a weak plan.
+    """
+    pieces, end = _pieces(space, node, steps)
+    result: list[_Piece] = []
+    late: list[_Piece] = []
+    for piece in pieces:
+        if is_late(piece.step, space.task.whether):
+            late.append(piece)
+            continue
+        block = [piece]
+        waiting: list[_Piece] = []
+        for sensing in reversed(late):
+            (waiting if all(_independent(sensing, other) for other in block) else block).insert(0, sensing)
+        late = waiting
+        result += block
+    delayed = [piece.step for piece in result + late]
+    return delayed if delayed != steps and _reaches(space, node, delayed, end) else steps
+
+
+def _pieces(space: Space, node: Node, steps: list[Step]) -> tuple[list[_Piece], Node]:
+    pieces = []
+    together = [part.query.reads for part in space.task.goal if isinstance(part.query, Some | All)]
+    for step in steps:
+        after = space.after(node, step)
+        changed = node[0] ^ after[0]
+        if isinstance(step, Decide):
+            reads = step.branching.mask | step.branching.reasons(node[0], step.outcome)
+            pieces.append(_Piece(step, reads, changed | step.branching.mask))
+        else:
+            reads = step.action.reads | step.action.reasons(node[0])
+            reads |= union(weighed for weighed in together if weighed & step.action.effects.writes)
+            pieces.append(_Piece(step, reads, changed | step.action.effects.writes))
+        node = after
+    return pieces, node
+
+
+def _reaches(space: Space, node: Node, steps: list[Step], end: Node) -> bool:
+    for step in steps:
+        after = space.possible(node, step)
+        if after is None:
+            return False
+        node = after
+    return node == end
+
+
+def is_late(step: Step, entries: int) -> bool:
+    """Whether a step may wait: it changes nothing but what is known at run time."""
+    return isinstance(step, Decide) or bool(step.action.sense) and not step.action.effects.writes & ~entries
+
+
+def _independent(first: _Piece, second: _Piece) -> bool:
+    """Whether two neighbouring steps may change places."""
+    one, other = first.step, second.step
+    if _calls(one) and (_calls(other) or _tests(other)) or _tests(one) and _calls(other):
+        return False
+    return not (first.writes & (second.reads | second.writes) or first.reads & second.writes)
+
+
+def _calls(step: Step) -> bool:
+    return isinstance(step, Act) and step.action.call is not None
+
+
+def _tests(step: Step) -> bool:
+    return isinstance(step, Act) and (
+        step.action.precondition.has_tests
+        or any(update.condition.has_tests for update in step.action.effects.updates)
+    )

@@ -1,0 +1,253 @@
+"""The nodes of the search: what is known, and the trace of the procedures that made the geometric state."""
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
+from kabo.knowledge.facts import open_entries
+from kabo.knowledge.queries import Query, bits_of, conjunction, split, union
+from kabo.language.formulas import GroundCall
+from kabo.planner.search.skeleton import Geometry, Trace
+
+if TYPE_CHECKING:
+    from kabo.planner.search.cost_bounds import CostBounds
+    from kabo.planner.search.delete_relaxation import Relaxation
+
+Node = tuple[int, Trace]
+Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedure, and the node after it
+
+
+class Act(NamedTuple):
+    """A step of a weak plan: an action, and the trace that its procedure leaves behind."""
+
+    action: GroundAction
+    attempt: int
+    trace: Trace
+
+
+class Decide(NamedTuple):
+    """A step of a weak plan: the outcome hoped for of a branching."""
+
+    branching: Branching
+    outcome: str
+
+
+Step = Act | Decide
+
+
+_Indexed = tuple[int, int, int, Query | None, GroundAction, Callable[..., int | None]]
+
+
+class Space:
+    """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
+
+    def __init__(
+        self, task: Task, geometry: Geometry | None, may_wait: bool = False, hope_last: bool = True
+    ) -> None:
+        self.task = task
+        self.hope_last = (
+            hope_last  # which outcome of sensing weak plans hope for first: the last one in plan order
+        )
+        self.may_wait = may_wait  # whether what was sensed may stay open; else it is branched on at once
+        self.geometry = geometry
+        self.start: Node = (task.initial, None if geometry is None else geometry.start)
+        self._reduced, self._form = task.relevance.reduced, task.normal_form.of
+        self._together: dict[tuple[int, ...], Query] = {}  # conjuncts of the goal as one query
+        self._entries: list[_Indexed] = []
+        self._by_bit: dict[int, list[_Indexed]] = {}
+        for action in task.actions:
+            mask, value, rest = split(action.precondition)
+            telling = value & task.functional or value & ~task.initial or value
+            entry = (action.index, mask, value, rest, action, action.after)
+            self._by_bit.setdefault(_rarest(telling, self._by_bit), []).append(entry)
+            self._entries.append(entry)
+        self._indexed = union(self._by_bit)
+
+    @cached_property
+    def relaxation(self) -> "Relaxation":
+        """The delete relaxation of the task, made when it is first asked for."""
+        from kabo.planner.search.delete_relaxation import Relaxation
+
+        refused = frozenset() if self.geometry is None else self.geometry.refused_everywhere()[0]
+        return Relaxation(self.task, refused)
+
+    @cached_property
+    def cost_bounds(self) -> "CostBounds":
+        """What weak plans cost at least."""
+        from kabo.planner.search.cost_bounds import CostBounds
+
+        return CostBounds(self.task, self.relaxation)
+
+    def key(self, node: Node) -> Hashable:
+        """What tells nodes apart: nodes with equal keys have the same plans."""
+        state = self._form(self._reduced(node[0]))
+        return state if self.geometry is None else (state, self.geometry.key(node[1]))
+
+    def known(self, node: Node) -> int:
+        """What is known at a node, whatever geometry."""
+        return self._form(self._reduced(node[0]))
+
+    def settled(self, node: Node) -> Hashable | None:
+        """The key of a node that is about to be expanded, or ends a search; None if geometry refuses it."""
+        return self.key(node) if self.geometry is None or self.geometry.settle(node[1]) else None
+
+    def oracle(self, trace: Trace) -> GeometricOracle:
+        """Answers the geometric tests inside formulas at this trace."""
+        return optimistic if self.geometry is None else _Oracle(self.geometry, trace)
+
+    def is_goal(self, node: Node) -> bool:
+        """Whether the goal holds; with what was sensed still open, whether it holds however that turns out.
+
+        An exclusive-or of queries may hold only as long as nobody asks [K Table 6.1: a full bottle must not be
+        washed]. Where branching may wait, what is known without asking counts.
+        """
+        if not self.task.is_goal(node[0], self.oracle(node[1])):
+            return False
+        if self.may_wait or not open_entries(node[0], self.task.pending):
+            return True
+        branching = self.task.open_branching(node[0])
+        return branching is None or all(self.is_goal(child) for _, child in self.outcomes(node, branching))
+
+    def holds(self, parts: tuple[int, ...], node: Node) -> bool:
+        """Whether these conjuncts of the goal hold."""
+        query = self._together.get(parts)
+        if query is None:
+            known = self._together.get(parts[1:])  # one conjunct of the goal is added after the other
+            rest = [self.task.goal[part].query for part in parts[1:]] if known is None else [known]
+            first = [self.task.goal[part].query for part in parts[:1]]
+            query = self._together[parts] = conjunction(first + rest)
+        return query.holds(node[0], self.oracle(node[1]))
+
+    def held(self, node: Node) -> list[int]:
+        """The numbers of all conjuncts of the goal that hold."""
+        test = self.oracle(node[1])
+        return [number for number, part in enumerate(self.task.goal) if part.query.holds(node[0], test)]
+
+    def moves(
+        self, node: Node, among: frozenset[int] | None = None, without: frozenset[int] = frozenset()
+    ) -> Iterator[Move]:
+        """Every applicable action with every attempt that geometry allows, in the order of the file.
+
+        Only actions `among` these indices, if that is given, and none of those `without` which.
+
+        Left out is what cannot help: what changes neither knowledge nor geometry, and sensing what is known.
+        """
+        state, trace = node
+        test = self.oracle(trace)
+        listed = self._listed(state) if among is None else map(self._entries.__getitem__, among)
+        found = [entry for entry in listed if state & entry[1] == entry[2]]
+        found.sort(key=_place)
+        for index, _, _, rest, action, after_of in found:
+            if index in without:
+                continue
+            if rest is not None and not rest.holds(state, test):
+                continue
+            after = after_of(state, test)
+            if after is None or (after == state and (self._is_free(action) or action.sense)):
+                continue
+            for attempt, trace_after in self._options(action, trace):
+                yield action, attempt, (after, trace_after)
+
+    def _listed(self, state: int) -> Iterator[_Indexed]:
+        """The actions whose preconditions may hold in the state."""
+        for bit in (0, *bits_of(state & self._indexed)):
+            yield from self._by_bit.get(bit, ())
+
+    def after(self, node: Node, step: Step) -> Node:
+        """The node after a step that is known to be possible."""
+        state, trace = node
+        if isinstance(step, Decide):
+            return dict(step.branching.outcomes(state))[step.outcome], trace
+        after = step.action.after(state, self.oracle(trace))
+        assert after is not None, f"{step.action} contradicts itself"
+        return after, trace if self._is_free(step.action) else step.trace
+
+    def possible(self, node: Node, step: Step) -> Node | None:
+        """The node after a step, or None if it cannot be taken there."""
+        state, trace = node
+        if isinstance(step, Decide):
+            if step.branching not in self._next(state):
+                return None
+            after = dict(step.branching.outcomes(state)).get(step.outcome)
+            return None if after is None else (after, trace)
+        if not step.action.applicable(state, self.oracle(trace)):
+            return None
+        after = step.action.after(state, self.oracle(trace))
+        if after is None or self._is_free(step.action):
+            return None if after is None else (after, trace)
+        allowed = (option for option in self._options(step.action, trace) if option[0] == step.attempt)
+        return next(((after, made) for _, made in allowed), None)
+
+    def leaves(self, node: Node) -> "list[tuple[tuple[Decide, ...], Node]]":
+        """The nodes behind all open branchings, with the decisions that lead there.
+
+        One that fulfils the goal need not be branched any further. Where branching may wait, also the nodes at which
+        some or all is still open, whatever comes first.
+        """
+        if not open_entries(node[0], self.task.pending):
+            return [((), node)]
+        found: list[tuple[tuple[Decide, ...], Node]] = []
+        seen: set[int] = set()  # several orders lead to the same knowledge
+        waiting: list[tuple[tuple[Decide, ...], Node]] = [((), node)]
+        while waiting:
+            decided, here = waiting.pop()
+            if here[0] in seen:
+                continue
+            seen.add(here[0])
+            branchings = [] if self.is_goal(here) else self._next(here[0])
+            if self.may_wait or not branchings:
+                found.append((decided, here))
+            for branching in reversed(branchings):
+                outcomes = self.outcomes(here, branching)[:: 1 if self.hope_last else -1]
+                waiting += [((*decided, Decide(branching, name)), child) for name, child in outcomes]
+        return found
+
+    def _next(self, state: int) -> "list[Branching]":
+        """What may be branched on now: anything open where branching may wait, else the first."""
+        if self.may_wait:
+            return self.task.open_branchings(state)
+        branching = self.task.open_branching(state)
+        return [] if branching is None else [branching]
+
+    def geometry_key(self, node: Node) -> Hashable:
+        """What of geometry tells nodes apart."""
+        return None if self.geometry is None else self.geometry.key(node[1])
+
+    def delivered(self, node: Node, step: Act, after: Node) -> tuple[str, ...]:
+        """The facts that the step senses and that were not known, not even for run time, before it."""
+        new = after[0] & ~node[0] & self.task.whether
+        facts = {self.task.entries[bit] for bit in bits_of(new)}
+        return tuple(fact for fact in step.action.sense if fact in facts)
+
+    def outcomes(self, node: Node, branching: Branching) -> list[tuple[str, Node]]:
+        """The nodes behind a branching, in plan order."""
+        return [(outcome, (state, node[1])) for outcome, state in branching.outcomes(node[0])]
+
+    def _is_free(self, action: GroundAction) -> bool:
+        """Whether the action asks nothing of geometry."""
+        return self.geometry is None or action.call is None
+
+    def _options(self, action: GroundAction, trace: Trace) -> "list[tuple[int, Trace]]":
+        if self.geometry is None or action.call is None:
+            return [(0, trace)]
+        return list(self.geometry.options(action.call, trace))
+
+
+def _rarest(value: int, filed: Mapping[int, Sequence[_Indexed]]) -> int:
+    """The bit of a precondition under which fewest actions are filed; 0 if it asks for none."""
+    return min(bits_of(value), key=lambda bit: len(filed.get(bit, ())), default=0)
+
+
+def _place(entry: _Indexed) -> int:
+    return entry[0]
+
+
+@dataclass(frozen=True)
+class _Oracle:
+    geometry: Geometry
+    trace: Trace
+
+    def __call__(self, call: GroundCall) -> bool:
+        return self.geometry.test(call, self.trace)

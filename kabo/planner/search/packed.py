@@ -1,0 +1,117 @@
+"""Skeletons of tasks without sensing, found by the packed searches of `kabo.finite_domain`."""
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from kabo.budgets import Spent
+from kabo.knowledge import Task, unreachable_goals
+from kabo.options import Search
+from kabo.planner.search.skeleton import (
+    Exhausted,
+    Found,
+    Geometry,
+    LearntBook,
+    Limits,
+    SearchResult,
+    Skeleton,
+    SkeletonBuilder,
+    SkeletonNode,
+    Statistics,
+    Unreachable,
+)
+
+if TYPE_CHECKING:  # loaded where a task without sensing needs them
+    from kabo.finite_domain import CompiledTask
+    from kabo.finite_domain import SearchResult as PackedResult
+
+CHEAPEST = 20_000  # expansions in which a plan of least cost is looked for: procedures cost more than the search
+
+
+class PackedTask:
+    """A task prepared for packed searches when one is first asked for."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+
+    @cached_property
+    def compiled(self) -> "CompiledTask | None":
+        """The task in finite domains, its operators owned by the actions; None if it cannot be said so."""
+        from kabo.planner.search.to_finite_domain import classical_task
+
+        return classical_task(self.task)
+
+    def skeleton(self, search: Search, geometry: Geometry | None, limits: Limits) -> SearchResult | None:
+        """The answer of a packed search.
+
+        None if the task cannot be said in finite domains, or not with all that geometry has refused.
+
+        Args:
+            search: `best`, `astar` or `breadth-first`.
+            geometry: what is refused.
+            limits: the budget.
+        """
+        compiled = self.compiled
+        if compiled is None:
+            return None
+        if geometry is None:
+            return self._told(_searched(compiled, search, None, limits), compiled, None, limits)
+        refused, is_all = geometry.refused_everywhere()
+        book = geometry.learnt()
+        if is_all and (book is None or not book.suspicions):
+            calls = [self.task.actions[operator.owner].call for operator in compiled.task.operators]
+            forbidden = [int(call in refused) for call in calls]
+            return self._told(_searched(compiled, search, forbidden, limits, book), compiled, None, limits)
+        if book is None:
+            return None
+        from kabo.planner.search.compiled_refusals import learnt_task
+
+        learnt = learnt_task(compiled.task, self.task.actions, book)
+        found = _searched(learnt.compiled, search, None, limits, book)
+        if found.status == "unsolvable" and not learnt.whole:
+            return None
+        return self._told(found, learnt.compiled, learnt.attempts, limits)
+
+    def _told(
+        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None, limits: Limits
+    ) -> SearchResult:
+        statistics = Statistics(found.expanded, found.generated, 1, 1)
+        if found.status == "unsolvable":
+            return Unreachable(statistics, tuple(unreachable_goals(self.task)))
+        if found.plan is None:
+            return Exhausted(statistics, _spent(found, limits))
+        builder = SkeletonBuilder()
+        node: SkeletonNode = builder.goal
+        for number in reversed(found.plan):
+            action = self.task.actions[compiled.task.operators[number].owner]
+            node = builder.act(action, 0 if attempts is None else attempts[number], (), node)
+        return Found(Skeleton(node), statistics)
+
+
+def _spent(found: "PackedResult", limits: Limits) -> Spent:
+    """What ended a search without an answer: somebody who was asked, expansions, or the bytes for its states."""
+    if found.status == "stopped":
+        return "time"
+    return "expansions" if limits.expansions is not None and found.expanded >= limits.expansions else "memory"
+
+
+def _searched(
+    compiled: "CompiledTask",
+    search: Search,
+    forbidden: "list[int] | None",
+    limits: Limits,
+    book: LearntBook | None = None,
+) -> "PackedResult":
+    """The answer of the search of that name; with geometry, `best` first looks for a plan of least cost for a while."""
+    from kabo.finite_domain import Budget, astar, bfws, breadth_first
+
+    budget = Budget(expansions=limits.expansions, stop=limits.deadline)
+    if search == "best" and book is not None:
+        most = CHEAPEST if limits.expansions is None else min(CHEAPEST, limits.expansions)
+        found = astar(compiled, forbidden=forbidden, budget=Budget(expansions=most, stop=limits.deadline))
+        if found.status in ("solved", "unsolvable"):
+            return found
+    if search == "best":
+        return bfws(compiled, forbidden=forbidden, budget=budget)
+    run = astar if search == "astar" else breadth_first
+    return run(compiled, forbidden=forbidden, budget=budget)

@@ -1,0 +1,84 @@
+"""Why a continuation works: the bits that it needs, found by regression; so it serves every node that has them.
+
+Beside the bits of the knowledge state there is one derived bit for each compound conjunct of the goal. "The
+conjunct for bottle 3 holds" then stays one condition, however it came to hold: by an empty bottle in the
+dishwasher, or by a bottle that is not empty. A derived bit is unfolded only where a step touches what the conjunct
+reads.
+"""
+
+from dataclasses import dataclass
+
+from kabo.knowledge import Branching, Query
+from kabo.knowledge.queries import AllOf, bits_of, union
+from kabo.planner.search.nodes import Act, Node, Space
+
+
+@dataclass(frozen=True)
+class _Derived:
+    """The derived bit of a compound goal conjunct, and its truth by the bits that it reads."""
+
+    bit: int
+    query: Query
+    known: dict[int, bool]
+
+    def holds(self, state: int) -> bool:
+        """Whether the conjunct holds; remembered, for it is asked of every node."""
+        read = state & self.query.reads
+        answer = self.known.get(read)
+        if answer is None:
+            answer = self.known[read] = self.query.holds(state)
+        return answer
+
+
+class Explanation:
+    """Regression of needed bits through the steps of a plan for one task."""
+
+    def __init__(self, space: Space) -> None:
+        self._space = space
+        self._width = space.task.width
+        self._plain = (1 << self._width) - 1
+        self._inferred = space.task.closure.makes | space.task.closure.clears
+        parts = [part.query for part in space.task.goal]
+        self._tested = [query for query in parts if query.has_tests]
+        compound = [query for query in parts if not query.has_tests and not isinstance(query, AllOf)]
+        self._derived = [_Derived(1 << (self._width + number), query, {}) for number, query in enumerate(compound)]
+        self._goal = union(query.mask for query in parts if isinstance(query, AllOf)) | union(
+            derived.bit for derived in self._derived
+        )
+
+    def extended(self, state: int) -> int:
+        """The state with its derived bits."""
+        for derived in self._derived:
+            if derived.holds(state):
+                state |= derived.bit
+        return state
+
+    def goal(self, node: Node) -> int:
+        """What a node that fulfils the goal needs for that."""
+        oracle = self._space.oracle(node[1])
+        return self._goal | union(query.support(node[0], oracle) for query in self._tested)
+
+    def before_action(self, node: Node, step: Act, after: Node, needed: int) -> int:
+        """What `node` needs so that the step can be taken and leaves what is `needed` after it."""
+        action = step.action
+        needed = self._unfolded(after[0], needed, action.effects.writes | self._inferred)
+        plain = action.needs(node[0], needed & self._plain, self._space.oracle(node[1]))
+        return plain | needed & ~self._plain
+
+    def before_branching(self, node: Node, branching: Branching, outcome: str, after: Node, needed: int) -> int:
+        """What the node before a branching needs beside the entry itself, for one outcome."""
+        needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
+        return branching.needs(node[0], outcome, needed & self._plain) | needed & ~self._plain
+
+    def ignores(self, branching: Branching, after: Node, needed: int) -> bool:
+        """Whether what is needed behind a branching has nothing to do with what it tells."""
+        needed = self._unfolded(after[0], needed, branching.mask | self._inferred)
+        return not needed & branching.mask & ~branching.entry
+
+    def _unfolded(self, state: int, needed: int, written: int) -> int:
+        """Derived bits whose conjunct a step may touch, replaced by what makes the conjunct hold now."""
+        for bit in bits_of(needed & ~self._plain):
+            query = self._derived[bit.bit_length() - 1 - self._width].query
+            if query.reads & written:
+                needed = needed & ~bit | query.support(state)
+        return needed

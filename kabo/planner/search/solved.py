@@ -1,0 +1,83 @@
+"""Solved continuations, found again by what they need: a partial state and the continuation that starts there."""
+
+from bisect import insort
+from collections.abc import Hashable, Mapping, Sequence
+from typing import NamedTuple
+
+from kabo.knowledge.queries import bits_of
+from kabo.planner.search.skeleton import SkeletonNode
+
+
+class Solved(NamedTuple):
+    """A continuation, and the bits of the (extended) state that it needs, with the values where it was found."""
+
+    needed: int
+    node: SkeletonNode
+    length: int  # actions to the goal if sensing turns out best
+
+
+class _Record(NamedTuple):
+    """A continuation and what it needs; `rank` puts the shortest first, of equals the oldest."""
+
+    rank: tuple[int, int]
+    ones: int
+    zeros: int
+    solved: Solved
+
+
+class Memo:
+    """Continuations by needed bits.
+
+    Each is filed under one bit that must be set: of those that it needs one that says the value of a term, if there
+    is any, and the one under which fewest are filed. Only the files of the bits of a state are searched.
+    """
+
+    def __init__(self, functional: int = 0) -> None:
+        self._functional = functional
+        self._files: dict[Hashable, dict[int, list[_Record]]] = {}  # the shortest first
+        self._known: set[tuple[Hashable, int, int]] = set()
+        self._filed: dict[Hashable, int] = {}  # all bits under which something is filed
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is remembered yet."""
+        return not self._known
+
+    def add(self, extended: int, geometry: Hashable, solved: Solved) -> None:
+        """Remembers a continuation found at a state; an older one for the same need stays."""
+        ones, zeros = extended & solved.needed, ~extended & solved.needed
+        if (geometry, ones, zeros) in self._known:
+            return
+        record = _Record((solved.length, len(self._known)), ones, zeros, solved)
+        self._known.add((geometry, ones, zeros))
+        files = self._files.setdefault(geometry, {})
+        filed = self._filed.get(geometry, 0)
+        bit = _emptiest(ones & self._functional or ones, filed, files)
+        insort(files.setdefault(bit, []), record)
+        self._filed[geometry] = filed | bit
+
+    def find(self, extended: int, geometry: Hashable) -> Solved | None:
+        """The shortest continuation whose needs the state has in an equal geometry; of equals the oldest."""
+        files = self._files.get(geometry)
+        if files is None:
+            return None
+        best: _Record | None = None
+        absent = ~extended
+        waiting, bit = extended & self._filed[geometry], 0  # 0: what needs no bit at all
+        while True:
+            for record in files.get(bit, ()):
+                if best is not None and record.rank > best.rank:
+                    break
+                if not (record.ones & absent or record.zeros & extended):
+                    best = record
+                    break
+            if not waiting:
+                return None if best is None else best.solved
+            bit = waiting & -waiting
+            waiting ^= bit
+
+
+def _emptiest(bits: int, filed: int, files: Mapping[int, Sequence[_Record]]) -> int:
+    """The bit under which fewest are filed, of equals the lowest; 0 if there is none to file under."""
+    free = bits & ~filed
+    return free & -free or min(bits_of(bits), key=lambda bit: len(files[bit]), default=0)

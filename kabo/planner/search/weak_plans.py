@@ -1,0 +1,171 @@
+"""The graph that weak searches walk: every sensed outcome may be hoped for, what is known to fail is left out."""
+
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from kabo.knowledge import GroundAction
+from kabo.planner.search.nodes import Act, Decide, Node, Space, Step
+from kabo.planner.search.nogoods import Choice, Failures
+from kabo.planner.search.skeleton import Limits, Statistics, Trace
+
+DEADLINE_EVERY = 64  # expansions between two looks at the deadline
+PROGRESS_EVERY = 4096  # expansions between two reports
+
+OnProgress = Callable[[Statistics], None]
+Try = (
+    tuple[GroundAction, int, Trace] | None
+)  # action, attempt, trace after; None: only branching on what stands open
+Move = tuple[Try, tuple[Decide, ...]]  # what is tried, and what is hoped for of what it senses
+
+
+class BudgetSpent(Exception):
+    """Ends a search from within; never leaves `find_skeleton`."""
+
+    def __init__(self, budget: Literal["expansions", "time"]) -> None:
+        self.budget = budget
+        super().__init__(budget)
+
+
+@dataclass
+class Counter:
+    """Counts what a search does and ends it when its budget is spent."""
+
+    limits: Limits
+    on_progress: OnProgress | None = None
+    expanded: int = 0
+    generated: int = 0
+    weak_searches: int = 0
+    solved: int = 0
+
+    @property
+    def statistics(self) -> Statistics:
+        """The counts so far."""
+        return Statistics(self.expanded, self.generated, self.weak_searches, self.solved)
+
+    def add(self, other: "Counter") -> None:
+        """Counts what another search did, too."""
+        self.expanded += other.expanded
+        self.generated += other.generated
+        self.weak_searches += other.weak_searches
+        self.solved += other.solved
+
+    def expand(self) -> None:
+        """Counts an expansion.
+
+        Raises:
+            BudgetSpent: it is one too many, or the deadline has passed.
+        """
+        if self.limits.expansions is not None and self.expanded >= self.limits.expansions:
+            raise BudgetSpent("expansions")
+        if self.expanded % DEADLINE_EVERY == 0:
+            self.look_at_the_clock()
+        self.expanded += 1
+        if self.on_progress is not None and self.expanded % PROGRESS_EVERY == 0:
+            self.on_progress(self.statistics)
+
+    def look_at_the_clock(self) -> None:
+        """Raises BudgetSpent: the deadline has passed."""
+        deadline = self.limits.deadline
+        if deadline is not None and deadline():
+            raise BudgetSpent("time")
+
+
+class WeakGraph:
+    """Nodes and moves as a weak search sees them; `blocked` collects the ancestors that stood in its way."""
+
+    def __init__(
+        self,
+        space: Space,
+        failures: Failures,
+        counter: Counter,
+        is_end: Callable[[Node], bool],
+        first: Sequence[int] = (),
+        *,
+        only_goals_end: bool = False,
+    ) -> None:
+        others = (number for number in range(len(space.task.goal)) if number not in first)
+        self.parts = [*first, *others]  # the numbers of the conjuncts of the goal, in the order to see to them
+        self.holds = space.holds
+        self.blocked: set[Hashable] = set()
+        self.key, self.known, self.settled = space.key, space.known, space.settled
+        self._is_end = is_end
+        self._only_goals_end = only_goals_end
+        self._space, self._failures, self._counter = space, failures, counter
+
+    def successors(
+        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
+    ) -> Iterator[tuple[Hashable, Move, Node]]:
+        """Every node that one action may lead to, all it senses decided one way or another.
+
+        Only actions `among` these are looked at if that is given (and branching), and none of those `without` which.
+        """
+        if without is None:
+            self._counter.expand()
+        key = self.key(node)
+        for tried, after in self._moves(node, among, without):
+            if tried is not None and self._is_banned(key, (tried[0].index, tried[1])):
+                continue
+            for decided, leaf in self._space.leaves(after):
+                if tried is None and (not decided or self._is_banned(key, choice_of(decided[0]))):
+                    continue
+                self._counter.generated += 1
+                leaf_key = self.key(leaf)
+                failure = self._failures.of_node(leaf_key, leaf[0])
+                if failure is None:
+                    yield leaf_key, (tried, decided), leaf
+                else:
+                    self.blocked |= failure.blocked
+
+    def is_end(self, node: Node) -> bool:
+        """Whether the search may stop here, also for geometry, which is asked now."""
+        return self._is_end(node) and self.settled(node) is not None
+
+    def _is_banned(self, key: Hashable, choice: Choice) -> bool:
+        """Whether a choice has failed at a node; what stood in its way then stands in the way of the search."""
+        failure = self._failures.of_choice(key, choice)
+        if failure is not None:
+            self.blocked |= failure.blocked
+        return failure is not None
+
+    def estimate(self, node: Node, parts: Sequence[int]) -> tuple[int | None, frozenset[int]]:
+        """The value of a relaxed plan, and the actions that it begins with."""
+        found = self._space.relaxation.estimate(node[0], parts)
+        return found.value, frozenset(found.preferred)
+
+    def cost(self, move: Move) -> float:
+        """What the action costs; branching costs nothing."""
+        return 0.0 if move[0] is None else move[0][0].cost
+
+    def bound(self, node: Node) -> float | None:
+        """What every way to an end costs at least, as far as that is known; None: there is none.
+
+        Ends that are not goals may be anywhere near.
+        """
+        return self._space.cost_bounds.below(node[0]) if self._only_goals_end else 0.0
+
+    def _moves(
+        self, node: Node, among: frozenset[int] | None, without: frozenset[int] | None
+    ) -> Iterator[tuple[Try, Node]]:
+        if self._space.task.open_branching(node[0]) is not None:
+            if without is None:
+                yield None, node
+            if not self._space.may_wait:
+                return
+        for action, attempt, after in self._space.moves(node, among, without or frozenset()):
+            yield (action, attempt, after[1]), after
+
+
+def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
+    """The path of a weak search as single steps: each action, then each decision that it hopes for."""
+    steps: list[Step] = []
+    for (tried, decided), _ in path:
+        if tried is not None:
+            steps.append(Act(*tried))
+        steps += decided
+    return steps
+
+
+def choice_of(step: Step) -> Choice:
+    """What a step chooses at its node."""
+    return step.branching.entry if isinstance(step, Decide) else (step.action.index, step.attempt)

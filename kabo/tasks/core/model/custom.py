@@ -1,0 +1,53 @@
+"""Stages in five lines: a function of (scene, properties, seed) becomes a stage class.
+
+@forward(step=1.0)
+def advance(scene, properties, seed):
+    yield Result(scene + properties["step"])
+
+task.add(advance("two steps", step=2.0))
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from kabo.tasks.core.model.containers import Wrapper
+from kabo.tasks.core.model.properties import MISSING, Property
+from kabo.tasks.core.model.stages import Connector, Generator, Monitor, Propagator, Stage
+
+Function = Callable[..., Any]
+
+
+def _declared(given: Any) -> Property:
+    """A property declared by its default, by its type (then it must be given), or in full."""
+    if isinstance(given, Property):
+        return given
+    if isinstance(given, type):
+        return Property(given, MISSING)
+    if given is None:
+        return Property(Any, None)
+    return Property((list, tuple) if isinstance(given, (list, tuple)) else type(given), given)
+
+
+def _maker(base: type[Stage], *methods: str) -> Callable[..., Callable[[Function], type[Stage]]]:
+    def declare(**declared: Any) -> Callable[[Function], type[Stage]]:
+        def make(function: Function) -> type[Stage]:
+            def method(self: Stage, *arguments: Any) -> Any:
+                return function(*arguments)
+
+            content: dict[str, Any] = dict.fromkeys(methods, method)
+            content["PROPERTIES"] = {name: _declared(value) for name, value in declared.items()}
+            content |= {"__doc__": function.__doc__, "__module__": function.__module__}
+            return type(function.__name__, (base,), content)
+
+        return make
+
+    return declare
+
+
+generator = _maker(Generator, "generate")
+monitor = _maker(Monitor, "generate")
+forward = _maker(Propagator, "forward")
+backward = _maker(Propagator, "backward")
+propagator = _maker(Propagator, "forward", "backward")  # the same function both ways
+connector = _maker(Connector, "connect")
+wrapper = _maker(Wrapper, "transform")

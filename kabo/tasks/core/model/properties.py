@@ -1,0 +1,274 @@
+"""Properties of stages: declared, typed, with defaults; inherited only where a value says so [T 3.2.5, 3.3.2].
+
+A value may be a reference, also inside lists and mappings: to the parents (searched upwards), or to the interface
+state for which a job runs (read again for each job). A reference without a name takes the name that it stands under.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+from kabo.tasks.core.model.errors import UndeclaredProperty, UndefinedProperty, meant
+
+if TYPE_CHECKING:
+    from kabo.tasks.core.model.stages import Stage
+
+
+class _Missing:
+    def __repr__(self) -> str:
+        return "MISSING"
+
+    def __reduce__(self) -> str:
+        return "MISSING"
+
+
+MISSING = _Missing()
+_PLAIN = frozenset((str, int, float, bool, type(None), _Missing))  # types of values that hold no reference
+
+
+@dataclass(frozen=True)
+class Property:
+    """A declared property; without a default it must be given.
+
+    `wrong` says why a value of the type has no meaning all the same, or None: such values are refused wherever they
+    are known, with a place in files. What an empty value means where it is allowed is said by `doc`.
+    """
+
+    type: Any = Any
+    default: Any = MISSING
+    doc: str = ""
+    wrong: "Callable[[Any], str | None] | None" = None
+
+    def accepts(self, value: Any) -> bool:
+        """Whether a value has the declared type; whole numbers are numbers."""
+        if self.type is Any or value is None:
+            return True
+        kinds = self.type if isinstance(self.type, tuple) else (self.type,)
+        if Any in kinds:
+            return True
+        if isinstance(value, bool) and bool not in kinds:
+            return False
+        return isinstance(value, kinds) or (float in kinds and isinstance(value, int))
+
+    def fault(self, value: Any) -> str | None:
+        """Why a value of the declared type means nothing; None if it does. What it refers to is not known here."""
+        if self.wrong is None or value is None or any(references(value, "")):
+            return None
+        return self.wrong(value)
+
+    @property
+    def type_name(self) -> str:
+        """The type for messages."""
+        kinds = self.type if isinstance(self.type, tuple) else (self.type,)
+        return " or ".join(getattr(kind, "__name__", str(kind)) for kind in kinds)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The value of another property: of the nearest ancestor that has it, or of the interface state."""
+
+    source: Literal["parent", "interface"]
+    name: str | None = None
+    through: Callable[[Any], Any] | None = field(default=None, compare=False)
+
+    def __str__(self) -> str:
+        return f"<{self.source.upper()}{'' if self.name is None else ':' + self.name}>"
+
+
+def Parent(name: str | None = None, through: Callable[[Any], Any] | None = None) -> Reference:  # noqa: N802
+    """The value of the nearest ancestor's property (of the same name if none is given), maybe through a function."""
+    return Reference("parent", name, through)
+
+
+def Interface(name: str | None = None, through: Callable[[Any], Any] | None = None) -> Reference:  # noqa: N802
+    """The value of a property of the interface state for which the job runs."""
+    return Reference("interface", name, through)
+
+
+PARENT, INTERFACE = Parent(), Interface()
+
+
+def references(value: Any, name: str) -> Iterator[Reference]:
+    """Every reference in a value that stands under `name`, with its name filled in."""
+    if isinstance(value, Reference):
+        yield Reference(value.source, value.name or name, value.through)
+    elif isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from references(inner, str(key))
+    elif isinstance(value, (list, tuple)):
+        for inner in value:
+            yield from references(inner, name)
+
+
+Trail = tuple[tuple[str, "Stage"], ...]  # through which properties of which stages a value is asked for
+
+
+def _told(trail: Trail) -> list[str]:
+    return [f"{name!r} of {stage.path!r}" for name, stage in trail]
+
+
+class Properties:
+    """The properties of one stage: what its class declares, what was set by hand, and how to resolve them."""
+
+    def __init__(self, stage: "Stage", declared: Mapping[str, Property], *, open_ended: bool) -> None:
+        self._stage = stage
+        self._declared = dict(declared)
+        self._optional = open_ended  # what only it declares, for its children, may stay undefined
+        self._required = frozenset(declared)
+        self._set: dict[str, Any] = {}
+
+    @property
+    def declared(self) -> Mapping[str, Property]:
+        """Every declared property by name."""
+        return self._declared
+
+    @property
+    def given(self) -> Mapping[str, Any]:
+        """What was set by hand, references as they are."""
+        return self._set
+
+    def declare(self, name: str, type: Any = Any, default: Any = MISSING, doc: str = "") -> None:  # noqa: A002
+        """Declares one more property of this stage alone."""
+        self._declared[name] = Property(type, default, doc)
+
+    def set(self, name: str, value: Any) -> None:
+        """Sets a value by hand, or a reference from where to take it.
+
+        Raises:
+            UndeclaredProperty: the stage has no such property (containers take any name).
+            TypeError: the value is not of the declared type.
+            ValueError: the value is, but means nothing.
+        """
+        if name not in self._declared:
+            if not self._optional:
+                known = meant(name, self._declared) or f"; it has {', '.join(sorted(self._declared)) or 'none'}"
+                raise UndeclaredProperty(f"stage {self._stage.name!r} has no property {name!r}{known}")
+            self._declared[name] = Property()
+        if not any(references(value, name)) and not self._declared[name].accepts(value):
+            wanted = self._declared[name].type_name
+            raise TypeError(f"property {name!r} of stage {self._stage.name!r} is {wanted}, not {value!r}")
+        fault = self._declared[name].fault(value)
+        if fault is not None:
+            raise ValueError(f"property {name!r} of stage {self._stage.name!r} {fault}")
+        self._set[name] = value
+
+    def unset(self, name: str) -> None:
+        """Takes back what was set by hand."""
+        self._set.pop(name, None)
+
+    def has(self, name: str) -> bool:
+        """Whether the stage declares the property."""
+        return name in self._declared
+
+    def value(self, name: str, interface: Mapping[str, Any] | None = None) -> Any:
+        """The value of one property: set by hand, from where its reference says, or the default.
+
+        Raises:
+            UndeclaredProperty: nobody declares it. UndefinedProperty: it has no value; says where it was looked for.
+        """
+        return self._value(name, interface, ())
+
+    def _value(self, name: str, interface: Mapping[str, Any] | None, trail: Trail) -> Any:
+        if name not in self._declared:
+            raise UndeclaredProperty(
+                f"stage {self._stage.path!r} declares no {name!r}{meant(name, self._declared)}"
+            )
+        value = self._set.get(name, self._declared[name].default)
+        if value is MISSING:
+            way = "".join(f", inherited by {by}" for by in reversed(_told(trail)))
+            raise UndefinedProperty(f"{name!r} of stage {self._stage.path!r} is declared but undefined{way}")
+        if type(value) not in _PLAIN and isinstance(value, (Reference, Mapping, list, tuple)):
+            return self._resolved(value, name, interface, (*trail, (name, self._stage)))
+        return value
+
+    def _resolved(self, value: Any, name: str, interface: Mapping[str, Any] | None, trail: Trail) -> Any:
+        if isinstance(value, Reference):
+            found = self._looked_up(value.source, value.name or name, interface, trail)
+            return found if value.through is None else value.through(found)
+        if isinstance(value, Mapping):
+            return {key: self._resolved(inner, str(key), interface, trail) for key, inner in value.items()}
+        if isinstance(value, (list, tuple)):
+            found = [self._resolved(inner, name, interface, trail) for inner in value]
+            return type(value)(*found) if hasattr(value, "_fields") else type(value)(found)
+        return value
+
+    def _looked_up(self, source: str, name: str, interface: Mapping[str, Any] | None, trail: Trail) -> Any:
+        if source == "interface":
+            if interface is None or name not in interface:
+                raise UndefinedProperty(
+                    f"the interface state has no {name!r}, wanted by {' for '.join(_told(trail))}"
+                )
+            return interface[name]
+        ancestor = self._stage.parent
+        searched = []
+        while ancestor is not None:
+            if ancestor.properties.has(name):
+                return ancestor.properties._value(name, interface, trail)
+            searched.append(ancestor.name)
+            ancestor = ancestor.parent
+        where = " > ".join(reversed(searched)) or "no ancestor at all"
+        raise UndeclaredProperty(
+            f"no ancestor declares {name!r}, wanted by {' for '.join(_told(trail))} (searched: {where})"
+        )
+
+    def reads_interface(self, name: str) -> bool:
+        """Whether the value of a property depends on the interface state, itself or through its ancestors."""
+        value = self._set.get(name, self._declared[name].default)
+        if type(value) in _PLAIN:
+            return False
+        for reference in references(value, name):
+            if reference.source == "interface":
+                return True
+            owner = self._stage.parent
+            while owner is not None and not owner.properties.has(reference.name or name):
+                owner = owner.parent
+            if owner is not None and owner.properties.reads_interface(reference.name or name):
+                return True
+        return False
+
+    def problems(self) -> list[str]:
+        """Every property that has no value or inherits from nowhere, as far as that can be told before planning."""
+        found = []
+        for name in self._declared:
+            if self._optional and name not in self._set and name not in self._required:
+                continue
+            if self.reads_interface(name):
+                continue
+            try:
+                value = self.value(name)
+            except (UndeclaredProperty, UndefinedProperty) as error:
+                found.append(str(error))
+            else:
+                if not self._declared[name].accepts(value):
+                    wanted = self._declared[name].type_name
+                    found.append(f"{name!r} of stage {self._stage.path!r} is {wanted}, not {value!r}")
+                elif (fault := self._declared[name].fault(value)) is not None:
+                    found.append(f"{name!r} of stage {self._stage.path!r} {fault}")
+        return found
+
+
+class Resolver:
+    """The values of a stage's properties for job after job: what no interface state decides is resolved once."""
+
+    def __init__(self, properties: Properties) -> None:
+        self._properties = properties
+        names = [n for n in properties.declared if n in properties.given or _has_default(properties, n)]
+        self._changing = [name for name in names if properties.reads_interface(name)]
+        self._fixed = {name: properties.value(name) for name in names if name not in self._changing}
+
+    def values(self, *interfaces: Mapping[str, Any]) -> Mapping[str, Any]:
+        """All values, with those of the first interface state that has a name.
+
+        Raises:
+            UndefinedProperty: an interface state lacks what is wanted of it.
+        """
+        if not self._changing:
+            return self._fixed
+        interface: dict[str, Any] = {}
+        for state in reversed(interfaces):
+            interface.update(state)
+        return self._fixed | {name: self._properties.value(name, interface) for name in self._changing}
+
+
+def _has_default(properties: Properties, name: str) -> bool:
+    return properties.declared[name].default is not MISSING

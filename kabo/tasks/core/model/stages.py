@@ -1,0 +1,146 @@
+"""Stages: the phases of a task, each a pure function of scenes, properties and a seed [T 3.2].
+
+A generator writes states on both sides; a propagator carries a state over, forward or backward; a connector joins
+two; a monitoring generator is triggered by each success of another stage.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from kabo.tasks.core.model.errors import TaskError
+from kabo.tasks.core.model.flow import PROPAGATE, Flow, Flows
+from kabo.tasks.core.model.properties import Properties, Property
+from kabo.tasks.core.model.results import Answers
+
+if TYPE_CHECKING:
+    from kabo.tasks.core.model.solutions import Solution
+
+CostTerm = Callable[["Solution"], "float | tuple[float, str]"]
+Values = Mapping[str, Any]
+
+
+class Stage:
+    """A stage: a name, properties, a cost term that may replace the stage's own costs, and one parent."""
+
+    PROPERTIES: ClassVar[Mapping[str, Property]] = {}
+    OPEN: ClassVar[bool] = False  # whether any property may be set without declaring it
+
+    def __init__(self, name: str, /, *, cost: CostTerm | None = None, **properties: Any) -> None:
+        declared: dict[str, Property] = {}
+        for base in reversed(type(self).__mro__):
+            declared |= getattr(base, "PROPERTIES", {})
+        self.name = name
+        self.cost = cost
+        self.parent: Stage | None = None
+        self.properties = Properties(self, declared, open_ended=self.OPEN)
+        for key, value in properties.items():
+            self.properties.set(key, value)
+
+    @property
+    def children(self) -> tuple["Stage", ...]:
+        """The stages inside, in order; none but in containers."""
+        return ()
+
+    @property
+    def path(self) -> str:
+        """The names from the child of the task down to this stage; the task's own path is its name."""
+        names, stage = [self.name], self.parent
+        while stage is not None and stage.parent is not None:
+            names.append(stage.name)
+            stage = stage.parent
+        return "/".join(reversed(names))
+
+    @property
+    def flows(self) -> Flows:
+        """Which ways states can flow through this stage, as far as it decides itself."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r})"
+
+
+class Generator(Stage):
+    """Writes states on both sides; `generate` is given the task's first scene."""
+
+    @property
+    def flows(self) -> Flows:
+        """It generates."""
+        return frozenset((Flow.GENERATE,))
+
+    def generate(self, scene: Any, properties: Values, seed: int) -> Answers:
+        """The scenes that it offers."""
+        raise NotImplementedError
+
+
+class Monitor(Generator):
+    """A generator that is triggered by each success of another stage; `generate` is given the scene at its end.
+
+    `monitors` is the path of the other stage, relative to the container of this one (`..` climbs); for a wrapped
+    stage the wrapper is its container.
+    """
+
+    def __init__(self, name: str, /, monitors: str | Stage, **properties: Any) -> None:
+        super().__init__(name, **properties)
+        self.monitors = monitors
+
+    @property
+    def monitored(self) -> Stage:
+        """The stage whose successes trigger this one.
+
+        Raises:
+            TaskError: there is none of that path.
+        """
+        if isinstance(self.monitors, Stage):
+            return self.monitors
+        here: Stage | None = self.parent
+        for step in self.monitors.split("/"):
+            if here is None:
+                break
+            if step == "..":
+                here = here.parent
+            elif step not in ("", "."):
+                here = next((child for child in here.children if child.name == step), None)
+        if here is None or here is self:
+            raise TaskError(f"stage {self.path!r} monitors {self.monitors!r}, but there is no such stage")
+        return here
+
+
+class Propagator(Stage):
+    """Carries states over; a class defines `forward`, `backward`, or both, and then the task decides."""
+
+    def __init__(self, name: str, /, *, only: Flow | None = None, **properties: Any) -> None:
+        super().__init__(name, **properties)
+        self.only = only
+
+    @property
+    def flows(self) -> Flows:
+        """The directions that the class defines and that were not ruled out by `only`."""
+        kind = type(self)
+        able = {Flow.FORWARD: kind.forward is not Propagator.forward}
+        able[Flow.BACKWARD] = kind.backward is not Propagator.backward
+        return frozenset(flow for flow in PROPAGATE if able[flow] and self.only in (None, flow))
+
+    def forward(self, scene: Any, properties: Values, seed: int) -> Answers:
+        """The scenes after the stage, from the one before it."""
+        raise NotImplementedError
+
+    def backward(self, scene: Any, properties: Values, seed: int) -> Answers:
+        """The scenes before the stage, from the one after it."""
+        raise NotImplementedError
+
+
+class Connector(Stage):
+    """Joins a state from its left with one from its right."""
+
+    @property
+    def flows(self) -> Flows:
+        """It connects."""
+        return frozenset((Flow.CONNECT,))
+
+    def mismatch(self, start: Any, end: Any, properties: Values) -> str | None:
+        """Why two scenes can never be joined, whatever way is taken; None if they may be."""
+        return None
+
+    def connect(self, start: Any, end: Any, properties: Values, seed: int) -> Answers:
+        """The ways from one scene to the other."""
+        raise NotImplementedError

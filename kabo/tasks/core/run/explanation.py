@@ -1,0 +1,78 @@
+"""Why a task has no solution: the first stage without successes, and what it was refused for [T 3.1; research 10]."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from kabo.tasks.core.model.containers import Alternatives, Container, Fallbacks
+from kabo.tasks.core.model.solutions import Solution
+from kabo.tasks.core.model.stages import Monitor, Stage
+from kabo.tasks.core.run.nodes import StageStatistics
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The first stage, in order of time, that was asked and gave nothing; None if there is none.
+
+    `failures` and `mismatches` count by reason, the most frequent first; `examples` are its first failures.
+    """
+
+    stage: Stage | None
+    text: str
+    failures: Mapping[str, int] = field(default_factory=dict)
+    mismatches: Mapping[str, int] = field(default_factory=dict)
+    examples: tuple[Solution, ...] = ()
+
+
+def explain(
+    task: Container, statistics: Mapping[Stage, StageStatistics], kept: Mapping[Stage, list[Solution]]
+) -> Explanation:
+    """The explanation of a run without solutions."""
+    found = _blamed(task, statistics)
+    if not found:
+        return Explanation(None, _unasked(task, statistics))
+    mine = statistics[found[0]]
+    text = "; ".join(_text(stage, _counts(statistics[stage].failures), statistics[stage]) for stage in found)
+    return Explanation(
+        found[0], text, _counts(mine.failures), _counts(mine.mismatches), tuple(kept[found[0]][:10])
+    )
+
+
+def _blamed(stage: Stage, statistics: Mapping[Stage, StageStatistics]) -> list[Stage]:
+    """The first stage in it that was asked and gave nothing; of alternatives and fallbacks, that of each."""
+    mine = statistics[stage]
+    if mine.successes:
+        return []
+    inside = [found for child in stage.children if (found := _blamed(child, statistics))]
+    if inside:
+        every = isinstance(stage, (Alternatives, Fallbacks))
+        return [one for found in inside for one in found] if every else inside[0]
+    asked = bool(mine.calls or mine.mismatches or mine.failures)
+    in_vain = bool(stage.children) and all(statistics[child].successes for child in stage.children)
+    return [stage] if asked or in_vain else []
+
+
+def _counts(counted: Mapping[str, int]) -> dict[str, int]:
+    return dict(sorted(counted.items(), key=lambda item: (-item[1], item[0])))
+
+
+def _unasked(task: Container, statistics: Mapping[Stage, StageStatistics]) -> str:
+    waiting = [s for s in task.walk() if not s.children and not statistics[s].successes]
+    if statistics[task].successes or not waiting:
+        return "no stage failed"
+    stage = waiting[0]
+    why = f": {stage.monitored.path!r}, which it monitors, found nothing" if isinstance(stage, Monitor) else ""
+    return f"{stage.path!r} was never asked{why}"
+
+
+def _text(stage: Stage, failures: Mapping[str, int], figures: StageStatistics) -> str:
+    parts = []
+    if failures:
+        parts.append("failed: " + ", ".join(f"{reason} {count}" for reason, count in failures.items()))
+    if figures.mismatches:
+        counts = ", ".join(f"{reason} {count}" for reason, count in _counts(figures.mismatches).items())
+        parts.append(f"pairs that never fit: {counts}")
+    if not parts:
+        parts.append(
+            "what its stages found never came together" if stage.children else "it gave no answers at all"
+        )
+    return f"{stage.path!r} found nothing; " + "; ".join(parts)

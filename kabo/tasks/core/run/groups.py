@@ -1,0 +1,160 @@
+"""The nodes of containers: how the solutions of children become those of a container [T 3.3, 3.4]."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
+from kabo.tasks.core.run.graph import Level
+from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.paths import Paths
+
+
+class Holder(Node):
+    """A node with states of its own: what comes to its borders has a counterpart inside."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.inner = Level(self)
+        self.inside: dict[State, dict[object, State]] = {}  # the counterparts of each state, by lane
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """Hands a counterpart to the child at that border."""
+        inner = self.inner.enter(state, side, self.planning.count(), lane)
+        self.inside.setdefault(state, {})[lane] = inner
+        self.children[0 if side == LEFT else -1].take(inner, side, lane)
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether a counterpart is alive."""
+        return not self.closed and any(inner.alive[side] for inner in self.inside.get(state, {}).values())
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether something waits to leave it, or may come of a counterpart."""
+        return any(self.may_lead(inner, side) for inner in self.inside.get(state, {}).values())
+
+    def came(self, side: int) -> Iterable[State]:
+        """The states that have a counterpart at that border."""
+        inside = ((state, inner) for state, lanes in self.inside.items() for inner in lanes.values())
+        return (state for state, inner in inside if self.inner.at_border(inner, side))
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """The same of both counterparts in the lane."""
+        first, last = self.inside[start].get(lane), self.inside[end].get(lane)
+        if first is None or last is None:
+            return False
+        return self.may_lead(first, RIGHT) and self.may_lead(last, LEFT)
+
+
+class SerialNode(Holder):
+    """A serial container: every whole path of its children's solutions is a solution."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.paths = Paths(self.inner)
+
+    def start(self) -> None:
+        """Starts all children."""
+        for child in self.children:
+            child.start()
+
+    def may_lead(self, inner: State, side: int) -> bool:
+        """Whether paths wait, or more may come."""
+        return not self.closed and (self.paths.wait(inner.lane) or self.inner.may_extend(inner, side))
+
+    def busy(self) -> bool:
+        """Whether a child is, or paths wait."""
+        return not self.closed and (bool(self.paths.heap) or any(child.busy() for child in self.children))
+
+    def child_solved(self, child: Node, solution: Solution) -> None:
+        """One more edge, and maybe whole paths."""
+        self.inner.add(solution, child.index)
+        self.paths.add(solution)
+        if self.parent is not None and self.paths.heap and not self.solutions:
+            self.lift()  # the first at once: others wait for it
+
+    def lift(self) -> bool:
+        """Makes a solution of the cheapest path that waits; False if none does."""
+        if self.closed or not self.paths.heap:
+            return False
+        path = self.paths.pop()
+        first, last = path[0].start, path[-1].end
+        if first is None or last is None:
+            raise ValueError("a path has states at both ends")
+        left, right = self.reads
+        start = first.outside[0] if first.outside else self._outer(first, last if right and not left else None)
+        end = last.outside[0] if last.outside else self._outer(last, first if left and not right else None)
+        cost = sum([part.cost for part in path])
+        solution = Solution(self.stage, start, end, cost, parts=path, number=self.planning.count())
+        for inner, outer in ((first, start), (last, end)):
+            if not inner.outside and not solution.failed:
+                inner.outside.append(outer)
+                outer.inside.append(inner)
+        if not self.report(solution):
+            for inner, outer in ((first, start), (last, end)):
+                if outer.level is None and outer in inner.outside:
+                    inner.outside.remove(outer)
+                    outer.inside.remove(inner)
+        self.planning.rested(self, first.lane if last.lane is None else last.lane)
+        return True
+
+    def _outer(self, inner: State, followed: State | None) -> State:
+        """A counterpart of an inner border state, in the lane of that of the state that it followed from."""
+        lane = followed.outside[0].lane if followed is not None and followed.outside else None
+        return self.new_state(inner.scene, inner.properties, lane)
+
+
+class ParallelNode(Node):
+    """Alternatives: each success of a child is one of the container."""
+
+    def start(self) -> None:
+        """Starts all children."""
+        for child in self.children:
+            child.start()
+
+    def take(self, state: State, side: int, lane: object) -> None:
+        """All children take it."""
+        for child in self.children:
+            child.take(state, side, lane)
+
+    def rekey(self, state: State, side: int) -> None:
+        """For all children."""
+        for child in self.children:
+            child.rekey(state, side)
+
+    def revived(self, state: State) -> None:
+        """For all children."""
+        for child in self.children:
+            child.revived(state)
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether a child does."""
+        return not self.closed and any(child.works_on(state, side) for child in self.children)
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether a child may."""
+        return not self.closed and any(child.may_add(state, side, lane) for child in self.children)
+
+    def may_join(self, start: State, end: State, lane: object) -> bool:
+        """Whether a child may."""
+        return not self.closed and any(child.may_join(start, end, lane) for child in self.children)
+
+    def partners(self, state: State, side: int) -> Iterable[State]:
+        """Those of all children."""
+        return [partner for child in self.children for partner in child.partners(state, side)]
+
+    def busy(self) -> bool:
+        """Whether a child is."""
+        return not self.closed and any(child.busy() for child in self.children)
+
+    def child_solved(self, child: Node, solution: Solution) -> None:
+        """The same solution, one floor up."""
+        start, end, cost, comment = solution.start, solution.end, solution.cost, solution.comment
+        number = self.planning.count()
+        self.report(Solution(self.stage, start, end, cost, comment, parts=(solution,), number=number))
+
+    def came(self, side: int) -> Iterable[State]:
+        """The same for all children."""
+        return self.children[0].came(side)
+
+    def delivers_to(self, child: Node, side: int) -> bool:
+        """What comes to it comes to all children."""
+        return self.parent is not None and self.parent.delivers_to(self, side)

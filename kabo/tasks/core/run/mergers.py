@@ -1,0 +1,101 @@
+"""The node of mergers: solutions of all children from one state are put together [T 3.3]."""
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+from kabo.tasks.core.model.flow import Flow
+from kabo.tasks.core.model.results import Answers, Result
+from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
+from kabo.tasks.core.run.groups import ParallelNode
+from kabo.tasks.core.run.jobs import Job
+from kabo.tasks.core.run.nodes import Leaf, Node
+
+
+class MergerNode(Leaf):
+    """A merger: one job for each combination of one solution of every child from the same state."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._near, self._far = (LEFT, RIGHT) if self.flow is Flow.FORWARD else (RIGHT, LEFT)
+        self._found: dict[State, dict[Node, list[Solution]]] = {}
+
+    take, start, partners, delivers_to = (
+        ParallelNode.take,
+        ParallelNode.start,
+        ParallelNode.partners,
+        ParallelNode.delivers_to,
+    )
+
+    def rekey(self, state: State, side: int) -> None:
+        """For the children, and for the combinations that wait."""
+        for child in self.children:
+            child.rekey(state, side)
+        self.rekey_jobs([job for subject, job in self.jobs.items() if subject[0] is state])
+
+    def revived(self, state: State) -> None:
+        """For the children, and for the combinations that were parked."""
+        for child in self.children:
+            child.revived(state)
+        self.unpark([job for subject, job in self.parked.items() if subject[0] is state])
+
+    def works_on(self, state: State, side: int) -> bool:
+        """Whether a combination waits, or every child has solutions or works on it."""
+        return self._combines(state, lambda child: child.works_on(state, side))
+
+    def may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether a combination waits, or every child has solutions or may have more."""
+        return self._combines(state, lambda child: child.may_add(state, side, lane))
+
+    def _combines(self, state: State, works: Callable[[Node], bool]) -> bool:
+        if self.closed:
+            return False
+        if any(subject[0] is state for subject in self.jobs):
+            return True
+        found, working = self._found.get(state, {}), [works(child) for child in self.children]
+        return any(working) and all(w or found.get(c) for w, c in zip(working, self.children, strict=True))
+
+    def busy(self) -> bool:
+        """Whether combinations wait, or a child is busy."""
+        return super().busy() or (not self.closed and any(child.busy() for child in self.children))
+
+    def child_solved(self, child: Node, solution: Solution) -> None:
+        """All combinations with what the others found."""
+        state = solution.start if self._near == LEFT else solution.end
+        if state is None:
+            raise ValueError("a success has a state on both sides")
+        found = self._found.setdefault(state, {})
+        found.setdefault(child, []).append(solution)
+        choices = [[solution] if other is child else found.get(other, []) for other in self.children]
+        for chosen in product(*choices):
+            self.queue(Job((state, *chosen), self.arguments((state.scene, chosen), state.properties)))
+        self.planning.touch(state, self._far)
+
+    def key(self, job: Job) -> tuple[Any, ...]:
+        """Those asked less often, by the priority of the state, then the cheaper ones."""
+        state, *chosen = job.subject
+        depth, cost = state.order[self._near]
+        return job.asked, depth, cost + sum(s.cost for s in chosen)
+
+    def runnable(self, job: Job) -> bool:
+        """Whether the state is alive on the side it comes from."""
+        return job.subject[0].alive[self._near]
+
+    def lane(self, job: Job) -> object:
+        """That of the state."""
+        return job.subject[0].lane
+
+    def done(self, job: Job) -> None:
+        """Nothing more may lead on from the state."""
+        self.planning.touch(job.subject[0], self._far)
+
+    def function(self) -> Callable[..., Answers]:
+        """`merge`."""
+        return self.stage.merge  # type: ignore[attr-defined]
+
+    def solve(self, job: Job, result: Result) -> None:
+        """A new state on the far side."""
+        near, *chosen = job.subject
+        far = self.new_state(result.scene, {**near.properties, **result.properties}, near.lane)
+        start, end = (near, far) if self._near == LEFT else (far, near)
+        self.report(self.solution(start, end, result, tuple(chosen)))

@@ -1,0 +1,52 @@
+"""Targets of mates: the moving part in the hand, the fixed part where it is, constraints between their features."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from kabo.geometry_server import WORLD, Candidate, Pair, Stream, fits, from_home, rows, tool_frame
+from kabo.kinematics import stream_key
+from kabo.language.scene_description import Mate
+from kabo.scene import Robot
+from kabo.tasks.robots.motion.directions import frame_of
+from kabo.tasks.robots.scenes import TaskScene
+
+
+@dataclass(frozen=True)
+class MateTarget:
+    """All ways of one robot to bring the part that it holds into its mate."""
+
+    robot: str
+    stream: Stream
+
+    def batches(self) -> Iterator[list[Candidate]]:
+        """Those near to home first."""
+        number = 0
+        while True:
+            yield from_home(self.stream.robot, self.stream.batch(number))
+            number += 1
+
+    def blocked(self, scene: TaskScene) -> Pair | None:
+        """Not known: the mate may leave room."""
+        return None
+
+    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
+        """Nothing more is asked."""
+        return None
+
+
+def mate_target(scene: TaskScene, robot: Robot, moving: str, fixed: str, mate: Mate) -> MateTarget | None:
+    """The target of a mate; None if a body lacks a feature that the mate names."""
+    roles = {
+        "moving": frame_of(scene, robot.name, moving),
+        "fixed": frame_of(scene, robot.name, fixed),
+        "world": WORLD,
+    }
+    if robot.tool is not None:
+        roles["tool"] = tool_frame(robot)
+    if not fits(mate.constraints, roles):
+        return None
+    held, where = scene.situation.held(moving), scene.pose(fixed)
+    numbers = [float(v) for v in (*held.position, *held.quaternion, *where[:3].round(9).ravel())]
+    key = stream_key(scene.context.seed, "mate", robot.name, moving, fixed, mate.name, *numbers)
+    hand = tuple(scene.situation.configuration(robot.name)[robot.planned :])
+    return MateTarget(robot.name, Stream(robot, rows(mate.constraints, roles), key, hand))

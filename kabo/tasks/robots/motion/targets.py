@@ -1,0 +1,237 @@
+"""Targets: what inverse kinematics is to reach, as a stream of configurations by projection on constraints.
+
+A target is a value that a sampler writes as the interface property `target`. Its stream is keyed by what is sampled,
+never by where the robot stands, so that the same candidates come in the same order from any start [LANGUAGE 6].
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, repeat
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import (
+    BATCH,
+    WORLD,
+    Candidate,
+    Frame,
+    GraspStream,
+    Pair,
+    PlacementStream,
+    Stream,
+    lies_inside,
+    tool_frame,
+)
+from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked, stream_key
+from kabo.scene import Configuration, Robot
+from kabo.scene.transforms import inverse
+from kabo.tasks.robots.scenes import TaskScene
+
+Array = npt.NDArray[np.float64]
+FEW = (16, 48, 192)  # samples of the first batches for one pose: mostly a few will do
+
+
+class Target(Protocol):
+    """Something that a robot's configurations may reach."""
+
+    @property
+    def robot(self) -> str:
+        """Which robot."""
+        ...
+
+    def batches(self) -> Iterator[list[Candidate]]:
+        """Its configurations, batch by batch, for ever, or until there are no more."""
+        ...
+
+    def blocked(self, scene: TaskScene) -> Pair | None:
+        """What is in the way of the tool there, whatever the arm does; None also where that cannot be told."""
+        ...
+
+    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
+        """Why a configuration will not do although its constraints hold."""
+        ...
+
+
+@dataclass(frozen=True)
+class GraspTarget:
+    """All grasps of one family of a standing object."""
+
+    robot: str
+    stream: GraspStream
+
+    def batches(self) -> Iterator[list[Candidate]]:
+        """Those near to home first."""
+        return iter(self.stream)
+
+    def blocked(self, scene: TaskScene) -> Pair | None:
+        """Not known: the family leaves room."""
+        return None
+
+    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
+        """Nothing more is asked."""
+        return None
+
+
+@dataclass(frozen=True)
+class PlacementTarget:
+    """All ways to put down what is held, by one family, on a support or in a region."""
+
+    robot: str
+    object: str
+    stream: PlacementStream
+    region: str | None
+
+    def batches(self) -> Iterator[list[Candidate]]:
+        """Those far from the robot first."""
+        return iter(self.stream)
+
+    def blocked(self, scene: TaskScene) -> Pair | None:
+        """Not known: the family leaves room."""
+        return None
+
+    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
+        """The object must be proven to lie inside the region."""
+        if self.region is None:
+            return None
+        region = scene.context.scene.regions[self.region]
+        pose = at.pose(self.stream.this)
+        inside = lies_inside(scene.context.surroundings, self.object, pose, region)
+        return None if inside else f"{self.object} is not inside {self.region}"
+
+
+@dataclass(frozen=True)
+class PoseTarget:
+    """One pose in the world of a frame of the robot's tree: its tool, a link, or what it holds.
+
+    `near` is where the robot stands: the solution that is nearest comes first.
+    """
+
+    robot: str
+    frame: Frame
+    world_T_frame: Array
+    stream: Stream
+    near: Configuration
+
+    def batches(self) -> Iterator[list[Candidate]]:
+        """The one to which the robot is led from where it stands, then samples, of each batch the nearest first.
+
+        In closed form there is one batch, with all of them.
+        """
+        every = self.stream.at_pose(self.frame, self.world_T_frame)
+        if every is not None:
+            yield [] if isinstance(every, OutOfReach) else self._nearest_first(every)
+            return
+        first = 0
+        yield self.stream.near(np.array(self.near))
+        for count in chain(FEW, repeat(BATCH)):
+            yield self._nearest_first(self.stream.samples(first, count))
+            first += count
+
+    def unreached(self) -> OutOfReach | None:
+        """What is in the way of the robot's reach, where a closed form knows it."""
+        every = self.stream.at_pose(self.frame, self.world_T_frame)
+        return every if isinstance(every, OutOfReach) else None
+
+    def _nearest_first(self, found: list[Candidate]) -> list[Candidate]:
+        n, near = self.stream.robot.planned, np.array(self.near)
+        return sorted(found, key=lambda c: (round(float(np.abs(c.q[:n] - near[:n]).sum()), 6), *c.q))
+
+    def blocked(self, scene: TaskScene) -> Pair | None:
+        """The hand, and what it holds, are looked at where they would be: the arm may do what it likes."""
+        return tool_hit(scene, self.robot, self.frame, self.world_T_frame)
+
+    def refused(self, scene: TaskScene, at: Candidate) -> str | None:
+        """Nothing more is asked."""
+        return None
+
+
+def pose_target(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array) -> PoseTarget:
+    """The target that puts a frame of the robot's tree at a pose (4, 4) in the world."""
+    chosen = scene.robot(robot)
+    numbers = [
+        float(v) for v in (*np.round(world_T_frame[:3], 9).ravel(), *np.round(frame.joint_T_frame[:3], 9).ravel())
+    ]
+    key = stream_key(scene.context.seed, "pose", robot, frame.joint, *numbers)
+    q = scene.situation.configuration(robot)
+    stream = Stream(chosen, pose_rows(frame, world_T_frame), key, tuple(q[chosen.planned :]))
+    return PoseTarget(robot, frame, world_T_frame, stream, q)
+
+
+def pose_rows(frame: Frame, world_T_frame: Array) -> Array:
+    """Rows that hold where a frame of a tree is at a pose (4, 4) in the world."""
+
+    def feature(joint: int, pose: Array, kind: str, axis: int = 2) -> FrameFeature:
+        x, y, z = (float(v) for v in pose[:3, 3])
+        if kind == "point":
+            return FrameFeature(joint, "point", (x, y, z))
+        unit = pose[:3, axis] / np.linalg.norm(pose[:3, axis])
+        return FrameFeature(joint, "line", (x, y, z), (float(unit[0]), float(unit[1]), float(unit[2])))
+
+    own, goal = frame.joint_T_frame, world_T_frame
+    parts = [rows_of("coincident", feature(frame.joint, own, "point"), feature(WORLD.joint, goal, "point"))]
+    for axis in (2, 0):
+        parts.append(
+            rows_of("aligned", feature(frame.joint, own, "line", axis), feature(WORLD.joint, goal, "line", axis))
+        )
+    return stacked(parts)
+
+
+def tool_hit(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array) -> Pair | None:
+    """The first pair of the hand (or what it holds) and a standing thing that is not proven apart.
+
+    Only what hangs rigidly on the frame's joint, or on joints of the gripper behind it, is looked at.
+    """
+    workspace, chosen = scene.workspace(robot), scene.robot(robot)
+    hand = behind(chosen, frame.joint)
+    return workspace.hand_hit(
+        world_T_frame @ inverse(frame.joint_T_frame), frame.joint, hand, scene.configuration(robot)
+    )
+
+
+def behind(robot: Robot, joint: int) -> Sequence[int]:
+    """The joints of a tree that are carried by a joint and moved by nothing but the gripper, with itself."""
+    tree, found = robot.tree, [joint]
+    for j in range(joint + 1, len(tree.parent)):
+        own = tree.ratio[j] == 0.0 or tree.source[j] >= robot.planned
+        if own and int(tree.parent[j]) in found:
+            found.append(j)
+    return found
+
+
+def frame_for(scene: TaskScene, robot: str, of: str | None) -> Frame:
+    """The frame that a pose is for: the tool (None), what the robot holds, a link, or `tool` with a feature.
+
+    Raises:
+        ValueError: the robot has no such frame.
+    """
+    from kabo.tasks.robots.motion.directions import frame_of
+
+    chosen = scene.robot(robot)
+    if of is None:
+        return tool_frame(chosen)
+    owner, dot, name = of.partition(".")
+    if not dot and scene.holder(of) == robot:
+        return frame_of(scene, robot, of)
+    if dot and owner == robot and name in chosen.links:
+        link = chosen.links[name]
+        return Frame(link.joint, link.joint_T_link, {})
+    if dot and (owner == "tool" or scene.holder(owner) == robot):
+        frame = tool_frame(chosen) if owner == "tool" else frame_of(scene, robot, owner)
+        if name in frame.features:
+            return Frame(frame.joint, frame.joint_T_frame @ feature_pose(frame.features[name]), {})
+    raise ValueError(f"{robot} has no frame {of!r}: name its tool's feature, a link, or what it holds")
+
+
+def feature_pose(feature: object) -> Array:
+    """A pose at a feature: its origin, z along its direction."""
+    from kabo.kinematics.constraints import normals
+
+    pose = np.eye(4)
+    pose[:3, 3] = feature.origin  # type: ignore[attr-defined]
+    direction = feature.direction  # type: ignore[attr-defined]
+    if direction is not None:
+        x, y = normals(direction)
+        pose[:3, :3] = np.stack([x, y, np.asarray(direction)], axis=1)
+    return pose

@@ -1,0 +1,253 @@
+"""Motions of different robots under way at once, proven apart at the times that they have.
+
+All robots that move are one tree of joints, and their motions one path of it, straight between the way points of any of
+them. What one motion moves and what another moves is proven apart along that path by the bounded sweep of both at once
+[K Def. 1.3]; everything else was proven for each motion alone.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry import FixedGroup, MovingGroup
+from kabo.geometry_server import Contacts, Pair, Team
+from kabo.plan import Segment
+from kabo.scene.transforms import flat, transform
+from kabo.tasks.core import Failure, Solution
+from kabo.tasks.robots.declaring import refusal
+from kabo.tasks.robots.motion.exporting import timeline
+from kabo.tasks.robots.motion.groups import hung
+from kabo.tasks.robots.scenes import Stretch, TaskScene
+
+Array = npt.NDArray[np.float64]
+SAME = 1e-6  # m: how exactly an object has to end where the motion that is walked takes it
+
+
+@dataclass(frozen=True)
+class Track:
+    """The motion of one child with its times from 0 on, and the scenes before and after it."""
+
+    name: str
+    before: TaskScene
+    after: TaskScene
+    line: tuple[tuple[Stretch, Segment], ...]
+
+    @classmethod
+    def of(cls, solution: Solution) -> "Track":
+        """The motion of a solution."""
+        assert solution.start is not None and solution.end is not None
+        before, after = solution.start.scene, solution.end.scene
+        return cls(solution.stage.name, before, after, tuple(timeline(solution, before.context.scene)))
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes."""
+        return max((segment.times[-1] for _, segment in self.line), default=0.0)
+
+    @cached_property
+    def robots(self) -> tuple[str, ...]:
+        """The robots that move, or change."""
+        first, last = self.before.situation.robots, self.after.situation.robots
+        moved = {stretch.robot for stretch, _ in self.line}
+        return tuple(name for name in first if name in moved or first[name] != last[name])
+
+    @cached_property
+    def objects(self) -> tuple[str, ...]:
+        """The objects that its robots carry at any time, or that hang on something else afterwards."""
+        scenes = self.before, self.after
+        taken = {name for stretch, _ in self.line for name in (*(n for n, _ in stretch.attach), *stretch.detach)}
+        for scene in scenes:
+            taken |= {name for robot in self.robots for name in scene.situation.carried(robot)}
+        first, last = (scene.situation.objects for scene in scenes)
+        taken |= {name for name in first if first[name] != last[name]}
+        found = {member for name in taken for scene in scenes for member in scene.situation.group(name)}
+        return tuple(name for name in first if name in found)
+
+    @property
+    def moves(self) -> tuple[str, ...]:
+        """Its robots and objects."""
+        return (*self.robots, *self.objects)
+
+    def at(self, robot: str, moments: Array) -> Array:
+        """The configurations (m, n) of one of its robots at some moments [s]; before and after it moves it stands."""
+        times, rows = [0.0], [np.array(self.before.situation.configuration(robot))]
+        for stretch, segment in self.line:
+            if stretch.robot == robot:
+                times += segment.times
+                rows += list(_whole(stretch, len(segment.times)))
+        columns = np.array(rows).T
+        return np.stack([np.interp(moments, times, column) for column in columns], axis=1)
+
+
+def _whole(stretch: Stretch, count: int) -> Array:
+    """The way points (count, n) of a stretch as its segment has them: equal ones once, a rest twice."""
+    kept = [stretch.path[0], *(b for a, b in zip(stretch.path, stretch.path[1:], strict=False) if (a != b).any())]
+    return np.array(kept if len(kept) == count else [kept[0]] * count)
+
+
+def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure | None:
+    """What is not proven apart when some motions, which share nothing, begin together; None if all is.
+
+    Args:
+        before, after: the scenes before and after all of them.
+        tracks: the motions.
+    """
+    robots = tuple(name for track in tracks for name in track.robots)
+    if not robots:
+        return None
+    permitted = before.permitted.intersection(
+        *(scene.permitted for track in tracks for scene in (track.before, track.after))
+    )
+    owners = {name: k for k, track in enumerate(tracks) for name in track.moves}
+    team = Team.of(before.context.scene, robots)
+    now, reads = before, frozenset(owners)
+    for begin, end, events in _spans(tracks):
+        moments = _moments(tracks, begin, end)
+        path = np.hstack([tracks[owners[robot]].at(robot, moments) for robot in robots])
+        hit = _Bodies(now, team, owners, permitted).hit(path)
+        if hit is not None:
+            pair, k = hit
+            text = f"{pair[0]} – {pair[1]} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
+            return refusal("collision", text, hit=pair, reads=reads)
+        for robot in robots:
+            now = now.at(robot, tracks[owners[robot]].at(robot, np.array([end]))[0])
+        for stretch in events:
+            now = _changed(now, stretch)
+    return _elsewhere(now, after, tracks) or _touching(after, robots)
+
+
+def _spans(tracks: Sequence[Track]) -> Iterator[tuple[float, float, list[Stretch]]]:
+    """The times between which nothing is taken or let go, and what is at the end of each."""
+    events: dict[float, list[Stretch]] = {max(track.seconds for track in tracks): []}
+    for track in tracks:
+        for stretch, segment in track.line:
+            if stretch.attach or stretch.detach:
+                events.setdefault(segment.times[-1], []).append(stretch)
+    begin = 0.0
+    for end in sorted(events):
+        yield begin, end, events[end]
+        begin = end
+
+
+def _moments(tracks: Sequence[Track], begin: float, end: float) -> Array:
+    """The times [s] of all way points in a span, with its ends."""
+    inner = {t for track in tracks for _, segment in track.line for t in segment.times if begin < t < end}
+    return np.array([begin, *sorted(inner), end])
+
+
+def _changed(scene: TaskScene, stretch: Stretch) -> TaskScene:
+    """The scene after what a stretch takes and lets go at its end."""
+    taken = {name for name, _ in stretch.attach}
+    for name, to in stretch.attach:
+        robot, dot, link = to.partition(".")
+        (q,) = scene.situation.robots[robot] if dot else (None,)
+        pose = scene.pose(to) if q is None else scene.context.surroundings.links(robot, q)[link]
+        scene = hung(scene, name, to, pose)
+    for name in stretch.detach:
+        if name not in taken and scene.holder(name) == stretch.robot:
+            scene = hung(scene, name, "world", np.eye(4))
+    return scene
+
+
+def _elsewhere(walked: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure | None:
+    """What does not end where the motions take it: a stage changes the scene without saying so."""
+    for track in tracks:
+        for name in track.robots:
+            if np.abs(walked.configuration(name) - after.configuration(name)).max() > SAME:
+                return refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
+        for name in track.objects:
+            own, other = walked.situation.attachment(name), after.situation.attachment(name)
+            if own.parent == other.parent and np.abs(walked.pose(name) - after.pose(name)).max() <= SAME:
+                continue
+            return refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
+    return None
+
+
+def _touching(after: TaskScene, robots: Sequence[str]) -> Failure | None:
+    """What touches at the end: contacts that some motion needed may be forbidden there."""
+    hits = (after.hit(robot) for robot in robots)
+    hit = next((hit for hit in hits if hit is not None), None)
+    return None if hit is None else refusal("collision", hit=hit)
+
+
+@dataclass(frozen=True)
+class _Bodies:
+    """What the motions move, as bodies on the joints of the team or standing, each with the motion that moves it."""
+
+    scene: TaskScene
+    team: Team
+    owners: Mapping[str, int]
+    permitted: Contacts
+
+    def hit(self, path: Array) -> tuple[Pair, int] | None:
+        """The first pair, of different motions, that is not proven apart along a path (m, n), and on which piece."""
+        mounts = list(self._mounts())
+        moving = [(name, mount) for name, mount in mounts if isinstance(mount, MovingGroup)]
+        standing = [(name, mount) for name, mount in mounts if isinstance(mount, FixedGroup)]
+        every = [name for name, _ in (*moving, *standing)]
+        pairs = [
+            (i, k) for i in range(len(moving)) for k in range(i + 1, len(every)) if self._asked(every[i], every[k])
+        ]
+        if not pairs or len(path) < 2:
+            return None
+        surroundings = self.scene.context.surroundings
+        view = surroundings.view(
+            self.team.tree, [m for _, m in moving], [m for _, m in standing], np.array(pairs), surroundings.budget
+        )
+        for piece, (start, goal) in enumerate(zip(path, path[1:], strict=False)):
+            index = view.segment_hit(start, goal)
+            if index >= 0:
+                return (every[pairs[index][0]], every[pairs[index][1]]), piece
+        return None
+
+    def _asked(self, first: str, second: str) -> bool:
+        """Whether two things are of different motions and may not touch; padding takes over what its parent may."""
+        one, other = self._parent(first), self._parent(second)
+        if self._owner(one) == self._owner(other) or frozenset((one, other)) in self.permitted:
+            return False
+        extras = {extra.name for extra in self.scene.extras}
+        return not {first, second} <= extras and not self.scene.context.surroundings.never_collide(one, other)
+
+    def _parent(self, name: str) -> str:
+        return next((extra.parent for extra in self.scene.extras if extra.name == name), name)
+
+    def _owner(self, name: str) -> int:
+        return self.owners[name.partition(".")[0]]
+
+    def _mounts(self) -> Iterator[tuple[str, MovingGroup | FixedGroup]]:
+        surroundings = self.scene.context.surroundings
+        for k, robot in enumerate(self.team.robots):
+            for link in robot.links.values():
+                if link.mesh is not None and not robot.stands(link.name):
+                    name, arrays = f"{robot.name}.{link.name}", (link.mesh.vertices, link.mesh.faces)
+                    joint = self.team.joined.joint(k, link.joint)
+                    yield name, MovingGroup(joint, flat(link.joint_T_link), surroundings.enclosure(name), arrays)
+        for name in self.scene.situation.objects:
+            if name in self.owners:
+                mesh = self.scene.context.scene.bodies[name].mesh
+                arrays = mesh.vertices, mesh.faces
+                yield name, self._placed(name, np.eye(4), surroundings.enclosure(name), arrays)
+        for extra in self.scene.extras:
+            if extra.parent.partition(".")[0] in self.owners:
+                arrays = extra.mesh.vertices, extra.mesh.faces
+                yield (
+                    extra.name,
+                    self._placed(extra.parent, extra.parent_T, surroundings.enclosed(extra.mesh), arrays),
+                )
+
+    def _placed(self, name: str, own: Array, enclosure, arrays) -> MovingGroup | FixedGroup:  # type: ignore[no-untyped-def]
+        """A body at a pose (4, 4) in the frame of an object, or of a link of the team."""
+        parent, at = name, own
+        if name in self.scene.situation.objects:
+            held = self.scene.situation.held(name)
+            parent, at = held.parent, transform(held.position, held.quaternion) @ own
+        robot, _, link = parent.partition(".")
+        names = [each.name for each in self.team.robots]
+        if robot not in names:
+            return FixedGroup(flat(self.scene.pose(name) @ own), enclosure, arrays)
+        chosen = self.team.robots[names.index(robot)].links[link]
+        joint = self.team.joined.joint(names.index(robot), chosen.joint)
+        return MovingGroup(joint, flat(chosen.joint_T_link @ at), enclosure, arrays)

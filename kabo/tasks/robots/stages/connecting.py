@@ -1,0 +1,103 @@
+"""Connect: a free way between two scenes that differ only in where one robot's arm is [T 3.2]."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from kabo.geometry_server import Situation
+from kabo.scene import Scene
+from kabo.tasks.core import Connector, Failure, Result
+from kabo.tasks.core.model.results import Answers
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values
+from kabo.tasks.robots.motion.keeping import keep_faults
+from kabo.tasks.robots.motion.paths import length, way
+from kabo.tasks.robots.scenes import TaskScene
+
+SAME = 1e-6  # rad or m: joints nearer than this are where they were
+
+
+class Connect(RobotStage, Connector):
+    """A way of the robot's arm from one scene to the other, by RRT-Connect with proven edges.
+
+    The scenes must agree in everything else: objects and what they hang on, the joints that the arm does not have,
+    permitted contacts, added geometry. Each pair that does not is counted under what differs.
+    """
+
+    MOVES = ("robot",)
+    PROPERTIES = {"robot": ROBOT, "keep": KEEP}
+
+    def mismatch(self, start: TaskScene, end: TaskScene, properties: Values) -> str | None:
+        """What differs beside the arm: the first object, joint, contact or added body."""
+        if start.situation is end.situation and start.permitted == end.permitted and start.extras == end.extras:
+            return None
+        return (
+            _objects(start, end)
+            or _joints(start, end, properties["robot"])
+            or _contacts(start, end)
+            or _extras(start, end)
+        )
+
+    def connect(self, start: TaskScene, end: TaskScene, properties: Values, seed: int) -> Answers:
+        """The way, if one is found with the context's number of samples."""
+        name = properties["robot"]
+        goal = end.configuration(name)
+        goal[start.robot(name).planned :] = start.configuration(name)[start.robot(name).planned :]
+        if np.array_equal(goal, start.configuration(name)):
+            return [Result(motion=())]
+        found = way(start, name, goal, self.name, properties["keep"])
+        return [found] if isinstance(found, Failure) else [Result(motion=(found,), cost=length((found,)))]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A constraint that means nothing."""
+        yield from keep_faults(self, start)
+
+    def reads(self) -> tuple[str, ...]:
+        """What is held, if a constraint on it is kept."""
+        keep = self.known("keep")
+        return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
+
+
+def _objects(start: TaskScene, end: TaskScene) -> str | None:
+    first, second = start.situation.objects, end.situation.objects
+    if first is second or first == second:
+        return None
+    for name, values in first.items():
+        other = second.get(name)
+        if other is None:
+            return f"{name} is missing"
+        if other == values:
+            continue
+        before, after = values[0].parent, other[0].parent
+        if before != after:
+            return f"{name} hangs on {before}, then on {after}"
+        return f"{name} is held another way" if "." in before else f"{name} stands elsewhere"
+    return next((f"{name} is new" for name in second if name not in first), None)
+
+
+def _joints(start: TaskScene, end: TaskScene, moving: str) -> str | None:
+    for name, values in start.situation.robots.items():
+        others = end.situation.robots[name]
+        if values == others:
+            continue
+        robot = start.robot(name)
+        first = robot.planned if name == moving else 0
+        for q, p in zip(values, others, strict=False):
+            for i in range(first, len(q)):
+                if abs(q[i] - p[i]) > SAME:
+                    return f"{name}: {robot.joint_names[i]} differs"
+        if len(values) != len(others):
+            return f"{name} differs"
+    return None
+
+
+def _contacts(start: TaskScene, end: TaskScene) -> str | None:
+    differing = start.permitted ^ end.permitted
+    if not differing:
+        return None
+    first = min(tuple(sorted(pair)) for pair in differing)
+    return f"contact of {' and '.join(first)} is permitted on one side only"
+
+
+def _extras(start: TaskScene, end: TaskScene) -> str | None:
+    differing = {e.name for e in set(start.extras) ^ set(end.extras)}
+    return f"{min(differing)} is there on one side only" if differing else None

@@ -1,0 +1,156 @@
+"""Geometry that is there for some stages only: bodies by hand, and padding around things [T 3.9]."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from kabo.errors import did_you_mean
+from kabo.geometry_server import Situation, extra, padding
+from kabo.language.scene_description import Shape
+from kabo.scene import Scene
+from kabo.tasks.core import Propagator, Property, Result
+from kabo.tasks.core.model.results import Answers
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.declaring import RobotStage, Values
+from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.stages.changes import _checked
+from kabo.tasks.robots.stages.poses import local_pose
+
+
+class AddGeometry(RobotStage, Propagator):
+    """Adds a body `body`: {box: [x, y, z]} or {cylinder: {radius, height}} or {sphere: {radius}}, on `parent` at `pose`.
+
+    Backward it was not there before.
+    """
+
+    PROPERTIES = {
+        "body": Property(str, doc="its name, unlike all others", wrong=meanings.name),
+        "shape": Property(dict, doc="{box | cylinder | sphere: …}", wrong=meanings.shape),
+        "parent": Property(str, "world", "`world`, a body or `robot.link`", meanings.name),
+        "pose": Property(dict, {}, "{position, quaternion or rpy} in the parent's frame; empty: its origin"),
+    }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A parent that nobody has."""
+        yield from _unknown(self.known("parent"), scene, ("world",))
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the body; no robot may be in it."""
+        from kabo.scene.transforms import quaternion
+
+        pose = local_pose(properties["pose"])
+        position = tuple(float(v) for v in pose[:3, 3])
+        shape = shape_of(properties["shape"])
+        added = extra(properties["body"], properties["parent"], shape, position, quaternion(pose))  # type: ignore[arg-type]
+        after = scene.adding(added)
+        return _checked(after, scene.context.scene.robots, Result(after))
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene without the body."""
+        return [Result(scene.removing(properties["body"]))]
+
+
+class RemoveGeometry(RobotStage, Propagator):
+    """Removes added bodies, or padding, by name; backward is what `AddGeometry` and `Pad` are for."""
+
+    PROPERTIES = {"bodies": Property((list, tuple), doc="the names", wrong=meanings.names())}
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene without them."""
+        return [Result(scene.removing(*map(str, properties["bodies"])))]
+
+
+class Pad(RobotStage, Propagator):
+    """Puts a cylinder around each thing that keeps `distance` [m] on all sides, for the stages up to `Unpad`.
+
+    A thing may touch with its padding what it may touch itself.
+    """
+
+    PROPERTIES = {
+        "things": Property(
+            (list, tuple), doc="bodies or `robot.link`; empty: nothing is padded", wrong=meanings.names(empty=True)
+        ),
+        "distance": Property(
+            float, doc="how much air to keep around them [m]", wrong=meanings.at_least(0.0, above=True)
+        ),
+    }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Things that nobody has."""
+        for name in self.known("things") or ():
+            yield from _unknown(str(name), scene)
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with padding, in which nothing may be too close."""
+        return self._padded(scene, properties)
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene before, without."""
+        return [Result(scene.removing(*map(padding_name, properties["things"])))]
+
+    @staticmethod
+    def _padded(scene: TaskScene, properties: Values) -> Answers:
+        padded = [_padding(scene, str(name), properties["distance"]) for name in properties["things"]]
+        after = scene.adding(*padded)
+        return _checked(after, scene.context.scene.robots, Result(after))
+
+
+class Unpad(Pad):
+    """Takes padding away; backward, it was there before, and nothing may be too close."""
+
+    PROPERTIES = {
+        "distance": Property(
+            float,
+            0.0,
+            "backward: how much air to keep around them [m]; 0: their cylinders alone",
+            meanings.at_least(0.0),
+        )
+    }
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene without padding."""
+        return [Result(scene.removing(*map(padding_name, properties["things"])))]
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene before, with padding."""
+        return self._padded(scene, properties)
+
+
+def _unknown(name: str | None, scene: Scene, others: Sequence[str] = ()) -> Iterator[str]:
+    links = [f"{robot.name}.{link}" for robot in scene.robots.values() for link in robot.links]
+    known = [*others, *scene.bodies, *links]
+    if name is not None and name not in known:
+        yield f"nothing is called {name!r}: name a body or `robot.link`, {did_you_mean(name, known) or 'there is none'}"
+
+
+def padding_name(name: Any) -> str:
+    """The name of a thing's padding."""
+    return f"padding of {name}"
+
+
+def _padding(scene: TaskScene, name: str, distance: float) -> Any:
+    mesh = scene.context.surroundings.mesh(name)
+    if mesh is None:
+        raise ValueError(f"{name} has no geometry")
+    return padding(padding_name(name), name, mesh.vertices, distance)
+
+
+def shape_of(given: Any) -> Shape:
+    """The shape that {box | cylinder | sphere: …} says.
+
+    Raises:
+        ValueError: it is none of these.
+    """
+    if isinstance(given, dict) and "box" in given:
+        x, y, z = (float(v) for v in np.asarray(given["box"], float))
+        return Shape("box", size=(x, y, z))
+    if isinstance(given, dict) and "cylinder" in given:
+        radius, height = float(given["cylinder"]["radius"]), float(given["cylinder"]["height"])
+        return Shape("cylinder", size=(radius, radius, height))
+    if isinstance(given, dict) and "sphere" in given:
+        radius = float(given["sphere"]["radius"])
+        return Shape("sphere", size=(radius, radius, radius))
+    raise ValueError(
+        f"a shape is {{box: [x, y, z]}}, {{cylinder: {{radius, height}}}} or {{sphere: {{radius}}}}, not {given!r}"
+    )

@@ -1,0 +1,171 @@
+"""Grasps: sampled from an object's families, or recognised in how a robot holds it."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Context, Situation, Stream, grasp_missing, grasp_roles, grasp_stream, recognised
+from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
+from kabo.scene import Body, Robot, Scene
+from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
+from kabo.tasks.core.model.results import Answers
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.motion.configurations import CLOSED, hand
+from kabo.tasks.robots.motion.directions import Direction
+from kabo.tasks.robots.motion.targets import GraspTarget
+from kabo.tasks.robots.scenes import TaskScene
+
+LIFT = Stroke(FeatureName("world", "up"), 1, 0.05, 0.10)  # how far something is lifted where no family says
+ANY = "any"
+
+Array = npt.NDArray[np.float64]
+
+
+def grasp_properties(robot: Robot, name: str, family: GraspFamily) -> dict[str, Any]:
+    """The interface properties of a grasp family: what stages need to take the object, and to let go of it."""
+    approach = None if family.approach is None else Direction(family.approach, name)
+    fingers = hand(robot, CLOSED) if family.fingers is None else family.fingers
+    return {
+        "grasp": family.name,
+        "approach": approach,
+        "lift": None if family.lift is None else Direction(family.lift, name),
+        "fingers": {joint: value for joint, value in fingers.items() if joint in robot.gripper_joints},
+        "lower": Direction(LIFT if family.lift is None else family.lift, name, -1),
+        "retreat": None if approach is None else approach.reversed(),
+    }
+
+
+class SampleGrasp(RobotStage, Monitor):
+    """The grasp families of an object where it stands: each writes `target`, `grasp`, `approach`, `lift`, `fingers`.
+
+    The hand is as in the scene at the end of what is monitored: that stage opens it.
+    """
+
+    READS = ("object",)
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "family": Property(
+            str,
+            ANY,
+            "a grasp family of the object, or `any`: all that fit the robot, in file order",
+            meanings.name,
+        ),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene, once for each family; how the robot reaches it is for inverse kinematics."""
+        robot, name = scene.robot(properties["robot"]), properties["object"]
+        refused = _refuted(scene.context, scene.situation, robot, name, properties["family"])
+        if refused is not None:
+            return [refused]
+        found = _streams(scene.context, scene.situation, robot, name, properties["family"])
+        return [
+            Result(
+                scene,
+                properties={
+                    "target": GraspTarget(robot.name, stream),
+                    **grasp_properties(robot, name, stream.family),
+                },
+                comment=stream.family.name,
+            )
+            for stream in found
+        ]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A family that the object does not have."""
+        yield from family_faults(self, scene, "grasps")
+
+    def refute(self, context: Context, situation: Situation) -> Failure | None:
+        """No family fits, or the object is out of reach."""
+        robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
+        if robot not in context.scene.robots or name not in situation.objects:
+            return None
+        holders = (r for r in context.scene.robots if name in situation.carried(r))
+        if any(holder != robot for holder in holders):
+            return None  # it is brought first
+        return _refuted(context, situation, context.scene.robots[robot], name, family or ANY)
+
+    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+        """The grasps of all families, where the object stands now."""
+        robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
+        if robot not in context.scene.robots or name not in situation.objects:
+            return []
+        chosen = context.scene.robots[robot]
+        return [found.stream for found in _streams(context, situation, chosen, name, family or ANY)]
+
+
+def family_faults(stage: RobotStage, scene: Scene, kind: str) -> Iterator[str]:
+    """A family (`grasps` or `placements`) that is named and that the object, if it is known, does not have."""
+    name, family = stage.known("object"), stage.known("family")
+    if name not in scene.bodies or family in (None, ANY):
+        return
+    known = getattr(scene.bodies[name], kind)
+    if family not in known:
+        yield f"{name} has no family {family!r} among its {kind}; it has {', '.join(known) or 'none'}"
+
+
+def _streams(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> list[Any]:
+    body = _body(context, name)
+    poses = context.surroundings.poses(situation, name)
+    held = tuple(situation.configuration(robot.name)[robot.planned :])
+    chosen = [family for family in body.grasps.values() if wanted in (ANY, family.name)]
+    made = (grasp_stream(robot, body, family, poses[0], held, context.seed) for family in chosen)
+    return [stream for stream in made if stream is not None]
+
+
+def _body(context: Context, name: str) -> Body:
+    if name not in context.scene.bodies:
+        raise ValueError(f"the scene has no body {name!r}")
+    return context.scene.bodies[name]
+
+
+def _refuted(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> Failure | None:
+    pose = context.surroundings.poses(situation, name)[0]
+    key = "refuted", robot.name, name, wanted, pose.tobytes()
+    known: tuple[Failure | None] = context.surroundings.remembered(
+        key, lambda: (_beyond(_body(context, name), pose, robot, wanted),)
+    )
+    return known[0]
+
+
+def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Failure | None:
+    """The proof that a body at a pose (4, 4) cannot be grasped, if there is one."""
+    name = body.name
+    chosen = [family for family in body.grasps.values() if wanted in (ANY, family.name)]
+    fitting = [(family, grasp_roles(robot, body, family, pose)) for family in chosen]
+    bounds = [grasp_missing(robot, family.constraints, roles) for family, roles in fitting if roles is not None]
+    if not bounds:
+        return refusal("empty_family", f"{name} has no grasp family that {robot.name} can use", proof=True)
+    missing = min(bounds)
+    if missing <= 0.0:
+        return None
+    text = f"{name} is {missing:.3f} m out of reach of {robot.name}"
+    return refusal("out_of_reach", text, reads=frozenset({name}), proof=True, missing=missing)
+
+
+class RecogniseGrasp(RobotStage, Propagator):
+    """Recognises by which family a robot holds an object, and writes `grasp`, `approach`, `lift`, `lower`, `retreat`."""
+
+    READS = ("object",)
+    PROPERTIES = {"robot": ROBOT, "object": OBJECT}
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The same scene; by default the object is lowered and left straight."""
+        robot, name = scene.robot(properties["robot"]), properties["object"]
+        return [Result(scene, properties=held_properties(scene, robot, name))]
+
+    backward = forward
+
+
+def held_properties(scene: TaskScene, robot: Robot, name: str) -> Mapping[str, Any]:
+    """The interface properties of how a robot holds an object; of no family where none declares that hold."""
+    if scene.holder(name) != robot.name:
+        return {}
+    found = recognised(scene.context, robot, name, scene.situation)
+    if found is None:
+        return {"grasp": None, "lower": Direction(LIFT, name, -1), "retreat": None}
+    return grasp_properties(robot, name, found)

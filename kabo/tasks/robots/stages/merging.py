@@ -1,0 +1,135 @@
+"""Merger: the motions of different robots at the same time [T 3.3].
+
+Each child moves robots and objects of its own. Its motion keeps the times that it would have alone, all begin at once,
+and whoever is done sooner waits. Each child's motion was proven while the others stood still; what several children
+move is proven apart here, at the times that the motions have.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from kabo.geometry_server import Contacts, Context, Situation
+from kabo.scene import Component, Scene
+from kabo.tasks.core import Failure, Result, Solution, Stage
+from kabo.tasks.core import Merger as CoreMerger
+from kabo.tasks.robots.declaring import RobotStage, Values, refusal
+from kabo.tasks.robots.motion.exporting import DECIMALS
+from kabo.tasks.robots.motion.together import Track, met
+from kabo.tasks.robots.scenes import Stretch, TaskScene
+from kabo.tasks.robots.stages.geometry import AddGeometry, Pad, RemoveGeometry
+
+
+class Merger(RobotStage, CoreMerger):
+    """All children move at once, each with the times that it has alone; who is done sooner waits.
+
+    Each child moves robots and objects of its own. What different children move is proven apart at those times.
+    """
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Fewer than two children, one robot or object in two of them, geometry that is added."""
+        if len(self.children) < 2:
+            yield "a merger has at least two children, whose motions are merged"
+        owners: dict[str, Stage] = {}
+        for child in self.children:
+            inside = [stage for stage in _within(child) if isinstance(stage, RobotStage)]
+            for stage in inside:
+                if isinstance(stage, AddGeometry | RemoveGeometry | Pad):
+                    yield f"{stage.path!r} changes what geometry there is, which nothing in a merger may"
+            for name in dict.fromkeys(name for stage in inside for name in stage.moves()):
+                other = owners.setdefault(name, child)
+                if other is not child:
+                    yield _shared(name, other.name, child.name, scene)
+
+    def refute(self, context: Context, situation: Situation) -> Failure | None:
+        """One robot or object in two children."""
+        fault = next(iter(self.faults(context.scene)), None)
+        return None if fault is None else refusal("constraint", fault, proof=True)
+
+    def merge(self, scene: TaskScene, solutions: Sequence[Solution], properties: Values, seed: int) -> Any:
+        """The motions of all children as one, and the scene on the other side of it."""
+        tracks = [Track.of(solution) for solution in solutions]
+        refused = _conflict(tracks, scene.context.scene)
+        if refused is not None:
+            return [refused]
+        forward = all(track.before is scene for track in tracks)
+        far = _merged(scene, [track.after if forward else track.before for track in tracks], tracks)
+        before, after = (scene, far) if forward else (far, scene)
+        refused = met(before, after, tracks)
+        if refused is not None:
+            return [refused]
+        written = {name: value for solution in solutions for name, value in _written(solution, forward).items()}
+        seconds = max((track.seconds for track in tracks), default=0.0)
+        cost, comment = sum(solution.cost for solution in solutions), f"{seconds:.2f} s at once"
+        return [Result(far, cost, comment, tuple(_motion(tracks)), written)]
+
+
+def _within(stage: Stage) -> Iterator[Stage]:
+    yield stage
+    for child in stage.children:
+        yield from _within(child)
+
+
+def _shared(name: str, first: str, second: str, scene: Scene) -> str:
+    both = f"{first!r} and {second!r} both move {name}"
+    if name not in scene.robots:
+        return f"{both}: a merger moves each object in one of its children"
+    return f"{both}: a merger moves each robot, arm and gripper, in one of its children"
+
+
+def _conflict(tracks: Sequence[Track], scene: Scene) -> Failure | None:
+    """Why motions can never be merged, whenever they take place."""
+    owners: dict[str, Track] = {}
+    for track in tracks:
+        if track.before.extras != track.after.extras:
+            return refusal(
+                "constraint", f"{track.name!r} changes what geometry there is, which nothing in a merger may"
+            )
+        for name in track.moves:
+            if owners.setdefault(name, track) is not track:
+                return refusal("constraint", _shared(name, owners[name].name, track.name, scene))
+    return None
+
+
+def _merged(near: TaskScene, far: Sequence[TaskScene], tracks: Sequence[Track]) -> TaskScene:
+    """The scene on the far side: what each child changes, and contacts that nobody forbids or somebody permits."""
+    changes: dict[str, Component] = {}
+    for each, track in zip(far, tracks, strict=True):
+        for name in track.moves:
+            known = each.situation.robots if name in each.situation.robots else each.situation.objects
+            (changes[name],) = known[name]
+    permitted: Contacts = frozenset(
+        pair
+        for pair in frozenset().union(near.permitted, *(each.permitted for each in far))
+        if pair not in near.permitted or all(pair in each.permitted for each in far)
+    )
+    return replace(near.having(changes), permitted=permitted, _known={})
+
+
+def _written(solution: Solution, forward: bool) -> Mapping[str, Any]:
+    """The interface properties that a child has written; of several children the last one's count."""
+    near, far = (solution.start, solution.end) if forward else (solution.end, solution.start)
+    assert near is not None and far is not None
+    return {
+        name: v
+        for name, v in far.properties.items()
+        if name not in near.properties or near.properties[name] is not v
+    }
+
+
+def _motion(tracks: Sequence[Track]) -> Iterator[Stretch]:
+    """The stretches of all tracks in the order in which they begin, each timed, and by how much it begins later."""
+    every = [
+        (segment.times[0], k, n) for k, track in enumerate(tracks) for n, (_, segment) in enumerate(track.line)
+    ]
+    last: float | None = None
+    for begin, k, n in sorted(every):
+        stretch, segment = tracks[k].line[n]
+        times = tuple(round(t - begin, DECIMALS) for t in segment.times)
+        since = None if last is None else round(begin - last, DECIMALS)
+        rows = (
+            stretch.waypoints[0],
+            *(b for a, b in zip(stretch.waypoints, stretch.waypoints[1:], strict=False) if a != b),
+        )
+        yield replace(stretch, waypoints=rows, times=times, stage=segment.stage, since=since, exact=True)
+        last = begin

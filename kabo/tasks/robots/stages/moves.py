@@ -1,0 +1,156 @@
+"""Motions to a goal, and strokes from where the robot is [T 3.2]."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Situation, candidate
+from kabo.scene import Scene
+from kabo.tasks.core import Failure, Propagator, Property, Result
+from kabo.tasks.core.model.results import Answer
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
+from kabo.tasks.robots.motion.keeping import keep_faults
+from kabo.tasks.robots.motion.paths import grip, length, way
+from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.motion.targets import frame_for, pose_target
+from kabo.tasks.robots.scenes import Stretch, TaskScene
+from kabo.tasks.robots.stages.poses import pose_of
+
+Array = npt.NDArray[np.float64]
+
+
+class MoveTo(RobotStage, Propagator):
+    """Moves the arm or the gripper to a goal.
+
+    `goal`: a named configuration, `open` or `closed`, {joint: value}, a list of joints, {pose: …} or {point: [x, y, z]}
+    for the frame `of`. Backward it comes from there.
+    """
+
+    MOVES = ("robot",)
+    READS = ()
+    PROPERTIES = {
+        "robot": ROBOT,
+        "goal": Property(Any, doc="where to go", wrong=meanings.goal),
+        "group": Property(
+            (str, type(None)),
+            None,
+            "`arm` or `gripper`; none: what the goal is of",
+            meanings.one_of("arm", "gripper"),
+        ),
+        "of": Property(
+            (str, type(None)),
+            None,
+            "for poses and points: the tool (none), a link, what is held, a feature",
+            meanings.name,
+        ),
+        "keep": KEEP,
+        "if_missing": Property(
+            str,
+            "fail",
+            "`fail`, or `stay`, where the robot has no configuration of the goal's name",
+            meanings.one_of("fail", "stay"),
+        ),
+        "max_ik_solutions": Property(
+            int, 8, "for poses and points: how many configurations to try", meanings.at_least(1)
+        ),
+    }
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
+        """The scene with the robot there: at the first goal that it can reach."""
+        name = properties["robot"]
+        answers: list[Answer] = []
+        for goal in self._goals(scene, properties):
+            moved = goal if isinstance(goal, Failure) else self._moved(scene, name, goal, properties)
+            if not isinstance(moved, Failure):
+                still = np.array_equal(goal, scene.configuration(name))
+                motion = () if still else (moved,)
+                return [*answers, Result(scene.at(name, goal), motion=motion, cost=length(motion))]
+            answers.append(moved)
+        return answers
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
+        """The scene before, with the robot at the goal; the same motion backward in time."""
+        answers = self.forward(scene, properties, seed)
+        return [replace(a, motion=_reversed(a.motion)) if isinstance(a, Result) else a for a in answers]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """A frame without a pose for it, a constraint where only the gripper moves, or one that means nothing."""
+        goal, keep = self.known("goal"), self.known("keep")
+        if self.known("of") is not None and goal is not None and not _is_pose(goal):
+            yield "`of` says what is to be at a pose or a point, and the goal is neither"
+        if keep and (self.known("group") or ("gripper" if goal in (OPEN, CLOSED) else "arm")) == "gripper":
+            yield "`keep` is for the arm, and only the gripper moves"
+        yield from keep_faults(self, start)
+
+    def reads(self) -> tuple[str, ...]:
+        """What is held, if a constraint on it is kept."""
+        keep = self.known("keep")
+        return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
+
+    def _moved(self, scene: TaskScene, name: str, goal: Array, properties: Values) -> Any:
+        n, start = scene.robot(name).planned, scene.configuration(name)
+        group = properties["group"] or ("arm" if not np.array_equal(start[:n], goal[:n]) else "gripper")
+        if group == "gripper":
+            return grip(scene, name, goal)
+        hit = scene.at(name, goal).hit(name)
+        if hit is not None:
+            return refusal("collision", hit=hit, question=along(scene, name, goal))
+        return way(scene, name, goal, self.name, properties["keep"])
+
+    def _goals(self, scene: TaskScene, properties: Values) -> Any:
+        name, goal = properties["robot"], properties["goal"]
+        if _is_pose(goal):
+            yield from self._reaching(scene, properties)
+            return
+        try:
+            wanted = goal_of(scene, name, goal)
+        except NoConfigurationError as error:
+            stays = properties["if_missing"] == "stay"
+            yield scene.configuration(name) if stays else refusal("constraint", str(error), proof=True)
+            return
+        n, start = scene.robot(name).planned, scene.configuration(name)
+        group = properties["group"] or ("gripper" if goal in (OPEN, CLOSED) else None)
+        if group == "gripper":
+            wanted = np.concatenate([start[:n], wanted[n:]])
+        elif group == "arm":
+            wanted = np.concatenate([wanted[:n], start[n:]])
+        yield wanted
+
+    @staticmethod
+    def _reaching(scene: TaskScene, properties: Values) -> Any:
+        name, goal = properties["robot"], properties["goal"]
+        frame = frame_for(scene, name, properties["of"])
+        if "point" in goal:
+            here = scene.configuration(name)
+            pose = candidate(scene.robot(name), here).pose(frame).copy()
+            pose[:3, 3] = pose_of(scene, {"frame": goal.get("frame", "world"), "position": goal["point"]})[:3, 3]
+        else:
+            pose = pose_of(scene, goal["pose"])
+        target, tried = pose_target(scene, name, frame, pose), 0
+        asked, hit = Question(scene, name, target=target), target.blocked(scene)
+        if hit is not None:
+            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
+            return
+        for at in scene.context.drawn(target.batches()):
+            tried += 1
+            yield at.q
+            if tried >= properties["max_ik_solutions"]:
+                return
+        if not tried:
+            yield refusal(
+                "out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}), question=asked
+            )
+
+
+def _is_pose(goal: Any) -> bool:
+    """Whether a goal is a pose or a point, not joints."""
+    return isinstance(goal, Mapping) and ("pose" in goal or "point" in goal)
+
+
+def _reversed(motion: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
+    return tuple(each.reversed() for each in reversed(motion))

@@ -1,0 +1,182 @@
+"""Placements and mates: where what a robot holds may go, by the families of the object and the mates of the scene."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from kabo.geometry_server import (
+    Context,
+    Place,
+    Situation,
+    Stream,
+    grasps_there,
+    may_place,
+    placement_streams,
+    region_missing,
+    tool_frame,
+)
+from kabo.language.scene_description import Mate
+from kabo.scene import Region, Robot, Scene
+from kabo.tasks.core import Failure, Monitor, Property, Result
+from kabo.tasks.core.model.results import Answers
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.motion.directions import Direction
+from kabo.tasks.robots.motion.targets import PlacementTarget
+from kabo.tasks.robots.scenes import TaskScene
+from kabo.tasks.robots.stages.grasps import ANY, family_faults, held_properties
+
+
+class SamplePlacement(RobotStage, Monitor):
+    """The placement families of what a robot holds: each writes `target`, `placement`, `lower`, `retreat`.
+
+    The object goes into `region` (on the region's support), or onto the body `support`. Contact with what it is to
+    stand on is permitted in the scenes that are offered.
+    """
+
+    READS = ("object", "support")
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "region": Property(
+            (str, type(None)), None, "a region of the scene; none: anywhere on the support", meanings.name
+        ),
+        "support": Property((str, type(None)), None, "a body to stand on; none: the region's", meanings.name),
+        "family": Property(
+            str, ANY, "a placement family of the object, or `any`: all that fit, in file order", meanings.name
+        ),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene, once for each family; where the object goes is for inverse kinematics."""
+        robot, name = scene.robot(properties["robot"]), properties["object"]
+        if scene.holder(name) != robot.name:
+            text = f"{robot.name} does not hold {name}"
+            return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
+        place = _place(scene.context, properties["region"], properties["support"])
+        streams = placement_streams(scene.context, robot, name, place, scene.situation, properties["family"])
+        if not streams:
+            return [refusal("empty_family", f"{name} has no placement family that fits", reads=frozenset({name}))]
+        if place.support is not None:
+            scene = scene.permitting([(name, place.support)])
+        held = held_properties(scene, robot, name)
+        region = None if place.region is None else place.region.name
+        results = []
+        for stream in streams:
+            retreat = stream.family.retreat
+            own: dict[str, Any] = {"target": PlacementTarget(robot.name, name, stream, region)}
+            own |= {"placement": stream.family.name, "support": place.support}
+            own |= {} if retreat is None else {"retreat": Direction(retreat, name)}
+            results.append(Result(scene, properties={**held, **own}, comment=stream.family.name))
+        return results
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """No place, or a family that the object does not have."""
+        if all(self.known(key) is None and not self.undecided(key) for key in ("region", "support")):
+            yield "there is no place: it says neither a region nor a support"
+        yield from family_faults(self, scene, "placements")
+
+    def refute(self, context: Context, situation: Situation) -> Failure | None:
+        """The region is out of reach, however the object is held."""
+        known = self._known(context)
+        if known is None:
+            return None
+        robot, name, region = known
+        missing = region_missing(robot, context.scene.bodies[name], region, tool_frame(robot))
+        if missing <= 0.0:
+            return None
+        text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
+        return refusal("out_of_reach", text, proof=True, missing=missing)
+
+    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+        """No grasp of the object was found anywhere in the region."""
+        known = self._known(context)
+        if known is None:
+            return None
+        robot, name, region = known
+        place = _place(context, region.name, self.known("support"))
+        if may_place(context, robot, context.scene.bodies[name], place, situation):
+            return None
+        return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
+
+    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+        """What puts the object down as it is held; in nobody's hand, grasps of it at a few places in the region."""
+        known = self._known(context)
+        if known is None:
+            return []
+        robot, name, region = known
+        place = _place(context, region.name, self.known("support"))
+        if name in situation.carried(robot.name):
+            return [made.stream for made in placement_streams(context, robot, name, place, situation)]
+        return grasps_there(context, robot, context.scene.bodies[name], place, situation)
+
+    def _known(self, context: Context) -> tuple[Robot, str, Region] | None:
+        robot, name, region = (self.known(key) for key in ("robot", "object", "region"))
+        scene = context.scene
+        if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
+            return None
+        return scene.robots[robot], name, scene.regions[region]
+
+
+def _place(context: Context, region: str | None, support: str | None) -> Place:
+    scene = context.scene
+    if region is not None and region not in scene.regions:
+        raise ValueError(f"the scene has no region {region!r}; it has {', '.join(scene.regions) or 'none'}")
+    if support is not None and support not in scene.bodies:
+        raise ValueError(f"the scene has no body {support!r}")
+    chosen = None if region is None else scene.regions[region]
+    return Place(support if support is not None or chosen is None else chosen.support, chosen)
+
+
+class SampleMate(RobotStage, Monitor):
+    """The ways to put the moving part, which a robot holds, onto the fixed part of a mate of the scene.
+
+    Writes `target`, `mate` and `insertion`; contact between the two parts is permitted in the scenes that are offered.
+    """
+
+    READS = ("object", "onto")
+    PROPERTIES = {
+        "robot": ROBOT,
+        "object": OBJECT,
+        "onto": Property(str, doc="the body with the fixed part", wrong=meanings.name),
+        "mate": Property(
+            str,
+            doc="a mate of the scene: its roles `moving` is the object, `fixed` the other body",
+            wrong=meanings.name,
+        ),
+    }
+
+    def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene, if the mate fits both bodies."""
+        from kabo.tasks.robots.motion.mating import mate_target
+
+        robot, name, onto = scene.robot(properties["robot"]), properties["object"], properties["onto"]
+        if scene.holder(name) != robot.name:
+            text = f"{robot.name} does not hold {name}"
+            return [refusal("constraint", text, reads=frozenset({name}), proof=True)]
+        mate = mate_of(scene, properties["mate"])
+        target = mate_target(scene, robot, name, onto, mate)
+        if target is None:
+            return [refusal("empty_family", f"{mate.name} does not fit {name} and {onto}", proof=True)]
+        insertion = None
+        if mate.insertion is not None:
+            owner = {"moving": "this", "fixed": "this"}.get(mate.insertion.along.owner, mate.insertion.along.owner)
+            stroke = replace(mate.insertion, along=replace(mate.insertion.along, owner=owner))
+            whose = onto if mate.insertion.along.owner == "fixed" else name
+            insertion = Direction(stroke, whose, part=name, tolerance=mate.tolerance)
+        made = {"target": target, "mate": mate.name, "insertion": insertion}
+        return [
+            Result(scene.permitting([(name, onto)]), properties={**held_properties(scene, robot, name), **made})
+        ]
+
+
+def mate_of(scene: TaskScene, name: str) -> Mate:
+    """The mate of that name.
+
+    Raises:
+        ValueError: the scene has no such mate.
+    """
+    mates = scene.context.scene.mates
+    if name not in mates:
+        raise ValueError(f"the scene has no mate {name!r}; it has {', '.join(mates) or 'none'}")
+    return mates[name]

@@ -1,0 +1,123 @@
+"""Reparameterise: what a solution moves, without needless stops between phases [T 3.4.1]."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kabo.geometry_server import Situation
+from kabo.scene import Scene
+from kabo.tasks.core import Property, Result, Solution, Wrapper
+from kabo.tasks.core.model.results import Answers
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.declaring import RobotStage, Values, refusal
+from kabo.tasks.robots.motion.exporting import HASTE
+from kabo.tasks.robots.motion.smoothing import Limits, Part, smoothed
+from kabo.tasks.robots.scenes import Stretch
+
+TOUCHING = 1e-6  # rad or m: ends nearer than this are one
+
+
+class Reparameterise(RobotStage, Wrapper):
+    """Gives each success of its child new motion: as fast as limits allow, at rest only where the scene changes.
+
+    Phases that follow each other without anything being taken, let go or waited for are one group: transit and
+    approach; lift, transit and lower; retreat and home. Their ends are reached exactly; between them the motion leaves
+    the old path by `deviation` or less, and is proven free, and to keep its constraints, anew.
+    """
+
+    PROPERTIES = {
+        "deviation": Property(
+            float,
+            0.05,
+            "how far the motion may pass by a way point [rad, L2 over the joints]; 0: it stops at each corner",
+            meanings.at_least(0.0),
+        ),
+        "haste": Property(float, HASTE, "share of the joints' velocity limits", meanings.share),
+        "ramp": Property(
+            float,
+            0.25,
+            "time from rest to that velocity, which limits acceleration [s]",
+            meanings.at_least(0.0, above=True),
+        ),
+        "acceleration": Property(
+            (float, dict, type(None)),
+            None,
+            "limit for all joints or by joint [rad/s2]; none: by `ramp`",
+            meanings.accelerations,
+        ),
+        "across": Property(bool, True, "whether phases of a group follow each other without a stop"),
+    }
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Limits of joints that no robot has."""
+        given = self.known("acceleration")
+        joints = {joint for robot in scene.robots.values() for joint in robot.planned_joints}
+        for joint in given if isinstance(given, Mapping) else ():
+            if joint not in joints:
+                yield f"no robot has a joint {joint!r} whose acceleration could be limited"
+
+    def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
+        """The success with its new motion."""
+        motion: list[Stretch] = []
+        stops = 0
+        for group in _groups(_parts(solution), properties["across"]):
+            if not _smoothable(group[0].stretch):
+                motion += [replace(part.stretch, stage=part.stage) for part in group]
+                continue
+            try:
+                made = smoothed(group, properties["deviation"], _limits(group[0], properties))
+            except ValueError as error:
+                return [refusal("timing", str(error))]
+            if made is None:
+                return [refusal("timing", f"the motion of {group[0].stage} is not proven any more")]
+            motion += made.stretches
+            stops += made.stops
+        comment = f"{solution.comment}, " if solution.comment else ""
+        comment += f"stops at {stops} corners" if stops else "no stops inside"
+        return [Result(cost=solution.cost, comment=comment, motion=tuple(motion))]
+
+
+def _parts(solution: Solution) -> Iterator[Part]:
+    """The stretches of a solution in order of time, with the scenes in which they begin."""
+    for leaf in solution.leaves:
+        for each in leaf.motion or ():
+            assert leaf.start is not None
+            yield Part(each, leaf.start.scene, each.stage or leaf.stage.path)
+
+
+def _groups(parts: Iterator[Part], across: bool) -> list[list[Part]]:
+    """The parts, those together that may be passed without a stop."""
+    groups: list[list[Part]] = []
+    for part in parts:
+        if across and groups and _joined(groups[-1][-1].stretch, part.stretch):
+            groups[-1].append(part)
+        else:
+            groups.append([part])
+    return groups
+
+
+def _smoothable(each: Stretch) -> bool:
+    moved = float(np.abs(np.diff(each.path, axis=0)).sum()) > TOUCHING
+    return each.group == "arm" and moved and not (each.attach or each.detach or each.seconds or each.exact)
+
+
+def _joined(first: Stretch, second: Stretch) -> bool:
+    """Whether the second follows the first without a change of the scene."""
+    if first.robot != second.robot or not (_smoothable(first) and _smoothable(second)):
+        return False
+    return float(np.abs(first.path[-1] - second.path[0]).max()) <= TOUCHING
+
+
+def _limits(part: Part, properties: Values) -> Limits:
+    robot = part.scene.robot(part.stretch.robot)
+    velocity = properties["haste"] * robot.tree.velocity[: robot.planned]
+    given: Any = properties["acceleration"]
+    if given is None:
+        return Limits(velocity, velocity / properties["ramp"])
+    if isinstance(given, Mapping):
+        default = velocity / properties["ramp"]
+        pairs = zip(robot.planned_joints, default, strict=True)
+        return Limits(velocity, np.array([float(given.get(joint, value)) for joint, value in pairs]))
+    return Limits(velocity, np.full(robot.planned, float(given)))

@@ -1,0 +1,109 @@
+"""Inverse kinematics as a wrapper: each target of its child becomes configurations of the robot [T 3.4]."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import Candidate, tool_frame
+from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrapper
+from kabo.tasks.core.model.results import Answer
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, Values, refusal
+from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.motion.targets import PoseTarget
+from kabo.tasks.robots.scenes import TaskScene
+
+Array = npt.NDArray[np.float64]
+
+
+class ComputeIK(RobotStage, Wrapper):
+    """Configurations that reach the interface property `target` of its child, each proven free.
+
+    Solutions come by projection from many seeds, in the order of the target's stream. For one pose the hand is
+    looked at first: where it would collide, no arm helps.
+    """
+
+    MOVES = ("robot",)
+    PROPERTIES = {
+        "robot": ROBOT,
+        "target": Property(Any, INTERFACE, "what to reach, as a sampler has written it"),
+        "max_ik_solutions": Property(
+            (int, type(None)), None, "how many for each target; none: all that are found", meanings.at_least(1)
+        ),
+        "min_distance": Property(
+            float,
+            0.0,
+            "least distance between two of them [rad, sum over the joints]; 0: any",
+            meanings.at_least(0.0),
+        ),
+        "near": Property(
+            bool, False, "whether they cost the way of the joints from where the robot stands [rad, L1]"
+        ),
+        "ignore_collisions": Property(bool, False, "whether configurations in collision will do"),
+    }
+
+    def transform(self, solution: Solution, properties: Values, seed: int) -> Iterator[Answer]:
+        """The scene with the robot at each configuration found."""
+        assert solution.end is not None
+        scene, target = solution.end.scene, properties["target"]
+        hit = None if properties["ignore_collisions"] else target.blocked(scene)
+        asked = Question(scene, properties["robot"], target=target)
+        if hit is not None:
+            yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
+            return
+        yield from self._reached(scene, target, properties, solution)
+
+    def _reached(self, scene: TaskScene, target: Any, properties: Values, solution: Solution) -> Iterator[Answer]:
+        name, most = properties["robot"], properties["max_ik_solutions"]
+        robot, tried, blocked = scene.robot(name), 0, 0
+        found: list[Array] = []
+        for at in scene.context.drawn(target.batches()):
+            tried += 1
+            failure = self._refused(scene, target, name, at, properties["ignore_collisions"])
+            blocked = blocked + 1 if failure is not None and _is_movable(scene, name, failure) else 0
+            if failure is not None:
+                yield failure
+                if blocked == scene.context.patience:
+                    return
+                continue
+            if any(np.abs(at.q - other).sum() < properties["min_distance"] for other in found):
+                continue
+            found.append(at.q)
+            own = {} if robot.tool is None else {"target_pose": at.pose(tool_frame(robot))}
+            cost = solution.cost + (_away(scene, name, at) if properties["near"] else 0.0)
+            yield Result(scene.at(name, at.q), cost=cost, comment=solution.comment, properties=own)
+            if most is not None and len(found) >= most:
+                return
+        if not tried:
+            yield self._unreached(scene, name, target)
+
+    @staticmethod
+    def _unreached(scene: TaskScene, name: str, target: Any) -> Failure:
+        short = target.unreached() if isinstance(target, PoseTarget) else None
+        missing = None if short is None or short.missing == 0.0 else short.missing
+        text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
+        return refusal("out_of_reach", text, missing=missing, question=Question(scene, name, target=target))
+
+    @staticmethod
+    def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Any:
+        reason = target.refused(scene, at)
+        if reason is not None:
+            return refusal("constraint", reason)
+        hit = None if ignore else scene.workspace(name).first_hit(at.q)
+        return None if hit is None else refusal("collision", hit=hit, question=along(scene, name, at.q))
+
+
+def _is_movable(scene: TaskScene, robot: str, failure: Failure) -> bool:
+    """Whether what was in the way is another robot, or an object that this one does not hold."""
+    details = failure.details if isinstance(failure.details, Details) else Details()
+    owners = {name.partition(".")[0] for pair, _ in details.pairs for name in pair}
+    others = {*scene.situation.robots, *scene.situation.objects} - {robot, *scene.situation.carried(robot)}
+    return not owners.isdisjoint(others)
+
+
+def _away(scene: TaskScene, name: str, at: Candidate) -> float:
+    """How far the arm's joints are from where they stand [rad or m, L1]."""
+    n = scene.robot(name).planned
+    return float(np.abs(at.q[:n] - scene.configuration(name)[:n]).sum())

@@ -1,0 +1,263 @@
+"""Relative motions: the tool along a straight line, by a twist, or joints by offsets [T 3.2]."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.geometry_server import (
+    LINE,
+    LINE_TILT,
+    Keep,
+    Refused,
+    Situation,
+    candidate,
+    carried_frame,
+    line,
+    tool_frame,
+)
+from kabo.kinematics import project
+from kabo.scene import Scene
+from kabo.scene.transforms import transform
+from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
+from kabo.tasks.core.model.results import Answers
+from kabo.tasks.robots import meanings
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.motion.configurations import with_joints
+from kabo.tasks.robots.motion.directions import direction_of
+from kabo.tasks.robots.motion.keeping import keep_faults, kept, not_kept
+from kabo.tasks.robots.motion.paths import length
+from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.targets import pose_rows
+from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
+
+Array = npt.NDArray[np.float64]
+Way = list[Array] | Failure
+RESOLUTION = 1e-3  # m, rad: steps of the lengths of a stroke that is not proven whole
+ROUNDING = 1e-9  # of a step: bounds that are whole steps apart are so in decimals
+TURN = 0.1  # rad: a twist is followed in steps no longer than this, each an arc of the tool
+
+NO_OBJECT = Property(
+    (str, type(None)),
+    None,
+    "the body whose features a direction may name as `this`; none: of no body",
+    meanings.name,
+)
+
+
+class MoveRelative(RobotStage, Propagator):
+    """Moves the tool from where it is, as far as can be proven, between the least and the greatest distance.
+
+    All of the greatest, or else the longest that is a whole number of millimetres (of a turn: milliradians) above the
+    least: so a greater greatest distance never gives a shorter stroke.
+
+    `direction`: what a sampler wrote (`<INTERFACE:approach>`), {along or against: feature, distance}, {vector: [x, y, z],
+    frame}, {twist: [vx, vy, vz, wx, wy, wz], frame}, {joints: {joint: offset}}; none: it stays. Backward the motion is
+    the one that ends where the robot is.
+    """
+
+    MOVES = ("robot",)
+    FROM_START = True
+    PROPERTIES = {
+        "robot": ROBOT,
+        "direction": Property(Any, PARENT, "where to; none: it stays", meanings.direction),
+        "object": NO_OBJECT,
+        "min_distance": Property(
+            (float, type(None)),
+            None,
+            "the least length [m]; none: the direction's; 0: it may stay",
+            meanings.at_least(0.0),
+        ),
+        "max_distance": Property(
+            (float, type(None)),
+            None,
+            "the greatest length [m]; none: the direction's",
+            meanings.at_least(0.0, above=True),
+        ),
+        "keep": KEEP,
+    }
+
+    def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene with the tool moved."""
+        return [self._stroke(scene, properties, 1)]
+
+    def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
+        """The scene from which the stroke leads here."""
+        return [self._stroke(scene, properties, -1)]
+
+    def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
+        """Bounds that are crossed, or of joints; no distance at all; a constraint that means nothing."""
+        given, low, high = (self.known(key) for key in ("direction", "min_distance", "max_distance"))
+        if low is not None and high is not None and low > high:
+            yield f"the least distance, {low:g} m, is above the greatest, {high:g} m"
+        if isinstance(given, Mapping):
+            if "joints" in given and (low is not None or high is not None):
+                yield "offsets of joints have no least or greatest distance"
+            bounded = high is not None or self.undecided("max_distance") or given.get("distance") is not None
+            if ("along" in given or "against" in given) and not bounded:
+                yield "the direction has no distance, and there is no greatest one"
+        yield from keep_faults(self, start)
+
+    def _stroke(self, scene: TaskScene, properties: Values, sense: int) -> Result | Failure:
+        name, here = properties["robot"], scene.configuration(properties["robot"])
+        keep = kept(scene, name, properties["keep"])
+        if isinstance(keep, Failure):
+            return keep
+        attempt, low, high = _asked(scene, properties, sense)
+
+        def tried(distance: float) -> Way:
+            found = attempt(distance)
+            return found if keep is None or isinstance(found, Failure) else not_kept(keep, found) or found
+
+        found = [here] if attempt is _nowhere else farthest(tried, low, high)
+        return found if isinstance(found, Failure) else self._result(scene, name, found, keep, sense)
+
+    @staticmethod
+    def _result(scene: TaskScene, name: str, found: Sequence[Array], keep: Keep | None, sense: int) -> Result:
+        if len(found) == 1:
+            return Result(scene, motion=())
+        moved = stretch(scene, name, "arm", found, None if keep is None else keep.name)
+        motion: tuple[Stretch, ...] = (moved if sense > 0 else moved.reversed(),)
+        return Result(scene.at(name, found[-1]), motion=motion, cost=length(motion))
+
+
+def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
+    """The longest way that is proven, of the lengths `high`, `low`, and whole steps of `RESOLUTION` from `low` on.
+
+    Args:
+        attempt: the way of a length [m or rad], or why it is refused; where one is proven, shorter ones are.
+        low: the least length that will do; what is in its way is told if nothing is proven.
+        high: the greatest.
+    """
+    found = attempt(high)
+    if not isinstance(found, Failure) or low >= high:
+        return found
+    best = attempt(low)
+    if isinstance(best, Failure):
+        return best
+    proven, refused = 0, math.ceil((high - low) / RESOLUTION - ROUNDING)
+    while refused - proven > 1:
+        middle = (proven + refused) // 2
+        found = attempt(low + middle * RESOLUTION)
+        if isinstance(found, Failure):
+            refused = middle
+        else:
+            best, proven = found, middle
+    return best
+
+
+def _nowhere(distance: float) -> Way:
+    """No direction: it stays."""
+    raise AssertionError("nobody asks for a way to nowhere")
+
+
+def _asked(scene: TaskScene, properties: Values, sense: int) -> tuple[Callable[[float], Way], float, float]:
+    """The way of a length, and its least and greatest length [m; of a turn rad; of offsets of joints 1 is all]."""
+    given, name = properties["direction"], properties["robot"]
+    bounds = properties["min_distance"], properties["max_distance"]
+    if isinstance(given, Mapping) and "joints" in given:
+        return (lambda _: _offset(scene, name, given["joints"], sense)), 1.0, 1.0
+    if isinstance(given, Mapping) and "twist" in given:
+        return _twisted(scene, name, given, bounds, sense)
+    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
+    if isinstance(given, Mapping) and "vector" in given:
+        turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
+        vector = turn @ np.asarray(given["vector"], float)
+        norm = float(np.linalg.norm(vector))
+        unit, low, high = vector / norm, *_bounded(norm, bounds)
+    else:
+        direction = direction_of(given, properties["object"])
+        if direction is None:
+            return _nowhere, 0.0, 0.0
+        direction = direction.bounded(*bounds)
+        unit, low, high = direction.vector(scene, name, at), direction.stroke.minimum, direction.stroke.maximum
+        if direction.part is not None and scene.holder(direction.part) == name:
+            exactly = _exactly(scene, name, direction.part, direction.tolerance or 0.0)
+    return (lambda distance: _line(scene, name, at.q, sense * distance * unit, exactly)), low, high
+
+
+def _bounded(size: float, bounds: tuple[Any, Any]) -> tuple[float, float]:
+    """The least and the greatest length: as given, else all of it."""
+    high = size if bounds[1] is None else float(bounds[1])
+    return high if bounds[0] is None else float(bounds[0]), high
+
+
+def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple[float, float]:
+    """How far the tool may leave its line [m] and turn [rad], so that no point of a part in the hand leaves its way."""
+    held = carried_frame(scene.robot(robot), scene.context.scene.bodies[part], scene.situation.held(part))
+    vertices = scene.context.scene.bodies[part].mesh.vertices
+    corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))))
+    points = corners @ held.joint_T_frame[:3, :3].T
+    away = points + held.joint_T_frame[:3, 3] - tool_frame(scene.robot(robot)).joint_T_frame[:3, 3]
+    return 0.4 * tolerance, 0.4 * tolerance / max(float(np.linalg.norm(away, axis=1).max()), 1e-3)
+
+
+def _line(
+    scene: TaskScene, name: str, q: Array, shift: Array, exactly: tuple[float, float] = (LINE, LINE_TILT)
+) -> list[Array] | Failure:
+    found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift, *exactly)
+    if not isinstance(found, Refused):
+        return found
+    if not found.pairs:
+        return refusal("constraint", "off the straight line")
+    return refusal("collision", pairs=found.pairs, question=along(scene, name, *found.waypoints))
+
+
+def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: int) -> list[Array] | Failure:
+    """The straight joint segment by offsets of some joints."""
+    robot, q = scene.robot(name), scene.configuration(name)
+    values = {joint: q[robot.joint_names.index(joint)] + sense * float(v) for joint, v in offsets.items()}
+    goal = with_joints(robot, q, values)
+    if np.any(goal < robot.tree.lower - 1e-9) or np.any(goal > robot.tree.upper + 1e-9):
+        return refusal("constraint", "a joint would leave its limits")
+    hit = scene.workspace(name).path_hit([q, goal])
+    return [q, goal] if hit is None else refusal("collision", hit=hit, question=along(scene, name, q, goal))
+
+
+def _twisted(
+    scene: TaskScene, name: str, given: Mapping[str, Any], bounds: tuple[Any, Any], sense: int
+) -> tuple[Callable[[float], Way], float, float]:
+    """Ways along a twist of the tool about its own centre: translation [m] with rotation [rad], in small steps."""
+    turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
+    twist = np.asarray(given["twist"], float) * sense
+    size = float(np.linalg.norm(twist[:3])) or float(np.linalg.norm(twist[3:]))
+
+    def way(distance: float) -> Way:
+        share = distance / size
+        return _screw(scene, name, turn @ twist[:3] * share, turn @ twist[3:] * share)
+
+    return way, *_bounded(size, bounds)
+
+
+def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array] | Failure:
+    robot, q = scene.robot(name), scene.configuration(name)
+    frame, steps = (
+        tool_frame(robot),
+        max(2, int(np.ceil(max(np.linalg.norm(turn), np.linalg.norm(shift)) / (TURN / 4)))),
+    )
+    start = candidate(robot, q).pose(frame)
+    active, way = np.arange(robot.tree.size) < robot.planned, [q]
+    for k in range(1, steps + 1):
+        goal = start.copy()
+        goal[:3, 3] += shift * k / steps
+        goal[:3, :3] = _rotation(turn * k / steps) @ start[:3, :3]
+        found, succeeded = project(
+            robot.tree, pose_rows(frame, goal), way[-1], robot.tree.lower, robot.tree.upper, active
+        )
+        if not succeeded[0] or np.abs(found[0] - way[-1]).max() > 4 * TURN:
+            return refusal("constraint", "the tool cannot follow the twist")
+        way.append(np.round(found[0], 9) + 0.0)
+    hit = scene.workspace(name).path_hit(way)
+    return way if hit is None else refusal("collision", hit=hit, question=along(scene, name, *way))
+
+
+def _rotation(vector: Array) -> Array:
+    """The rotation (3, 3) about a vector by its length [rad]."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0.0:
+        return np.eye(3)
+    x, y, z = np.sin(angle / 2) * vector / angle
+    return np.asarray(transform((0.0, 0.0, 0.0), (x, y, z, float(np.cos(angle / 2))))[:3, :3])

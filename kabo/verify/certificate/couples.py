@@ -1,0 +1,50 @@
+"""Motions whose times are not tied to each other, as proofs speak of them: a path that visits every couple of pieces.
+
+A claim about whole pieces of that path is about the hulls of all poses there, of each body by itself; so it holds for
+any moment of the one motion beside any moment of the other.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.verify.motion.courses import Course
+from kabo.verify.motion.overlaps import Meeting
+from kabo.verify.motion.sweep import Path
+
+Array = npt.NDArray[np.float64]
+MOST = 50_000  # way points
+
+
+def course_of(meeting: Meeting, cut: int) -> Course | None:
+    """The course on which each piece of the first path is passed with each of the second; None if it is too long.
+
+    Each piece of both is cut into `cut` equal parts. The second path is gone through forth and back, once for each
+    part of the first, along which that goes to and fro.
+    """
+    first, second = meeting.first.path, meeting.second.path
+    counts = [cut * (len(path.configurations) - 1) for path in (first, second)]
+    if (counts[0] + 1) * (counts[1] + 1) > MOST:
+        return None
+    mine, theirs = _cut(first.configurations, cut), _cut(second.configurations, cut)
+    order = list(range(counts[1] + 1))
+    couples: list[tuple[int, int]] = []
+    for part in range(counts[0]):
+        couples += [(part + i % 2, k) for i, k in enumerate(order)]
+        couples += [(part + 1, order[-1])] if counts[1] % 2 == 0 else []
+        order.reverse()
+    rows = np.array(couples).reshape(-1, 2)
+    kept = np.concatenate([[True], (rows[1:] != rows[:-1]).any(axis=1)])
+    whole = np.hstack([mine[rows[kept, 0]], theirs[rows[kept, 1]]])
+    arms = (*first.arms.values(), *second.arms.values())
+    path = Path(arms, whole, np.arange(len(whole), dtype=np.float64))
+    things = [*meeting.first.things, *meeting.second.things]
+    divide, before = len(meeting.first.things), meeting.first.segments
+    return Course(meeting.node, meeting.second.segments, path, things, (), before=before, divide=divide)
+
+
+def _cut(configurations: Array, parts: int) -> Array:
+    """Way points with `parts` pieces in place of each."""
+    places = np.arange((len(configurations) - 1) * parts + 1) / parts
+    pieces = np.minimum(places.astype(np.int64), len(configurations) - 2)
+    first, last = configurations[pieces], configurations[pieces + 1]
+    return np.asarray(first + (places - pieces)[:, None] * (last - first))

@@ -1,0 +1,242 @@
+"""Walks the proof of one pair and checks every claim of it: boxes that are apart, axes that separate.
+
+Nothing is searched. A claim is about a stretch of the path and a range of parts of each body; what the body sweeps
+over it lies in the hull of its poses at the ends and at all way points between, grown by the deviation from the chords.
+Poses are in the world, with the last joint that carries both bodies held where it is at the beginning.
+"""
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import PairProof
+from kabo.verify.certificate.parts import Parts
+from kabo.verify.motion.chord_bounds import deviations, frame_of, reach
+from kabo.verify.motion.sweep import Path, Poses, Thing
+
+Array = npt.NDArray[np.float64]
+ONE = 1 << 20  # positions to a piece of the path
+DEPTH = 200  # halvings inside each other; a proof needs 20 of time and a few of parts
+ROUNDING = 2.0**-53
+
+
+class Refuted(Exception):
+    """A claim of a proof does not hold, or its form is wrong."""
+
+
+@dataclass
+class Margin:
+    """What is left of the least claim [m], and how many axes were evaluated."""
+
+    least: float = np.inf
+    axes: int = 0
+
+
+class Frames:
+    """The poses of all joints along a path, each made once."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._known: dict[int, Poses] = {}
+
+    def at(self, s: int) -> Poses:
+        """The poses at a position."""
+        if s not in self._known:
+            piece, share = divmod(s, ONE)
+            q = self.path.configurations[piece]
+            if share:
+                q = q + share / ONE * (self.path.configurations[piece + 1] - q)
+            self._known[s] = {
+                name: arm.joint_poses(q[self.path.columns[name]].tolist()) for name, arm in self.path.arms.items()
+            }
+        return self._known[s]
+
+
+class Side:
+    """One body of a pair along a path."""
+
+    def __init__(self, frames: Frames, thing: Thing, parts: Parts, robot: str | None, joint: int) -> None:
+        self.parts, self._frames, self._thing, self._robot, self._joint = parts, frames, thing, robot, joint
+        path, mount = frames.path, thing.mount
+        radius = 0.0 if mount is None else reach(mount, parts.vertices)
+        self.deviations, self.moves = deviations(path, mount, joint if mount is not None else 0, radius)
+        self._poses: dict[int, Array] = {}
+        self._stretches: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self._boxes: dict[tuple[int, int], tuple[list[list[float]], list[list[float]], float]] = {}
+        joints = 0 if mount is None else len(path.arms[mount.robot].parents)
+        self.rounding = ROUNDING * (
+            8.0 + 2.0 * (8.0 * joints + 4.0)
+        )  # of a point, by its distance from the origin
+
+    def pose(self, s: int) -> Array:
+        """Where the body is at a position (4, 4)."""
+        if s not in self._poses:
+            pose = self._thing.pose(self._frames.at(s))
+            if self._robot is not None and self._joint > 0:
+                start, now = (self._frames.at(k)[self._robot][self._joint] for k in (0, s))
+                pose = start @ np.linalg.inv(now) @ pose
+            self._poses[s] = pose
+        return self._poses[s]
+
+    def poses(self, s0: int, s1: int) -> tuple[Array, Array]:
+        """Where the body is at both ends and at all way points between: rotations (P, 3, 3), places (P, 3)."""
+        if not self.moves:
+            s0 = s1 = 0
+        if (s0, s1) not in self._stretches:
+            step = ONE if s1 - s0 >= ONE else max(1, s1 - s0)
+            poses = np.array([self.pose(s) for s in range(s0, s1 + 1, step)])
+            self._stretches[s0, s1] = np.ascontiguousarray(poses[:, :3, :3]), poses[:, :3, 3].copy()
+        return self._stretches[s0, s1]
+
+    def deviation(self, s0: int, s1: int) -> float:
+        """How far its points leave their chords between two positions [m]."""
+        if s1 - s0 < ONE:
+            return float(self.deviations[s0 // ONE]) * ((s1 - s0) / ONE) ** 2
+        return float(self.deviations[s0 // ONE : s1 // ONE].max())
+
+    def box(self, s0: int, s1: int, low: int, high: int) -> tuple[Any, Any, Any]:
+        """The box (lower, upper) around what a range of parts sweeps, and what rounding may add to it."""
+        if not self.moves:
+            s0 = s1 = 0
+        if (s0, s1) not in self._boxes:
+            self._boxes[s0, s1] = self._all_boxes(s0, s1)
+        lower, upper, far = self._boxes[s0, s1]
+        number = self.parts.ranges[low, high]
+        return lower[number], upper[number], self.rounding * 2.0 * far
+
+    def _all_boxes(self, s0: int, s1: int) -> tuple[list[list[float]], list[list[float]], float]:
+        """The boxes around what each range of parts sweeps, and how far the farthest of them reaches."""
+        (turns, places), (middles, halves) = self.poses(s0, s1), self.parts.boxes
+        middle = np.einsum("prc,nc->pnr", turns, middles) + places[:, None]
+        half = np.einsum("prc,nc->pnr", np.abs(turns), halves)
+        grow = self.deviation(s0, s1) if self.moves else 0.0
+        lower, upper = (middle - half).min(axis=0) - grow, (middle + half).max(axis=0) + grow
+        return lower.tolist(), upper.tolist(), float(max(np.abs(lower).max(), np.abs(upper).max()))
+
+    def farthest(self, s0: int, s1: int, low: int, high: int, axis: Array) -> tuple[float, float]:
+        """The greatest product with an axis of what a range of parts sweeps, and what rounding may add to it."""
+        turns, places = self.poses(s0, s1)
+        products = self.parts.range(low, high) @ (axis @ turns).T + places @ axis
+        far = float(np.abs(places).max()) + self.parts.radius
+        return float(products.max()) + self.deviation(s0, s1), self.rounding * far * 2.0
+
+
+SideOf = Callable[[Any, Thing, Parts, str | None, int], Side]
+
+
+class Couple:
+    """Two things along a path, as their proof speaks of them."""
+
+    def __init__(
+        self,
+        frames: Frames,
+        first: Thing,
+        second: Thing,
+        parts: Callable[[Thing], Parts],
+        side: "SideOf | None" = None,
+    ) -> None:
+        robot, joint = frame_of(frames.path, first, second)
+        self.end = (len(frames.path.configurations) - 1) * ONE
+        made = side or Side
+        self.sides = tuple(made(frames, thing, parts(thing), robot, joint) for thing in (first, second))
+
+    def turned(self) -> "Couple":
+        """The same with the second thing first."""
+        other = copy(self)
+        other.sides = self.sides[::-1]
+        return other
+
+    @property
+    def moves(self) -> bool:
+        """Whether the two move against each other at all."""
+        return any(side.moves for side in self.sides)
+
+    def apart(self) -> float:
+        """How far the boxes around all that both sweep are apart [m]; negative if they overlap."""
+        return float(self.box_gap(0, self.end, [side.parts.all for side in self.sides]))
+
+    def box_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]]) -> Any:
+        """How far the boxes over a stretch are apart, less what rounding may hide [m]."""
+        (low, high, a), (other_low, other_high, b) = (
+            side.box(s0, s1, *own) for side, own in zip(self.sides, ranges, strict=True)
+        )
+        ahead = [x - y for x, y in zip(low, other_high, strict=True)]
+        behind = [x - y for x, y in zip(other_low, high, strict=True)]
+        return max(*ahead, *behind) - a - b
+
+    def axis_gap(self, s0: int, s1: int, ranges: list[tuple[int, int]], axis: Array) -> Any:
+        """The gap along an axis over a stretch, less what rounding may hide [m]."""
+        first, a = self.sides[0].farthest(s0, s1, *ranges[0], -axis)
+        second, b = self.sides[1].farthest(s0, s1, *ranges[1], axis)
+        return -first - second - a - b
+
+    def check(self, proof: PairProof, near: float, finest: int = 1) -> Margin:
+        """What the proof leaves; no stretch of `finest` positions or less may be halved.
+
+        Raises:
+            Refuted: a claim does not hold; says which.
+        """
+        margin, axes = Margin(), _Axes(proof)
+        ahead = [(0, self.end, [side.parts.all for side in self.sides], 0)]
+        for letter in proof.walk:
+            if not ahead:
+                raise Refuted("its walk goes on where nothing is left to prove")
+            s0, s1, ranges, depth = ahead.pop()
+            if depth > DEPTH:
+                raise Refuted(f"it is halved more than {DEPTH} times")
+            if letter in "ae":
+                gap = self.axis_gap(s0, s1, ranges, axes.next(letter))
+                margin.axes += 1
+            elif letter == "b":
+                gap = min(self.box_gap(s0, s1, ranges), near)
+            else:
+                ahead.extend((*half, depth + 1) for half in reversed(_halves(letter, s0, s1, ranges, finest)))
+                continue
+            if not gap > 0.0:
+                what = "boxes overlap" if letter == "b" else f"an axis leaves {float(gap):.3g} m"
+                raise Refuted(f"between {s0 / ONE:.4g} and {s1 / ONE:.4g} of its path {what}")
+            margin.least = min(margin.least, float(gap))
+        if ahead:
+            raise Refuted("its walk ends before all is proven")
+        return margin
+
+
+def _halves(
+    letter: str, s0: int, s1: int, ranges: list[tuple[int, int]], finest: int
+) -> list[tuple[int, int, list[tuple[int, int]]]]:
+    if letter == "t":
+        if s1 - s0 <= finest:
+            raise Refuted("a stretch is halved that cannot be")
+        middle = (s0 // ONE + s1 // ONE) // 2 * ONE if s1 - s0 > ONE else (s0 + s1) // 2
+        return [(s0, middle, ranges), (middle, s1, ranges)]
+    if letter not in "fs":
+        raise Refuted(f"its walk has the letter {letter!r}")
+    side = "fs".index(letter)
+    low, high = ranges[side]
+    if high - low < 2:
+        raise Refuted("one part is halved")
+    middle, other = (low + high) // 2, ranges[1 - side]
+    return [(s0, s1, [own, other] if side == 0 else [other, own]) for own in ((low, middle), (middle, high))]
+
+
+class _Axes:
+    """The axes of a proof in the order of its walk, each of length 1."""
+
+    def __init__(self, proof: PairProof) -> None:
+        count = 6 * proof.walk.count("a")
+        if len(proof.axes) != count + 24 * proof.walk.count("e"):
+            raise Refuted("its axes are not those that its walk names")
+        short = np.frombuffer(proof.axes[:count], "<i2").astype(np.float64).reshape(-1, 3)
+        exact = np.frombuffer(proof.axes[count:], "<f8").astype(np.float64).reshape(-1, 3)
+        self._left = {"a": iter(short), "e": iter(exact)}
+
+    def next(self, letter: str) -> Array:
+        axis = next(self._left[letter])
+        length = float(np.linalg.norm(axis))
+        if not np.isfinite(length) or length == 0.0:
+            raise Refuted("an axis is no direction")
+        return np.asarray(axis / length)

@@ -1,0 +1,70 @@
+"""How far the points of a body leave the chord between two way points, derived from the robot's joints alone.
+
+Between two way points, straight in joint space, |x - chord| <= max |x''| / 8, and for joints i before j
+|d2x / dq_i dq_j| <= distance to axis j if both turn, 1 if only i turns, 0 if i slides [K Eq. 4.19-4.22, with the
+distance that each joint really has to the point].
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.verify.motion.arms import Mount
+from kabo.verify.motion.sweep import Path, Thing
+
+Array = npt.NDArray[np.float64]
+UP = 1.0 + 1e-12  # for the rounding of the sums
+
+
+def frame_of(path: Path, first: Thing, second: Thing) -> tuple[str | None, int]:
+    """The last joint that carries both things, with its robot: what moves it moves both alike; 0 is the world."""
+    a, b = first.mount, second.mount
+    if a is None or b is None or a.robot != b.robot:
+        return None, 0
+    parents, chain = path.arms[a.robot].parents, {0}
+    joint = a.joint
+    while joint > 0:
+        chain.add(joint)
+        joint = parents[joint]
+    joint = b.joint
+    while joint not in chain:
+        joint = parents[joint]
+    return a.robot, joint
+
+
+def reach(mount: Mount, vertices: Array) -> float:
+    """How far vertices (V, 3) of a body are at most from the joint that carries it [m]."""
+    placed = vertices @ mount.joint_T_body[:3, :3].T + mount.joint_T_body[:3, 3]
+    return float(np.linalg.norm(placed, axis=1).max()) * UP
+
+
+def deviations(path: Path, mount: Mount | None, frame: int, radius: float) -> tuple[Array, bool]:
+    """For every piece of a path (K,) how far points leave their chords [m], seen from a joint; whether they move at all.
+
+    Args:
+        path: the path.
+        mount: what the points hang on; None if they stand.
+        frame: a joint of the same robot that carries the mount, or 0.
+        radius: how far they are at most from their joint [m].
+    """
+    pieces = len(path.configurations) - 1
+    if mount is None:
+        return np.zeros(pieces), False
+    arm, q = path.arms[mount.robot], path.configurations[:, path.columns[mount.robot]]
+    actuation, joints, joint = arm.robot.actuation, [], mount.joint
+    while joint != frame:
+        joints.append(joint)
+        joint = arm.parents[joint]
+    values = [actuation.ratio[j] * q[:, actuation.source[j]] + actuation.shift[j] for j in joints]
+    steps = [np.abs(np.diff(value)) for value in values]
+    before = np.zeros((len(joints) + 1, pieces))  # how far what carries each joint turns
+    for k in range(len(joints) - 1, -1, -1):
+        before[k] = before[k + 1] + (steps[k] if arm.revolute[joints[k]] else 0.0)
+    bend, distance = np.zeros(pieces), np.full(pieces, radius)
+    for k, j in enumerate(joints):
+        if arm.revolute[j]:
+            bend += distance * steps[k] * (steps[k] + 2.0 * before[k + 1])
+        else:
+            bend += 2.0 * steps[k] * before[k + 1]
+            distance = distance + np.maximum(np.abs(values[k][:-1]), np.abs(values[k][1:]))
+        distance = distance + float(np.linalg.norm(arm.robot.model.jointPlacements[j].translation))
+    return 0.125 * bend * UP, any(step.any() for step in steps)

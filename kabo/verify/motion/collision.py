@@ -1,0 +1,118 @@
+"""One stretch of motion against everything else: which pairs can meet, and the proof that they do not."""
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kabo.verify.motion.contacts.granted import Permits
+from kabo.verify.motion.courses import Course
+from kabo.verify.motion.motion_bounds import closer
+from kabo.verify.motion.surfaces import hull_depth
+from kabo.verify.motion.sweep import Contact, Pair, Path, Proof, Stretches, Thing, open_stretches
+from kabo.verify.motion.world import World
+from kabo.verify.report import Finding, Least
+
+
+@dataclass
+class Tally:
+    """What has been looked at so far."""
+
+    pairs: int = 0
+    distances: int = 0
+    least: Least | None = None
+    known: dict[bytes, Proof] = field(default_factory=dict)
+    courses: list[Course] = field(default_factory=list)  # what was walked, for certificates
+
+
+def check_collision(
+    node: str,
+    path: Path,
+    moving: Sequence[Thing],
+    standing: Sequence[Thing],
+    permits: Permits,
+    world: World,
+    tally: Tally,
+) -> Iterator[Finding]:
+    """Proves that what moves along a path touches nothing but what it may.
+
+    Args:
+        node: the id of the node.
+        path: the path of the robots that move.
+        moving: their links and all that they carry.
+        standing: everything else; one name may stand at several places.
+        permits: the contacts that the segment permits.
+        world: the scene.
+        tally: what was proven before, and the figures; both grow.
+    """
+    count, open_ = open_stretches(path, list(_couples(moving, standing, permits, world)))
+    tally.pairs += count
+    for pair, stretches in open_:
+        names = pair.first.name, pair.second.name
+        shift = permits.shift(*names)
+        if shift is not None:  # bodies that nearly touch all along
+            pair, stretches = closer(pair, stretches)
+        key = _key(pair, shift)
+        if key not in tally.known:
+            tally.known[key] = _prove(pair, stretches, shift)
+        proof = tally.known[key]
+        tally.distances += proof.distances
+        if (
+            shift is None
+            and np.isfinite(proof.least)
+            and (tally.least is None or proof.least < tally.least.distance)
+        ):
+            tally.least = Least(max(0.0, proof.least), names, node, proof.time)
+        if proof.contact is not None:
+            yield _finding(node, names, proof)
+
+
+def _couples(
+    moving: Sequence[Thing], standing: Sequence[Thing], permits: Permits, world: World
+) -> Iterator[tuple[Thing, Thing]]:
+    for i, first in enumerate(moving):
+        for second in (*moving[i + 1 :], *standing):
+            names = first.name, second.name
+            if world.may_meet(*names) and not (permits.loose and frozenset(names) in permits.loose):
+                yield first, second
+
+
+def _prove(pair: Pair, stretches: Stretches, shift: np.ndarray | None) -> Proof:
+    if stretches[0][0] == 0.0 and pair.contained(shift):
+        a, b = pair.poses(0.0)
+        depth = hull_depth(pair.first.surface, a, pair.second.surface, b)
+        return Proof(Contact(float(pair.path.times[0]), None, depth, True), 0.0, float(pair.path.times[0]))
+    return pair.advance(stretches, shift)
+
+
+def _key(pair: Pair, shift: np.ndarray | None) -> bytes:
+    digest = hashlib.sha256(" ".join(pair.path.arms).encode())
+    digest.update(pair.path.configurations.tobytes() + pair.path.times.tobytes())
+    for thing in (pair.first, pair.second):
+        digest.update(thing.surface.digest.encode())
+        if thing.mount is not None:
+            digest.update(
+                b"on %s %d" % (thing.mount.robot.encode(), thing.mount.joint) + thing.mount.joint_T_body.tobytes()
+            )
+        elif thing.world_T is not None:
+            digest.update(b"at" + thing.world_T.tobytes())
+    digest.update(b"" if shift is None else shift.tobytes())
+    return digest.digest()
+
+
+def _finding(node: str, names: tuple[str, str], proof: Proof) -> Finding:
+    contact = proof.contact
+    assert contact is not None
+    first, second = names
+    if contact.distance is not None:
+        text = f"{first} and {second}: cannot be decided, closer than {contact.distance:.2g} m"
+        return Finding(node, text, contact.time, names, 0.0)
+    if contact.inside:
+        return Finding(
+            node, f"{first} and {second}: one lies inside the other", contact.time, names, contact.depth
+        )
+    text = f"{first} and {second} collide"
+    if contact.depth > 0:
+        text += f" (about {1000 * contact.depth:.2g} mm deep)"
+    return Finding(node, text, contact.time, names, contact.depth)

@@ -1,0 +1,56 @@
+"""Whether two bodies are mated as the scene says."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.language.scene_description import Mate
+from kabo.verify.motion.calls import Call
+from kabo.verify.motion.contacts.families import why_not
+from kabo.verify.motion.world import World
+from kabo.verify.report import Finding
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """A mate of the scene and the bodies that play its roles."""
+
+    mate: Mate
+    moving: str
+    fixed: str
+
+
+def fittings(call: Call, world: World, first: str, second: str) -> list[Fitting]:
+    """The mates that two bodies can have, either as the moving one; only the one that the call names, if it does."""
+    models = world.models.get(first), world.models.get(second)
+    result = []
+    for mate in world.scene.mates.values():
+        if call.mate not in (None, mate.name):
+            continue
+        if models == (mate.moving, mate.fixed):
+            result.append(Fitting(mate, first, second))
+        if models == (mate.fixed, mate.moving):
+            result.append(Fitting(mate, second, first))
+    return result
+
+
+def check_mate(
+    node: str, time: float, call: Call, world: World, pair: tuple[str, str], pose: Callable[[str], Array]
+) -> Iterator[Finding]:
+    """Two bodies are where one of their mates wants them; `pose` says where a body is, world_T (4, 4)."""
+    failures = []
+    for fit in fittings(call, world, *pair):
+        roles = {
+            "moving": world.role(fit.moving, pose(fit.moving)),
+            "fixed": world.role(fit.fixed, pose(fit.fixed)),
+        }
+        reason = why_not(fit.mate.constraints, roles, fit.mate.tolerance)
+        if reason is None:
+            return
+        failures.append(f"{fit.mate.name}: {reason}")
+    text = f"{pair[0]} and {pair[1]} are not put together as any of their mates says"
+    yield Finding(node, f"{text} ({'; '.join(failures) or 'none fits'})", time, pair)

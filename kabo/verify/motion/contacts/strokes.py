@@ -1,0 +1,216 @@
+"""Whether a motion is a straight stroke: away from its near end, in a direction, by a length, all along and proven.
+
+The near end of a stroke is where the hand takes or lets go, where the object stands, or where the parts are put together.
+Between two places of a piece, straight in joint space, a point leaves its chord by no more than `deviations` [K Eq.
+4.19-4.22] and its velocity that of the chord by no more than eight times as much; so nothing is sampled only.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.verify.motion.arms import Mount
+from kabo.verify.motion.chord_bounds import deviations
+from kabo.verify.motion.sweep import Path
+
+Array = npt.NDArray[np.float64]
+
+NEAR = 1.0 / 3.0  # of a family's least length: the part of a stroke that is straight; then a corner may be rounded
+STRAIGHT = 0.01  # [m] of it at least
+ASIDE, SLOPE = 2e-4, 0.2  # [m], [m per m of the way] by which the tool may leave its line there
+FAR_SLOPE = 1.0  # [m per m] in the rounded corner
+TURNED, FAR_TURNED = 0.02, 0.2  # [rad] how far the tool may be turned in the straight part, and after
+LEAST = 0.5  # of a family's least length: what the corner leaves of it
+BEYOND = 1e-3  # [m] by which a stroke may be longer than its family says
+DEPTH = 16  # halvings of a piece; what is not proven then is at its bound
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a stroke must keep; lengths in metres, angles in radians."""
+
+    least: float  # of its length
+    most: float
+    near: float  # how long it is straight
+    aside: float
+    slope: float
+    turned: float
+
+    def may_leave(self, progress: float) -> float:
+        """How far a point may be aside where so much of the way is done."""
+        return self.aside + (self.slope if progress < self.near else FAR_SLOPE) * max(0.0, progress)
+
+    def may_turn(self, progress: float) -> float:
+        """How far the tool may be turned there."""
+        return self.turned if progress < self.near else FAR_TURNED
+
+
+def of_family(least: float, most: float, *, any_length: bool = False) -> Limits:
+    """The limits of an approach, lift, lowering or retreat whose family says these lengths [m]."""
+    shortest, longest = (0.0, np.inf) if any_length else (LEAST * least, most + BEYOND)
+    return Limits(shortest, longest, max(NEAR * least, STRAIGHT), ASIDE, SLOPE, TURNED)
+
+
+def of_mate(least: float, most: float, tolerance: float) -> Limits:
+    """The limits of an insertion: straight from end to end."""
+    return Limits(least - BEYOND, most + BEYOND, np.inf, tolerance, 0.0, TURNED)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Where a motion is no such stroke: what is wrong, when [s], and by how much."""
+
+    text: str
+    time: float
+    by: float
+
+
+@dataclass
+class Stroke:
+    """A motion to be judged.
+
+    Attributes:
+        path: the whole motion, of one robot or of several that move together.
+        mount: what moves: a joint of one of its robots (its own pose there is not used).
+        points: (P, 3) in the frame of that joint; every one must get away from the near end all the time. The first
+            `straight` of them must keep to the line.
+        away: (3,) the unit vector in the world that leads away from the near end.
+        limits: what must be kept.
+        backward: the near end is the end of the path, not its beginning.
+        beside: what the motion is relative to, where that moves as well: it may be shifted, not turned.
+    """
+
+    path: Path
+    mount: Mount
+    points: Array
+    away: Array
+    limits: Limits
+    backward: bool = False
+    straight: int = 1
+    beside: Mount | None = None
+    _known: dict[tuple[int, float], tuple[Array, Array, float]] = field(default_factory=dict)
+
+    def fault(self) -> Fault | None:
+        """The first thing that is wrong, from the near end on; None if it is such a stroke."""
+        pieces = range(len(self.path.steps))
+        bends, turning = self._bounds()
+        if self.beside is not None and self._turns(self.beside).max() > 1e-9:
+            return Fault("both parts turn, which is not judged", float(self.path.times[0]), 0.0)
+        for piece in reversed(pieces) if self.backward else pieces:
+            if self.path.steps[piece].any():
+                wrong = self._piece(piece, float(bends[piece]), float(turning[piece]))
+                if wrong is not None:
+                    return wrong
+        return self._length()
+
+    def _length(self) -> Fault | None:
+        far = (0, 0.0) if self.backward else (len(self.path.steps) - 1, 1.0)
+        length = float(self._at(*far)[0][0])
+        low, high = self.limits.least, self.limits.most
+        if low <= length <= high:
+            return None
+        text = f"is {1000 * length:.4g} mm long, not {1000 * low:.4g} to {1000 * high:.4g} mm"
+        return Fault(text, self.path.time(*far), max(low - length, length - high))
+
+    def _bounds(self) -> tuple[Array, Array]:
+        """For every piece how far points leave their chords [m], and how far what moves turns [rad]."""
+        radius = float(np.linalg.norm(self.points, axis=1).max())
+        bends, _ = deviations(self.path, self.mount, 0, radius)
+        if self.beside is not None:
+            bends = bends + deviations(self.path, self.beside, 0, 1.0)[0]
+        return bends, self._turns(self.mount)
+
+    def _turns(self, mount: Mount) -> Array:
+        steps = self.path.steps[:, self.path.columns[mount.robot]]
+        return np.asarray(steps @ self.path.arms[mount.robot].turning(mount.joint))
+
+    def _piece(self, piece: int, bend: float, turning: float) -> Fault | None:
+        ends = (1.0, 0.0) if self.backward else (0.0, 1.0)
+        stack: list[tuple[float, float, int]] = [(*ends, 0)]
+        while stack:
+            nearer, farther, depth = stack.pop()
+            wrong = self._wrong(piece, nearer) or self._wrong(piece, farther)
+            if wrong is not None:
+                return wrong
+            missing = self._unproven(piece, nearer, farther, bend, turning)
+            if missing is None:
+                continue
+            if depth >= DEPTH:
+                return Fault(missing, self.path.time(piece, farther), 0.0)
+            middle = (nearer + farther) / 2
+            stack += [(middle, farther, depth + 1), (nearer, middle, depth + 1)]
+        return None
+
+    def _wrong(self, piece: int, share: float) -> Fault | None:
+        """What is wrong at one place."""
+        along, aside, turned = self._at(piece, share)
+        far = float(along[0])
+        over = float(aside[: self.straight].max()) - self.limits.may_leave(far)
+        time = self.path.time(piece, share)
+        if over > 0.0:
+            off = 1000 * float(aside[: self.straight].max())
+            return Fault(f"leaves its line by {off:.3g} mm after {1000 * far:.4g} mm", time, over)
+        if turned > self.limits.may_turn(far):
+            return Fault(f"turns by {turned:.3g} rad after {1000 * far:.4g} mm", time, turned)
+        return None
+
+    def _unproven(self, piece: int, nearer: float, farther: float, bend: float, turning: float) -> str | None:
+        """What is not proven between two places of a piece, if anything."""
+        (a, off_a, turned_a), (b, off_b, turned_b) = self._at(piece, nearer), self._at(piece, farther)
+        width = abs(farther - nearer)
+        curved, least = bend * width * width, min(float(a[0]), float(b[0])) - bend * width * width
+        if least < self.limits.near and float((b - a).min()) <= 8.0 * curved:
+            return "does not lead away all the time"
+        off = max(float(off_a[: self.straight].max()), float(off_b[: self.straight].max())) + curved
+        if off > self.limits.may_leave(least):
+            return f"is not proven to keep to its line after {1000 * least:.4g} mm"
+        if max(turned_a, turned_b) + turning * width / 2 > self.limits.may_turn(least):
+            return f"is not proven to keep its orientation after {1000 * least:.4g} mm"
+        return None
+
+    def _at(self, piece: int, share: float) -> tuple[Array, Array, float]:
+        """How far each point has come (P,) [m], how far it is aside (P,) [m], and how far all is turned [rad]."""
+        key = piece, share
+        if key not in self._known:
+            rotation, places, frame = self._places(piece, share)
+            first, start, origin = self._near
+            moved = places - start - (frame - origin)
+            along = moved @ self.away
+            aside = np.linalg.norm(moved - np.outer(along, self.away), axis=1)
+            sine = np.linalg.norm(first.T @ rotation - np.eye(3)) / np.sqrt(8.0)  # of half of the angle
+            self._known[key] = along, aside, 2.0 * float(np.arcsin(min(1.0, sine)))
+        return self._known[key]
+
+    @cached_property
+    def _near(self) -> tuple[Array, Array, Array]:
+        return self._places(*((len(self.path.steps) - 1, 1.0) if self.backward else (0, 0.0)))
+
+    def _places(self, piece: int, share: float) -> tuple[Array, Array, Array]:
+        poses = self.path.poses(piece, share)
+        pose = poses[self.mount.robot][self.mount.joint]
+        beside = self.beside
+        frame = np.zeros(3) if beside is None else (poses[beside.robot][beside.joint] @ beside.joint_T_body)[:3, 3]
+        return pose[:3, :3], self.points @ pose[:3, :3].T + pose[:3, 3], frame
+
+
+def box_corners(lower: Array, upper: Array) -> Array:
+    """The corners (8, 3) of a box."""
+    picks = np.array(list(np.ndindex(2, 2, 2)), bool)
+    return np.where(picks, upper, lower)
+
+
+def first_fault(strokes: Sequence[tuple[str, Stroke]]) -> tuple[str, Fault] | None:
+    """The fault of the first of several strokes, one of which must be right; None if one is."""
+    faults = list(_faults(strokes))
+    return None if len(faults) < len(strokes) else faults[0]
+
+
+def _faults(strokes: Sequence[tuple[str, Stroke]]) -> Iterator[tuple[str, Fault]]:
+    for name, stroke in strokes:
+        wrong = stroke.fault()
+        if wrong is None:
+            return
+        yield name, wrong

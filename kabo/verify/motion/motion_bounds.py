@@ -1,0 +1,43 @@
+"""How far two bodies move against each other, bounded more closely than joint by joint: for pairs that nearly touch.
+
+Between two way points the velocity of a point differs from that of its chord by no more than four times what the point
+may leave its chord by [K Eq. 4.19]; the points of a body move no farther than the corners of the box around it.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.verify.motion.chord_bounds import deviations
+from kabo.verify.motion.contacts.strokes import box_corners
+from kabo.verify.motion.sweep import Pair, Path, Stretches, Thing
+
+Array = npt.NDArray[np.float64]
+
+
+def closer(pair: Pair, stretches: Stretches) -> tuple[Pair, Stretches]:
+    """The pair with closer bounds of its motion, and the same stretches in these terms."""
+    lengths = np.diff(pair.ends)
+    bounds = np.minimum(lengths, _lengths(pair.path, pair.first) + _lengths(pair.path, pair.second))
+    made = Pair(pair.path, pair.first, pair.second, np.zeros(pair.path.steps.shape[1]))
+    made.ends = np.concatenate([[0.0], np.cumsum(bounds)])
+    return made, [(_place(pair, made, start), _place(pair, made, end)) for start, end in stretches]
+
+
+def _place(pair: Pair, made: Pair, s: float) -> float:
+    piece, share = pair.place(s)
+    return float(made.ends[piece] + share * (made.ends[piece + 1] - made.ends[piece]))
+
+
+def _lengths(path: Path, thing: Thing) -> Array:
+    """How far any point of a thing moves at most on each piece of a path (K,) [m]."""
+    mount = thing.mount
+    if mount is None:
+        return np.zeros(len(path.steps))
+    turn, place = mount.joint_T_body[:3, :3], mount.joint_T_body[:3, 3]
+    corners = box_corners(thing.surface.lower, thing.surface.upper) @ turn.T + place
+    bends, _ = deviations(path, mount, 0, float(np.linalg.norm(corners, axis=1).max()))
+    rows = [path.poses(0, 0.0), *(path.poses(piece, 1.0) for piece in range(len(path.steps)))]
+    poses = np.array([row[mount.robot][mount.joint] for row in rows])
+    places = np.einsum("mrc,pc->mpr", poses[:, :3, :3], corners) + poses[:, None, :3, 3]
+    chords = np.linalg.norm(np.diff(places, axis=0), axis=2).max(axis=1)
+    return np.asarray(chords + 4.0 * bends)

@@ -1,0 +1,204 @@
+"""Motions that begin before the one before has ended: who may, and that nothing can meet however late either runs.
+
+The last `overlap` seconds of the motion before, and all of the motion that begins early, are proven apart for every
+pair of their moments: an arm that is late, or early, does no harm.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import Node, Plan
+from kabo.verify.motion.surfaces import hull_depth, hull_gap, mesh_distance
+from kabo.verify.motion.sweep import LEAST, VANISHING, Contact, Pair, Path, Thing, stations, weights
+from kabo.verify.motion.world import World
+from kabo.verify.report import Finding
+
+Array = npt.NDArray[np.float64]
+
+ROUNDED = 2e-6  # [s] what the rounding of times may break a bound by
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What moves along a path, while segments with these numbers are under way."""
+
+    path: Path
+    things: Sequence[Thing]
+    segments: tuple[int, ...] = ()
+
+    def since(self, time: float) -> "Sweep | None":
+        """The part from a time on [s]; None if it has ended by then."""
+        path = self.path
+        if path.times[-1] <= time:
+            return None
+        if path.times[0] >= time:
+            return self
+        later = path.times > time
+        row = np.array([np.interp(time, path.times, column) for column in path.configurations.T])
+        rows = np.concatenate([row[None], path.configurations[later]])
+        return Sweep(Path(tuple(path.arms.values()), rows, [time, *path.times[later]]), self.things, self.segments)
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two sweeps that may be under way at any two moments of theirs, as the second motion, of `node`, begins early."""
+
+    node: str
+    first: Sweep
+    second: Sweep
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion that was walked: its sweeps, and the objects that it moves or speaks of."""
+
+    sweeps: Sequence[Sweep]
+    moved: frozenset[str]
+    named: frozenset[str]
+
+
+def duration(node: Node) -> float:
+    """How long a node's motion lasts [s]."""
+    return max((segment.times[-1] for segment in node.motion), default=0.0)
+
+
+def sharing_time(plan: Plan) -> set[str]:
+    """The nodes whose motions overlap with another's."""
+    early = {name for name, node in plan.nodes.items() if node.overlap > 0.0}
+    return early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
+
+
+def all_meetings(plan: Plan, order: Sequence[str], motions: Mapping[str, Motion]) -> list[Meeting]:
+    """The meetings of all nodes that begin early, as far as they were walked."""
+    found = []
+    for name in order:
+        before = [other for other in order if name in plan.nodes[other].successors]
+        if plan.nodes[name].overlap > 0.0 and name in motions and len(before) == 1 and before[0] in motions:
+            found += meetings(plan, name, before[0], motions)
+    return found
+
+
+def check_overlaps(
+    plan: Plan, order: Sequence[str], motions: Mapping[str, Motion], world: World
+) -> Iterator[Finding]:
+    """What is wrong with motions that begin early.
+
+    Args:
+        plan: the plan.
+        order: its nodes.
+        motions: those that were walked, of all nodes of `sharing_time`.
+        world: the scene.
+    """
+    for name in order:
+        if plan.nodes[name].overlap > 0.0:
+            before = [other for other in order if name in plan.nodes[other].successors]
+            wrong = list(_check_times(plan, name, before))
+            yield from wrong
+            if not wrong and name in motions and before[0] in motions:
+                yield from _check_apart(name, plan, before[0], motions, world)
+
+
+def _check_times(plan: Plan, name: str, before: Sequence[str]) -> Iterator[Finding]:
+    node = plan.nodes[name]
+    if len(before) != 1 or plan.nodes[before[0]].next != name:
+        yield Finding(name, "begins early, but not after exactly one node that goes on with it alone")
+        return
+    first = plan.nodes[before[0]]
+    if not node.motion or not first.motion:
+        yield Finding(name, f"begins before {before[0]} has ended, but one of the two does not move")
+        return
+    for other, lasts in ((before[0], duration(first)), (name, duration(node))):
+        if node.overlap > lasts + ROUNDED:
+            text = f"begins {node.overlap:g} s before {before[0]} ends, but {other} lasts {lasts:g} s only"
+            yield Finding(name, text)
+    if first.overlap > 0.0 and first.overlap + node.overlap > duration(first) + ROUNDED:
+        yield Finding(name, f"begins before what comes before {before[0]} has ended")
+
+
+def _check_apart(
+    name: str, plan: Plan, before: str, motions: Mapping[str, Motion], world: World
+) -> Iterator[Finding]:
+    first, second = motions[before], motions[name]
+    robots = {r for s in first.sweeps for r in s.path.arms} & {r for s in second.sweeps for r in s.path.arms}
+    objects = first.moved & (second.moved | second.named) | second.moved & first.named
+    for shared in sorted(robots | objects):
+        yield Finding(name, f"begins before {before} has ended, but both move or use {shared}", bodies=(shared,))
+    if robots:
+        return
+    told: set[tuple[str, str]] = set()
+    for meeting in meetings(plan, name, before, motions):
+        for pair, contact in _contacts(meeting.first, meeting.second, world):
+            if pair not in told:
+                told.add(pair)
+                text = f"{pair[0]} and {pair[1]} can meet, as it begins before {before} has ended"
+                yield Finding(name, text, contact.time, pair, contact.depth)
+
+
+def meetings(plan: Plan, name: str, before: str, motions: Mapping[str, Motion]) -> list[Meeting]:
+    """What of the motion before a node may be under way beside what of its own."""
+    begin = duration(plan.nodes[before]) - plan.nodes[name].overlap
+    tails = [tail for tail in (sweep.since(begin) for sweep in motions[before].sweeps) if tail is not None]
+    return [Meeting(name, tail, sweep) for tail in tails for sweep in motions[name].sweeps]
+
+
+def _contacts(first: Sweep, second: Sweep, world: World) -> Iterator[tuple[tuple[str, str], Contact]]:
+    """The pairs, one thing of each sweep, that are not proven apart, and when of the second sweep."""
+    balls = [[_balls(sweep.path, thing) for thing in sweep.things] for sweep in (first, second)]
+    for i, a in enumerate(first.things):
+        for j, b in enumerate(second.things):
+            if not world.may_meet(a.name, b.name):
+                continue
+            (centres, radius), (others, other_radius) = balls[0][i], balls[1][j]
+            gaps = np.linalg.norm(centres[:, None] - others[None], axis=2) - radius - other_radius
+            contact = None if gaps.min() > LEAST else _meeting(_alone(first.path, a), _alone(second.path, b))
+            if contact is not None:
+                yield (a.name, b.name), contact
+
+
+def _alone(path: Path, thing: Thing) -> Pair:
+    """A thing along its path, against whatever stands: how far it moves by itself."""
+    still = Thing("", thing.surface, np.eye(4))
+    return Pair(path, thing, still, weights(path, thing, still))
+
+
+def _balls(path: Path, thing: Thing) -> tuple[Array, float]:
+    """Centres (k, 3) and one radius of balls that cover a thing all along a path."""
+    alone = _alone(path, thing)
+    steps = stations(path, np.diff(alone.ends))
+    s = np.array([alone.ends[k] + share * (alone.ends[k + 1] - alone.ends[k]) for k, share in steps])
+    poses = np.array([thing.pose(path.poses(*place)) for place in steps])
+    centres = poses[:, :3, :3] @ thing.surface.centre + poses[:, :3, 3]
+    return centres, thing.surface.radius + float(np.diff(s, append=s[-1]).max()) / 2 + 1e-9
+
+
+def _meeting(first: Pair, second: Pair) -> Contact | None:
+    """Where two things may meet, each anywhere on its own way; None: they are proven apart."""
+    known: list[dict[float, Array]] = [{}, {}]
+
+    def pose(which: int, s: float) -> Array:
+        if s not in known[which]:
+            known[which][s] = (first, second)[which].poses(s)[0]
+        return known[which][s]
+
+    shortest = VANISHING * (first.length + second.length)
+    stack = [(0.0, first.length, 0.0, second.length)]
+    while stack:
+        s0, s1, t0, t1 = stack.pop()
+        s, t, half = (s0 + s1) / 2, (t0 + t1) / 2, (s1 - s0 + t1 - t0) / 2
+        a, b = (first.first.surface, pose(0, s)), (second.first.surface, pose(1, t))
+        distance = hull_gap(*a, *b)
+        if distance <= half:
+            distance = max(distance, mesh_distance(*a, *b))
+        if distance > half:
+            continue
+        if distance <= LEAST or half < shortest:
+            time = second.path.time(*second.place(t))
+            return Contact(time, None if distance <= LEAST else distance, hull_depth(*a, *b))
+        if s1 - s0 > t1 - t0:
+            stack += [(s, s1, t0, t1), (s0, s, t0, t1)]
+        else:
+            stack += [(s0, s1, t, t1), (s0, s1, t0, t)]
+    return None

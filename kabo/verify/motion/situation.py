@@ -1,0 +1,167 @@
+"""The geometric situation at the start of a node: what must be one there, and all that the rest may be.
+
+Followed one by one are the robots that move, what they carry, the bodies that the call names, and all that hangs
+together with these: each has exactly one place there. Everything else stands, at every place that it may have.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import ObjectPose
+from kabo.verify.motion.calls import Call
+from kabo.verify.motion.components import Components, ComponentValue
+from kabo.verify.motion.contacts.holding import Holding
+from kabo.verify.motion.sweep import Thing
+from kabo.verify.motion.world import World, matrix
+from kabo.verify.report import Finding
+
+Array = npt.NDArray[np.float64]
+_Value = TypeVar("_Value")
+
+
+@dataclass
+class Situation:
+    """What a motion begins with: what is followed, with the configurations of the robots, and what stands."""
+
+    holding: Holding
+    standing: list[Thing] = field(default_factory=list)
+
+
+class Ambiguous(Exception):
+    """A component that a motion moves or refers to has several possible values, or its parent does not exist."""
+
+
+def situation(
+    node: str, call: Call, moved: Sequence[str], world: World, components: Components
+) -> Situation | None:
+    """The situation in which a node's motion begins; None if no way leads there.
+
+    Args:
+        node: the node's id.
+        call: its call.
+        moved: the robots that its motion moves.
+        world: the scene.
+        components: what the plan's states may be.
+
+    Raises:
+        Ambiguous: says which component.
+    """
+    scene = world.scene
+    states = {name: _holdings(node, name, world, components) for name in scene.movable}
+    holding = Holding(world.arms, scene.fixed_poses)
+    for robot in moved:
+        configurations = components.values(node, (robot,))
+        if not configurations:
+            return None
+        holding.q[robot] = np.asarray(_only(robot, [value for (value,) in configurations]))
+    result = Situation(holding)
+    followed = _followed(call, moved, world, states)
+    for name in scene.movable:
+        if name in followed:
+            _follow(name, states[name], holding)
+        else:
+            own = world.surface_of(scene.bodies[name].mesh)
+            places = {where.tobytes(): where for where in (state.pose(name) for state in states[name])}
+            result.standing.extend(Thing(name, own, where) for where in places.values())
+    for robot in scene.robots:
+        if robot not in moved:
+            for (value,) in sorted(components.values(node, (robot,))):  # type: ignore[type-var]
+                result.standing.extend(world.links_at(robot, value))  # type: ignore[arg-type]
+    result.standing.extend(world.fixed)
+    return result
+
+
+def _followed(call: Call, moved: Sequence[str], world: World, states: dict[str, list[Holding]]) -> set[str]:
+    """The objects that are followed: named or carried ones, and all that may hang together with them."""
+    region = world.scene.regions.get(call.roles.get("region", ""))
+    result = {name for name in (*call.bodies, region.support if region else None) if name in states}
+    result |= {name for name, all_ in states.items() for state in all_ if state.holder(name) in moved}
+    edges = [(name, state.hung[name][0]) for name, all_ in states.items() for state in all_]
+    joined = [pair for pair in edges if pair[1] in states]
+    while True:
+        more = {name for pair in joined for name in pair if result & set(pair)} - result
+        if not more:
+            return result
+        result |= more
+
+
+def _follow(name: str, states: Sequence[Holding], holding: Holding) -> None:
+    """Takes over where one object is.
+
+    Raises:
+        Ambiguous: it may be in several places.
+    """
+    values = {
+        (state.hung[name][0], state.hung[name][1].tobytes(), state.pose(name).tobytes()): state for state in states
+    }
+    state = _only(name, list(values.values()))
+    holding.hung[name] = state.hung[name]
+    robot = state.holder(name)
+    if robot is not None:
+        holding.q.setdefault(robot, state.q[robot])
+
+
+def _only(name: str, values: Collection[_Value]) -> _Value:
+    if len(values) != 1:
+        raise Ambiguous(f"{name} can be in {len(values)} different states here, but the motion moves or uses it")
+    return next(iter(values))
+
+
+def _holdings(node: str, name: str, world: World, components: Components) -> list[Holding]:
+    """All that an object may hang on, with what that hangs on, and the robots' configurations."""
+    supports = components.supports(name)
+    result = []
+    for values in sorted(components.values(node, supports), key=repr):
+        holding = _holding(dict(zip(supports, values, strict=True)), world)
+        try:
+            holding.pose(name)
+        except KeyError as error:
+            raise Ambiguous(f"{name} hangs on {error.args[0]}, which is nothing in the scene") from None
+        except RecursionError:
+            raise Ambiguous(f"{name} hangs on itself") from None
+        result.append(holding)
+    return result
+
+
+def _holding(state: dict[str, ComponentValue], world: World) -> Holding:
+    holding = Holding(world.arms, world.scene.fixed_poses)
+    for name, value in state.items():
+        if isinstance(value, ObjectPose):
+            holding.hung[name] = value.parent, matrix(value)
+        else:
+            holding.q[name] = np.asarray(value)
+    return holding
+
+
+def check_start(components: Components) -> Iterator[Finding]:
+    """The plan's `start` is the scene's first state."""
+    plan, scene = components.plan, components.scene
+    if plan.start is None:
+        return
+    for name, robot in scene.robots.items():
+        recorded = plan.start.robots.get(name, {})
+        if set(recorded) != set(robot.joint_names):
+            yield Finding(None, f"start: the joints of {name} are not those of its URDF", bodies=(name,))
+        elif any(
+            abs(recorded[j] - v) > 1e-6 for j, v in zip(robot.joint_names, scene.start.robots[name], strict=True)
+        ):
+            yield Finding(None, f"start: {name} does not begin where the scene puts it", bodies=(name,))
+    for name, first in scene.start.objects.items():
+        pose = plan.start.objects.get(name)
+        if pose is None:
+            yield Finding(None, f"start: {name} is missing", bodies=(name,))
+        elif pose.parent != first.parent or not _near(pose, first):
+            yield Finding(None, f"start: {name} is not where the scene puts it", bodies=(name,))
+    known = set(scene.robots) | set(scene.start.objects)
+    for name in sorted((set(plan.start.robots) | set(plan.start.objects)) - known):
+        yield Finding(None, f"start: the scene has no {name} that moves", bodies=(name,))
+
+
+def _near(pose, first) -> bool:  # type: ignore[no-untyped-def]
+    """Whether two poses agree to 1e-6; q and -q are the same rotation."""
+    turned = abs(abs(float(np.dot(pose.quaternion, first.quaternion))) - 1.0)
+    return bool(np.abs(np.subtract(pose.position, first.position)).max() <= 1e-6 and turned <= 1e-12)

@@ -1,0 +1,256 @@
+"""One motion from its start to its end: numbers, collisions, motion constraints, what is taken and let go.
+
+The motion is walked window by window: robots whose segments overlap in time move together along one path.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import Node, Segment
+from kabo.verify.motion.calls import Call
+from kabo.verify.motion.collision import Tally, check_collision
+from kabo.verify.motion.constraints import UnknownFeatureError
+from kabo.verify.motion.contacts.families import check_placement
+from kabo.verify.motion.contacts.granted import Permits
+from kabo.verify.motion.contacts.grants import Grants
+from kabo.verify.motion.contacts.reaching import Reaching
+from kabo.verify.motion.contacts.taking import Taking, not_open
+from kabo.verify.motion.courses import Course
+from kabo.verify.motion.keeping import Lapse, Owners, check_kept
+from kabo.verify.motion.limits import JOINED, check_joints, check_numbers, check_times
+from kabo.verify.motion.overlaps import Motion, Sweep
+from kabo.verify.motion.recorded import Recorded
+from kabo.verify.motion.situation import Situation
+from kabo.verify.motion.sweep import Path, Thing
+from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
+from kabo.verify.motion.world import World
+from kabo.verify.report import Finding
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass
+class Walk:
+    """The state of the robots that move, and of what is followed, while a motion is walked."""
+
+    node: str
+    call: Call
+    world: World
+    start: Situation
+    segments: Sequence[Segment]
+    tally: Tally
+    permitted: dict[int, Permits] = field(default_factory=dict)  # of the segments that have begun
+    sweeps: list[Sweep] = field(default_factory=list)  # what moved, window by window
+    now: float = 0.0  # [s]
+
+    def __post_init__(self) -> None:
+        self.before = self.start.holding
+        self.holding = self.before.copy()
+        self.taking = Taking(self.node, self.call, self.world, self.holding)
+        self.moved = tuple(dict.fromkeys(segment.robot for segment in self.segments))
+        self.reaching = Reaching(self.node, self.call, self.world, self.holding)
+
+    @property
+    def q(self) -> dict[str, Array]:
+        """The configurations now."""
+        return self.holding.q
+
+    def check(self, content: Node) -> Iterator[Finding]:
+        """Everything that is wrong, in the order of time; numbers first."""
+        yield from self._check_timeline()
+        if self._timeless():
+            return
+        self.segments = one_by_one(self.segments)
+        yield from self._check_numbers()
+        self.grants = Grants(self.call, self.world, self.holding, self.start.standing, self.segments)
+        for window in windows(self.segments):
+            path = window_path(window, self.segments, self.world.arms, self.q)
+            for i in window.starting:
+                yield from self._begin(i)
+            yield from self._check_collision(window, path)
+            for robot in path.arms:
+                self.q[robot] = path.configurations[-1][path.columns[robot]].copy()
+            for i in window.ending:
+                yield from self._end(i)
+        ended = max(segment.times[-1] for segment in self.segments)
+        yield from self.reaching.ended(ended)
+        yield from check_end(self.node, self.call, self.world, self.taking, ended)
+        yield from Recorded(self.node, self.world, self.moved, self.before, self.taking, ended).check(content)
+
+    def _begin(self, i: int) -> Iterator[Finding]:
+        """A segment begins: the hand, the strokes, the constraint, and which contacts are granted."""
+        segment, time = self.segments[i], self.segments[i].times[0]
+        path = whole_path(segment, self.world.arms[segment.robot], self.q[segment.robot])
+        self.permitted[i] = self.grants.permits(i, path)
+        for text, pair in self.permitted[i].refused:
+            yield Finding(self.node, text, time, pair)
+        if self._moves_arm(segment) and path.steps.any():
+            yield from self.reaching.arm(segment.robot, path)
+        yield from self.taking.begin(segment)
+        yield from self._check_kept(segment, path)
+
+    def _end(self, i: int) -> Iterator[Finding]:
+        """A segment has ended: what it lets go, takes and puts together."""
+        segment, time = self.segments[i], self.segments[i].times[-1]
+        for name in segment.detach:
+            if name in self.holding.hung and self.holding.holder(name) == segment.robot:
+                self.reaching.letting_go(segment.robot, name)
+        before = dict(self.taking.taken)
+        yield from self.taking.end(segment)
+        for name, robot in self.taking.taken.items():
+            if name not in before:
+                yield from self.reaching.taken(robot, name, time)
+        for text, pair in self.grants.ended(i):
+            yield Finding(self.node, text, time, pair)
+
+    def motion(self) -> Motion:
+        """What was walked."""
+        objects = {thing.name for sweep in self.sweeps for thing in sweep.things} & self.holding.hung.keys()
+        changed = {name for name, hung in self.holding.hung.items() if hung is not self.before.hung[name]}
+        return Motion(tuple(self.sweeps), frozenset(objects | changed), frozenset(self.call.bodies))
+
+    # ------------------------------------------------------------------------------------------------- numbers
+    def _in_time(self) -> list[Segment]:
+        return sorted(self.segments, key=lambda segment: segment.times[0])
+
+    def _timeless(self) -> bool:
+        """Whether there is nothing to walk: joints that do not fit, times that do not increase."""
+        robots = self.world.scene.robots
+        return any(
+            list(check_joints(self.node, s, robots[s.robot])) or list(check_times(self.node, s, 0.0))
+            for s in self.segments
+        )
+
+    def _check_timeline(self) -> Iterator[Finding]:
+        ended: dict[str, float] = {}
+        for segment in self._in_time():
+            yield from check_joints(self.node, segment, self.world.scene.robots[segment.robot])
+            yield from check_times(self.node, segment, ended.get(segment.robot, 0.0))
+            ended[segment.robot] = segment.times[-1]
+
+    def _check_numbers(self) -> Iterator[Finding]:
+        q = {robot: self.q[robot].copy() for robot in self.moved}
+        for segment in self._in_time():
+            arm = self.world.arms[segment.robot]
+            yield from check_numbers(self.node, segment, arm.robot, q[segment.robot])
+            q[segment.robot][columns(segment, arm)] = segment.waypoints[-1]
+
+    # ------------------------------------------------------------------------------------------------ contacts
+    def _check_collision(self, window: Window, path: Path) -> Iterator[Finding]:
+        self.now = window.start
+        moving, standing = self._things(path)
+        self.sweeps.append(Sweep(path, moving, window.running))
+        granted = Permits()
+        for i in window.running:
+            granted = granted.joined(self._granted(i, window))
+        self.tally.courses.append(Course(self.node, window.running, path, moving, standing, granted.pairs))
+        yield from check_collision(self.node, path, moving, standing, granted, self.world, self.tally)
+
+    def _granted(self, i: int, window: Window) -> Permits:
+        """What a segment permits in a window: fingers touch nothing that an arm carries along meanwhile."""
+        found = self.permitted[i]
+        arms = {s.robot for s in map(self.segments.__getitem__, window.running) if self._moves_arm(s)}
+        carried = {name for robot in arms for name in self.holding.carried(robot)}
+        return Permits(frozenset(pair for pair in found.loose if not pair & carried), found.shifted)
+
+    def _things(self, path: Path) -> tuple[list[Thing], list[Thing]]:
+        """What moves along a path, and everything else."""
+        moving, standing = [], list(self.start.standing)
+        for robot in self.moved:
+            if robot in path.arms:
+                moving.extend(self.world.links(robot))
+            else:
+                standing.extend(self.world.links_at(robot, self.q[robot].tolist()))
+        for name in self.holding.hung:
+            own = self.world.surface_of(self.world.scene.bodies[name].mesh)
+            if self.holding.holder(name) in path.arms:
+                moving.append(Thing(name, own, mount=self.holding.mount(name)))
+            else:
+                standing.append(Thing(name, own, self.holding.pose(name)))
+        return moving, standing
+
+    def _moves_arm(self, segment: Segment) -> bool:
+        return segment.joints == self.world.scene.robots[segment.robot].planned_joints
+
+    # ------------------------------------------------------------------------------------------------- keeping
+    def _check_kept(self, segment: Segment, path: Path) -> Iterator[Finding]:
+        keep, carried = self.call.keep, self.holding.carried(segment.robot)
+        if keep is not None and self._moves_arm(segment) and carried and segment.constraint != keep:
+            text = f"{self.call} must keep {keep}, but a segment does not"
+            yield Finding(self.node, text, segment.times[0])
+        if segment.constraint is None:
+            return
+        constraints = self.world.scene.motion_constraints.get(segment.constraint)
+        if constraints is None:
+            yield Finding(self.node, f"the scene has no motion constraint {segment.constraint}", segment.times[0])
+            return
+        try:
+            check_kept(path, constraints, self._owners(segment.robot, carried))
+        except UnknownFeatureError as error:
+            text = f"{segment.constraint} speaks of {error}, which nobody has here"
+            yield Finding(self.node, text, segment.times[0])
+        except Lapse as lapse:
+            by = lapse.measure.excess
+            how = "cannot be decided" if lapse.undecided else f"is missed by {by:.3g}"
+            missed = lapse.constraint
+            text = f"{segment.constraint}: {missed.kind}({missed.first}, {missed.second})"
+            unit = "m" if lapse.measure.kind == "length" else "rad"
+            yield Finding(self.node, f"{text} {how} {unit}", lapse.time, (), max(0.0, by))
+
+    def _owners(self, robot: str, carried: Sequence[str]) -> Owners:
+        result: Owners = {}
+        tool, arm = self.world.tool_role(robot, self.q[robot]), self.world.arms[robot]
+        if tool is not None and arm.robot.tool is not None:
+            result["tool"] = tool, arm.mounts[arm.robot.tool.frame]
+        held = [name for name in carried if self.holding.root(name) == name]
+        name = next(iter(held), self.call.roles.get("object"))
+        if name is not None and (name in self.holding.hung or name in self.holding.fixed):
+            role = self.world.role(name, self.holding.pose(name))
+            result["this"] = role, self.holding.mount(name) if name in carried else None
+        return result
+
+
+def check_end(node: str, call: Call, world: World, taking: Taking, time: float) -> Iterator[Finding]:
+    """At its end a motion has done what its procedure is to do."""
+    law, holding = call.law, taking.holding
+    if law is None:
+        return
+    robot, name = str(call.role("robot")), call.role("object")
+    if law.takes is not None and name not in taking.taken:
+        yield Finding(node, f"{call} never takes {name}", time, (str(name),))
+    elif law.takes == "receiver" and holding.holder(str(name)) != call.role(law.takes):
+        yield Finding(node, f"{call} ends without {call.role(law.takes)} holding {name}", time, (str(name),))
+    if law.lets_go is not None and law.takes != "receiver" and name not in taking.let_go:
+        yield Finding(node, f"{call} never lets go of {name}", time, (str(name),))
+    if law.takes == "receiver" or law.mates:
+        yield from _check_gave_away(node, world, taking, time)
+    if law.mates and frozenset((str(name), str(call.role("other")))) not in taking.mated:
+        text = f"{call} never puts {name} and {call.role('other')} together"
+        yield Finding(node, text, time, (str(name), str(call.role("other"))))
+    if law.places and law.lets_go is None and name is not None:
+        if holding.holder(name) != robot:
+            yield Finding(node, f"{call} moves without holding {name}", time, (name,))
+        yield from check_placement(node, time, call, world, holding.pose)
+    wanted = world.scene.robots[robot].configurations.get(call.at or "")
+    if wanted is not None and not is_at(world, robot, holding.q.get(robot), wanted):
+        yield Finding(node, f"{call} does not end in the configuration {call.at}", time, (robot,))
+
+
+def _check_gave_away(node: str, world: World, taking: Taking, time: float) -> Iterator[Finding]:
+    """A hand that holds no longer what it held is open."""
+    for robot, names in taking.had.items():
+        for name in sorted(names):
+            if taking.holding.holder(name) != robot:
+                joint = not_open(world, robot, taking.holding.q[robot])
+                if joint is not None:
+                    text = f"{robot} gave {name} away, but its {joint} is not open at the end"
+                    yield Finding(node, text, time, (robot, name))
+
+
+def is_at(world: World, robot: str, q: Array | None, wanted: Sequence[float]) -> bool:
+    """Whether a robot is in a configuration of its planned joints."""
+    planned = world.scene.robots[robot].planned
+    return q is not None and bool(np.abs(q[:planned] - np.asarray(wanted)).max() <= JOINED)

@@ -1,0 +1,90 @@
+"""The timeline of a node: stretches of time in which the same segments run; segments of several robots may overlap.
+
+Within a window the robots that move do so together: one path over all of their joints, straight between the way
+points of any of them.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import Segment
+from kabo.verify.motion.arms import Arm
+from kabo.verify.motion.sweep import Path
+
+Array = npt.NDArray[np.float64]
+
+SAME = 1e-9  # [s] times nearer than this are one
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of time; `running` and `ending` are indices of segments, in the order of the plan."""
+
+    start: float
+    end: float
+    running: tuple[int, ...]
+    starting: tuple[int, ...]
+    ending: tuple[int, ...]
+
+
+def windows(segments: Sequence[Segment]) -> Iterator[Window]:
+    """The windows of a motion whose segments' times increase, in order of time; pauses are left out."""
+    times = sorted({time for segment in segments for time in (segment.times[0], segment.times[-1])})
+    cuts = [t for k, t in enumerate(times) if k == 0 or t - times[k - 1] > SAME]
+    for start, end in zip(cuts, cuts[1:], strict=False):
+        running = [i for i, s in enumerate(segments) if s.times[0] <= start + SAME and s.times[-1] >= end - SAME]
+        if running:
+            starting = tuple(i for i in running if abs(segments[i].times[0] - start) <= SAME)
+            ending = tuple(i for i in running if abs(segments[i].times[-1] - end) <= SAME)
+            yield Window(start, end, tuple(running), starting, ending)
+
+
+def one_by_one(segments: Sequence[Segment]) -> list[Segment]:
+    """The segments; one that begins before its robot's segment before has ended is put off until then."""
+    ended: dict[str, float] = {}
+    result: dict[int, Segment] = {}
+    for i in sorted(range(len(segments)), key=lambda i: segments[i].times[0]):
+        segment = segments[i]
+        late = ended.get(segment.robot, 0.0) - segment.times[0]
+        if late > SAME:
+            segment = replace(segment, times=tuple(time + late for time in segment.times))
+        ended[segment.robot] = segment.times[-1]
+        result[i] = segment
+    return [result[i] for i in range(len(segments))]
+
+
+def columns(segment: Segment, arm: Arm) -> list[int]:
+    """Where the joints of a segment stand in a configuration of its robot."""
+    return [arm.robot.joint_names.index(joint) for joint in segment.joints]
+
+
+def at_time(segment: Segment, arm: Arm, q: Array, time: float) -> Array:
+    """The configuration at a time: before and after the segment that of its ends."""
+    result = q.copy()
+    waypoints = np.asarray(segment.waypoints)
+    for k, column in enumerate(columns(segment, arm)):
+        result[column] = np.interp(time, segment.times, waypoints[:, k])
+    return result
+
+
+def whole_path(segment: Segment, arm: Arm, q: Array) -> Path:
+    """The path of a segment; `q` are the values of the joints that it does not move."""
+    configurations = np.tile(q, (len(segment.waypoints), 1))
+    configurations[:, columns(segment, arm)] = segment.waypoints
+    return Path(arm, configurations, segment.times)
+
+
+def window_path(
+    window: Window, segments: Sequence[Segment], arms: Mapping[str, Arm], q: Mapping[str, Array]
+) -> Path:
+    """The path of all that moves in a window."""
+    running = [segments[i] for i in window.running]
+    if len(running) == 1 and window.starting and window.ending:
+        return whole_path(running[0], arms[running[0].robot], q[running[0].robot])
+    inner = {t for s in running for t in s.times if window.start + SAME < t < window.end - SAME}
+    times = [window.start, *sorted(inner), window.end]
+    rows = [np.concatenate([at_time(s, arms[s.robot], q[s.robot], time) for s in running]) for time in times]
+    return Path([arms[s.robot] for s in running], np.array(rows), times)

@@ -1,0 +1,89 @@
+"""The scene as the verifier sees it: arms, surfaces of the original meshes, who may touch whom."""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from kabo.plan import ObjectPose
+from kabo.scene import Mesh, Scene
+from kabo.verify.motion.arms import Arm
+from kabo.verify.motion.constraints import Role
+from kabo.verify.motion.surfaces import Surface, surface
+from kabo.verify.motion.sweep import Thing
+
+Array = npt.NDArray[np.float64]
+
+
+def matrix(pose: ObjectPose) -> Array:
+    """The transform parent_T_object (4, 4) of a pose; its quaternion (x, y, z, w) is normalised."""
+    x, y, z, w = np.asarray(pose.quaternion) / np.linalg.norm(pose.quaternion)
+    result = np.eye(4)
+    result[0, :3] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+    result[1, :3] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    result[2, :3] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    result[:3, 3] = pose.position
+    return result
+
+
+class World:
+    """A scene with everything that is made once: arms and surfaces."""
+
+    def __init__(self, scene: Scene, models: Mapping[str, str | None] | None = None) -> None:
+        self.scene = scene
+        self.models = models or {}  # body -> its model, which mates speak of
+        self.arms = {name: Arm(robot) for name, robot in scene.robots.items()}
+        self._surfaces: dict[str, Surface] = {}
+        self._meet: dict[tuple[str, str], bool] = {}
+
+    def surface_of(self, mesh: Mesh) -> Surface:
+        """The surface of a mesh; equal meshes share one."""
+        if mesh.digest not in self._surfaces:
+            self._surfaces[mesh.digest] = surface(mesh)
+        return self._surfaces[mesh.digest]
+
+    def may_meet(self, first: str, second: str) -> bool:
+        """Whether contact of two things (`robot.link` or a body) would be a collision."""
+        pair = first, second
+        if pair not in self._meet:
+            self._meet[pair] = first != second and not self.scene.never_collide(first, second)
+        return self._meet[pair]
+
+    @cached_property
+    def fixed(self) -> list[Thing]:
+        """The bodies that never move."""
+        poses = self.scene.fixed_poses
+        return [Thing(name, self.surface_of(self.scene.bodies[name].mesh), poses[name]) for name in poses]
+
+    def links(self, robot: str) -> list[Thing]:
+        """The links of a robot that moves."""
+        links, mounts = self.scene.robots[robot].links, self.arms[robot].mounts
+        return [
+            Thing(f"{robot}.{name}", self.surface_of(link.mesh), mount=mounts[name])
+            for name, link in links.items()
+            if link.mesh is not None
+        ]
+
+    def links_at(self, robot: str, q: Sequence[float]) -> list[Thing]:
+        """The links of a robot that stands."""
+        joints = {robot: self.arms[robot].joint_poses(q)}
+        return [Thing(link.name, link.surface, link.pose(joints)) for link in self.links(robot)]
+
+    def role(self, name: str, world_T: Array) -> Role:
+        """A body in a role of constraints."""
+        return Role(self.scene.bodies[name].features, world_T)
+
+    def tool_role(self, robot: str, q: Array) -> Role | None:
+        """The robot's tool in its role, in a configuration (n,); None without a tool."""
+        tool = self.scene.robots[robot].tool
+        if tool is None:
+            return None
+        return Role(tool.features, self.arms[robot].pose(q.tolist(), self.arms[robot].mounts[tool.frame]))
+
+    def outside(self, body: str, world_T_body: Array, region: str) -> float:
+        """How far the body reaches out of a region [m]; 0 or less: it lies inside."""
+        volume = self.scene.regions[region]
+        region_T_body = np.linalg.inv(volume.world_T_region) @ world_T_body
+        vertices = self.scene.bodies[body].mesh.vertices @ region_T_body[:3, :3].T + region_T_body[:3, 3]
+        return float((vertices @ volume.normals.T - volume.offsets).max())

@@ -1,0 +1,77 @@
+"""Objects that were there before planning are set apart from collections, and only while it lasts."""
+
+import gc
+import weakref
+from collections.abc import Iterator
+from threading import Barrier, Thread
+
+import pytest
+
+from kabo.frozen_gc import older_objects_apart
+
+
+@pytest.fixture(autouse=True)
+def _nothing_apart() -> Iterator[None]:
+    gc.unfreeze()
+    yield
+    gc.unfreeze()
+
+
+class Ring:
+    """Garbage that only a collection finds."""
+
+    def __init__(self) -> None:
+        self.itself = self
+
+
+def test_older_objects_are_apart_while_it_lasts_and_no_longer() -> None:
+    ring = Ring()
+    seen = weakref.ref(ring)
+    with older_objects_apart():
+        del ring
+        gc.collect()
+        assert seen() is not None
+    gc.collect()
+    assert seen() is None
+    assert gc.get_freeze_count() == 0
+
+
+def test_garbage_made_meanwhile_is_collected() -> None:
+    with older_objects_apart():
+        seen = weakref.ref(Ring())
+        gc.collect()
+        assert seen() is None
+
+
+def test_an_error_ends_it() -> None:
+    with pytest.raises(KeyError), older_objects_apart():
+        raise KeyError
+    assert gc.get_freeze_count() == 0
+
+
+def test_what_the_caller_set_apart_stays_apart() -> None:
+    gc.freeze()
+    apart = gc.get_freeze_count()
+    with older_objects_apart():
+        pass
+    assert 0 < gc.get_freeze_count() <= apart
+
+
+def test_it_lasts_until_the_last_thread_has_left() -> None:
+    first_left, counts = Barrier(2), []
+
+    def longer() -> None:
+        with older_objects_apart():
+            first_left.wait()
+            first_left.wait()
+            counts.append(gc.get_freeze_count())
+
+    thread = Thread(target=longer)
+    with older_objects_apart():
+        thread.start()
+        first_left.wait()
+    assert gc.get_freeze_count() > 0
+    first_left.wait()
+    thread.join()
+    assert counts[0] > 0
+    assert gc.get_freeze_count() == 0
