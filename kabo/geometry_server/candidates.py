@@ -2,7 +2,7 @@
 
 A stream is keyed by what is sampled and nothing else: the robot, the object, the family, the values that its
 constraints read. So the same grasps and places are tried in the same order wherever the robot starts, and branches
-that meet on the knowledge level meet again in geometry (LANGUAGE section 6).
+that meet on the knowledge level meet again in geometry (docs/plans.md#sharing).
 """
 
 from collections.abc import Iterator, Sequence

@@ -71,7 +71,7 @@ def _distance(point: Array, feature: FrameFeature) -> float:
     along = float(offset @ np.asarray(feature.direction))
     if feature.kind == "plane":
         return abs(along)
-    return float(np.sqrt(max(offset @ offset - along * along, 0.0)))
+    return float(np.sqrt(max(float(offset @ offset) - along * along, 0.0)))
 
 
 def region_missing(robot: Robot, body: Body, region: Region, tool: Frame) -> float:

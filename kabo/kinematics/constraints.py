@@ -1,4 +1,4 @@
-"""Geometric constraints as flat scalar rows, what projection and proofs work on [K Table 5.1, LANGUAGE §4].
+"""Geometric constraints as flat scalar rows, what projection and proofs work on [K Table 5.1, docs/sampling.md].
 
 Every constraint between two features becomes as many scalar rows as it takes degrees of freedom, so that the
 Jacobian shows the whole null space [K 5.2.2]. Angular rows are scaled to metres by a lever arm.
@@ -56,7 +56,7 @@ class FrameFeature:
 def rows_of(
     kind: str, first: FrameFeature, second: FrameFeature, lower: float | None = None, upper: float | None = None
 ) -> Rows:
-    """The rows (R, WIDTH) of one constraint between two features [K Table 5.1, LANGUAGE §4].
+    """The rows (R, WIDTH) of one constraint between two features [K Table 5.1, docs/sampling.md#which-constraints].
 
     Args:
         kind: coincident, parallel, aligned, opposed, perpendicular, distance, height, angle, or azimuth (the angle

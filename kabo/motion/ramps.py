@@ -1,6 +1,6 @@
 """From rest to rest along a straight piece of joint space: even acceleration, the greatest speed, even deceleration.
 
-Times are kept for way points only, and between them a robot goes evenly [LANGUAGE 6]; so the ramps are given by way
+Times are kept for way points only, and between them a robot goes evenly [docs/plans.md]; so the ramps are given by way
 points of their own, at equal times. The mean speed between two of them is never above the speed in the profile.
 """
 

@@ -40,11 +40,11 @@ def uncovered(vertices: Array, triangles: npt.NDArray[np.int64], parts: Sequence
     faces = [found for found in map(faces_of, parts) if found is not None]
     held = np.zeros(len(triangles), bool)
     for part in faces:
-        inside = (vertices @ part.normals.T <= part.offsets).all(axis=1)
+        inside: npt.NDArray[np.bool_] = np.all(vertices @ part.normals.T <= part.offsets, axis=1)
         held |= inside[triangles].all(axis=1)
     left = np.flatnonzero(~held)
     corners = vertices[triangles[left]]
-    meets = [~((corners @ part.normals.T > part.offsets).all(axis=1).any(axis=1)) for part in faces]
+    meets = [~np.any(np.all(corners @ part.normals.T > part.offsets, axis=1), axis=1) for part in faces]
     for row, index in enumerate(left):
         if not covered(corners[row], [part for part, met in zip(faces, meets, strict=True) if met[row]]):
             return int(index)

@@ -1,7 +1,7 @@
 """What the constraints of a scene measure, in plain numpy: lengths and angles between features, and their bounds.
 
 Every constraint becomes measures, each a length or an angle with bounds. Lines and planes coincide and are
-parallel in either sense; `aligned` and `opposed` fix the sense [LANGUAGE section 4; K Table 5.1].
+parallel in either sense; `aligned` and `opposed` fix the sense [docs/sampling.md#which-constraints; K Table 5.1].
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,7 @@
 """Targets: what inverse kinematics is to reach, as a stream of configurations by projection on constraints.
 
 A target is a value that a sampler writes as the interface property `target`. Its stream is keyed by what is sampled,
-never by where the robot stands, so that the same candidates come in the same order from any start [LANGUAGE 6].
+never by where the robot stands, so that the same candidates come in the same order from any start [docs/plans.md#sharing].
 """
 
 from collections.abc import Iterator, Sequence

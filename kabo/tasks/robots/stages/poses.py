@@ -21,7 +21,7 @@ from kabo.tasks.robots.scenes import TaskScene
 Array = npt.NDArray[np.float64]
 
 _KEYS = ("frame", "position", "quaternion", "rpy")
-UNIT = 1e-6  # how far from 1 the length of a quaternion may be [LANGUAGE 4]
+UNIT = 1e-6  # how far from 1 the length of a quaternion may be [docs/files.md#scene]
 
 
 def pose_of(scene: TaskScene, given: Any) -> Array:

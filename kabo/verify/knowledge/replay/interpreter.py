@@ -1,4 +1,4 @@
-"""The knowledge semantics of one problem: its initial state, its actions, its branchings, its goal [DESIGN 3].
+"""The knowledge semantics of one problem: its initial state, its actions, its branchings, its goal [docs/knowledge.md].
 
 What is ground once is kept: actions by name and arguments, update rules, goals.
 """
