@@ -3,15 +3,14 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Protocol
 
 from kabo.plan import Segment
 from kabo.scene import Component
 
-Reason = Literal["out_of_reach", "collision", "constraint", "no_path", "empty_family"]
 Pair = tuple[str, str]
 
-REASONS: tuple[str, ...] = get_args(Reason)  # for which a procedure is refused
+REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family")  # why a procedure may be refused
 
 MAX_EFFORT = 8  # how often more samples are drawn, each time four times as many: more than any budget has
 
