@@ -29,7 +29,7 @@ class Success:
 
 
 class Askable(Protocol):
-    """A question about geometry that a refused attempt had asked, and that can be asked again."""
+    """A question about geometry that an attempt asked before it was refused, and that can be asked again."""
 
     @property
     def is_search(self) -> bool:
@@ -37,7 +37,7 @@ class Askable(Protocol):
 
     @property
     def streams(self) -> Sequence[Any]:
-        """The streams of candidates behind it: those `Stream`s whose first candidates are out of reach, say."""
+        """The `Stream`s of candidates from which the attempt was drawn."""
 
     def passes(self, context: Any, without: str | None = None) -> bool:
         """Whether the answer is yes in another `Context`, or with a body out of the way; all else is the same."""
