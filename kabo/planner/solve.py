@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
-from kabo.frozen_gc import older_objects_apart
+from kabo.frozen_gc import frozen_gc
 from kabo.knowledge import Task, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Geometry, GeometryOrder, Quality, Search
 from kabo.plan import Plan
-from kabo.planner.geometry.external_procedures import Procedures, refuse_without_motion
+from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
 from kabo.planner.run import (
@@ -28,18 +28,18 @@ from kabo.planner.run import (
     MAX_SAMPLES,
     SECONDS,
     Options,
-    Run,
+    PlanningRun,
     search_once,
     statistics_of,
     without_plan,
 )
-from kabo.planner.search.skeleton import Exhausted, Found, Unreachable
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
     from kabo.tasks.procedures import GeometricProcedures
 
 
-@older_objects_apart()
+@frozen_gc()
 def solve(
     problem: Problem,
     *,
@@ -58,7 +58,7 @@ def solve(
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., bool]] | None = None,
-    witness: "Callable[[GeometricProcedures], None] | None" = None,
+    on_procedures: "Callable[[GeometricProcedures], None] | None" = None,
     on_found: Callable[[Result], None] | None = None,
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
@@ -94,7 +94,7 @@ def solve(
             answer is not as the domain declares it.
     """
     given = problem.options
-    asked = Procedures(problem, procedures or {}, geometry_order, _first(seed, given.seed, 0))
+    asked = ExternalProcedures(problem, procedures or {}, geometry_order, _first(seed, given.seed, 0))
     replaced = procedures is not None and not (
         procedures and problem.domain.procedures.keys() >= procedures.keys()
     )
@@ -115,7 +115,9 @@ def solve(
     if has_geometry:
         refuse_without_motion(problem)
     asking = asked.answering() if procedures else problem
-    run = Run(asking, options, progress, cancelled, workers, witness=witness, certificate=certificate)
+    run = PlanningRun(
+        asking, options, progress, cancelled, workers, on_procedures=on_procedures, certificate=certificate
+    )
     run.on_found = on_found
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
@@ -132,31 +134,31 @@ def _first(*values: Any) -> Any:
     return next((value for value in values if value is not None), None)
 
 
-def _symbolic(run: Run, task: Task) -> Result:
+def _symbolic(run: PlanningRun, task: Task) -> Result:
     from kabo.planner.geometry.assembly import assemble, symbolic_variants
     from kabo.planner.geometry.evaluation import in_order
 
-    run.tell("searching")
+    run.report_progress("searching")
     found = search_once(run, task, None)
-    if not isinstance(found, Found):
+    if not isinstance(found, FoundSkeleton):
         return without_plan(run, task, found, None)
     variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
     plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
     return Result("solved", plan, statistics_of(run, None))
 
 
-def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
+def _with_procedures(run: PlanningRun, task: Task, procedures: ExternalProcedures) -> Result:
     """Plans until all procedures along one succeed."""
     from kabo.planner.geometry.assembly import assemble, symbolic_variants
     from kabo.planner.geometry.evaluation import in_order
 
     while True:
-        run.tell("asking", sum(counted.calls for counted in procedures.counted.values()))
+        run.report_progress("asking", sum(counted.calls for counted in procedures.counted.values()))
         procedures.prepare(task)
         asked = procedures.seconds
         found = search_once(run, task, procedures)
         run.symbolic_s -= procedures.seconds - asked
-        if not isinstance(found, Found):
+        if not isinstance(found, FoundSkeleton):
             break
         if procedures.follow(found.skeleton):
             variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
@@ -178,20 +180,20 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
     return Result("exhausted", None, statistics, exhausted(budget, []))
 
 
-def _integrated(run: Run, task: Task) -> Result:
-    from kabo.planner.geometry.workers import Workers
-    from kabo.planner.rounds import Rounds
+def _integrated(run: PlanningRun, task: Task) -> Result:
+    from kabo.planner.geometry.workers import ProcedureWorkers
+    from kabo.planner.rounds import PlanningRounds
 
     assert run.problem.scene is not None
-    run.tell("loading the scene")
+    run.report_progress("loading the scene")
     try:
         server = _server(run)
     except CutOff:
         return without_plan(run, task, Exhausted(run.searched, run.stop.spent or "time"), None)
-    if run.witness is not None:
-        run.witness(server)
-    with Workers(server, run.workers, run.stop) as workers:
-        rounds = Rounds(run, task, server, workers.expect)
+    if run.on_procedures is not None:
+        run.on_procedures(server)
+    with ProcedureWorkers(server, run.workers, run.stop) as workers:
+        rounds = PlanningRounds(run, task, server, workers.expect)
         found = rounds.played()
         if isinstance(found, Unreachable | Exhausted):
             return without_plan(run, task, found, server, rounds.geometry)
@@ -200,7 +202,7 @@ def _integrated(run: Run, task: Task) -> Result:
             plan = _assembled(run, found, server)
             run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
         if run.options.quality == "good":
-            run.tell("refining", sum(server.statistics.calls.values()))
+            run.report_progress("refining", sum(server.statistics.calls.values()))
             run.refined, plan = _refined(found, server), None
             if server.stop():
                 run.note_cut("refining", "some of its motion is as it was found")
@@ -210,7 +212,7 @@ def _integrated(run: Run, task: Task) -> Result:
         return Result("solved", plan, statistics_of(run, server), None, tuple(run.cut_off))
 
 
-def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
+def _assembled(run: PlanningRun, found: Any, server: "GeometricProcedures") -> Plan:
     """The plan as it is written, with what grants its contacts."""
     from kabo.planner.certify.granting import granted
     from kabo.planner.geometry.assembly import assemble, files_read
@@ -220,20 +222,20 @@ def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
     return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
 
 
-def _uncertified(run: Run, plan: Plan) -> Plan:
+def _uncertified(run: PlanningRun, plan: Plan) -> Plan:
     """The plan as it is if nothing more can be done for it: it says that its certificate is missing, and why."""
     from kabo.planner.certify.certifying import UNFINISHED
 
     return replace(plan, certificate_gaps=(UNFINISHED,)) if run.certifies else plan
 
 
-def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
+def _certified(run: PlanningRun, plan: Plan, server: "GeometricProcedures") -> Plan:
     """The plan with its certificate, if one is asked for and there is time; samples are not drawn any more."""
     if not run.certifies:
         return plan
     from kabo.planner.certify.certifying import certified
 
-    run.tell("certifying", sum(server.statistics.calls.values()))
+    run.report_progress("certifying", sum(server.statistics.calls.values()))
     run.stop = server.server.stop = run.stop.timely()
     plan, run.certified = certified(plan, server.server.surroundings, run.stop.look)
     if plan.certificate is None and run.stop.spent is not None:
@@ -247,7 +249,7 @@ def _refined(variants: Any, server: "GeometricProcedures") -> Mapping[str, float
     return refine(variants, server).written()
 
 
-def _server(run: Run) -> "GeometricProcedures":
+def _server(run: PlanningRun) -> "GeometricProcedures":
     began = perf_counter()
     from kabo.geometry_server import GeometryServer
     from kabo.scene import load_scene
