@@ -119,6 +119,11 @@ def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
     assert not prints or relative(path).startswith("kabo/cli/")
 
 
+def test_no_named_tuple_is_generic_which_python_3_10_does_not_know():
+    pattern = re.compile(r"^class (\w+)\(.*\bNamedTuple\b.*,|^class (\w+)\(.*, *NamedTuple\b", re.MULTILINE)
+    assert not {relative(path) for path in SOURCES if pattern.search(path.read_text())}
+
+
 def test_only_the_outer_edges_catch_every_exception():
     blind = re.compile(r"except (Base)?Exception\b(?! as error:\n\s+raise)|except\s*:")
     found = {relative(path) for path in SOURCES if blind.search(path.read_text())}

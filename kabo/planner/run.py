@@ -173,7 +173,7 @@ def without_plan(
 
 
 def statistics_of(run: PlanningRun, server: "GeometricProcedures | None") -> dict[str, Any]:
-    """What the run did, in figures (LANGUAGE section 7)."""
+    """What the run did, in figures (docs/plans.md#the-result)."""
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,
         "symbolic_s": run.symbolic_s,

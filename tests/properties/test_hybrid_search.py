@@ -14,7 +14,7 @@ from kabo.planner.geometry import refusals as ledger
 from kabo.planner.rounds import PlanningRounds
 from kabo.planner.run import Options, PlanningRun
 from tests.conftest import PROPERTY_SCALE
-from tests.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
+from tests.support.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
 
 COUNT = max(20, round(500 * PROPERTY_SCALE))  # of each kind; 1,200 more were run once: docs/decisions/017
 EXPANSIONS = 30_000

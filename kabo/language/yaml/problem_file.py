@@ -1,4 +1,4 @@
-"""Problem files: objects, what they add to the scene, initial knowledge, goal, options [LANGUAGE 3]."""
+"""Problem files: objects, what they add to the scene, initial knowledge, goal, options [docs/files.md#problem]."""
 
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingType
