@@ -7,6 +7,7 @@ arrives, and how its answer is shown, is the door's business.
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError
@@ -122,6 +123,7 @@ def explain_file(
     *,
     domain: Path | None = None,
     geometry: bool = True,
+    timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     **options: Any,
 ) -> "tuple[Explanation, InputError | None]":
@@ -131,13 +133,17 @@ def explain_file(
         path: the problem file.
         domain: the problem's domain file, where formats have one that the problem does not name.
         geometry: whether to look for motions, too.
+        timeout: seconds after which it gives up, those for reading included.
         cancelled: asked now and then; True ends it soon, with what was found so far.
         options: of `kabo.explain`.
     """
     from kabo.explain.explain import explain, invalid_explanation
 
+    began = perf_counter()
     try:
-        return explain(load_problem(path, domain), geometry=geometry, cancelled=cancelled, **options), None
+        problem = load_problem(path, domain)
+        left = None if timeout is None else max(0.0, timeout - (perf_counter() - began))
+        return explain(problem, geometry=geometry, timeout=left, cancelled=cancelled, **options), None
     except InputError as error:
         return invalid_explanation(error), error
 

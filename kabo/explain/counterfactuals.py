@@ -8,7 +8,7 @@ import numpy as np
 
 from kabo.errors import InputError
 from kabo.explain.failed_calls import Finding
-from kabo.explain.scene_changes import Change, Finer, Moved, Removed, changed, removable
+from kabo.explain.scene_changes import BaseMoved, BodyRemoved, Change, SmallerEpsilon, changed, removable
 from kabo.geometry_server import Shortfall, Situation, Surroundings, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
@@ -37,7 +37,7 @@ class Counterfactual:
 
 
 @dataclass(frozen=True)
-class Means:
+class TrialBudget:
     """What trying changes may cost: budgets and what was used of them; seconds for all only cut off."""
 
     samples: int
@@ -66,9 +66,9 @@ def candidates(
 def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[Finding]) -> Iterator[Change]:
     for finding in findings[:BLAMED]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
-        yield from (Removed(name) for name in freed if not _carries(surroundings, name))
+        yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
     if any(finding.because_of_epsilon for finding in findings):
-        yield Finer(round(surroundings.budget.epsilon / FINER, 9))
+        yield SmallerEpsilon(round(surroundings.budget.epsilon / FINER, 9))
     farthest: dict[str, Shortfall] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
@@ -78,9 +78,9 @@ def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[
         yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS if move.metres)
 
 
-def _moved(robot: str, by: Any, margin: float) -> Moved:
+def _moved(robot: str, by: Any, margin: float) -> BaseMoved:
     x, y, z = (round(float(v), 3) + 0.0 for v in by * (1.0 + margin / float(np.linalg.norm(by))))
-    return Moved(robot, (x, y, z))
+    return BaseMoved(robot, (x, y, z))
 
 
 def _carries(surroundings: Surroundings, name: str) -> bool:
@@ -91,7 +91,7 @@ def _carries(surroundings: Surroundings, name: str) -> bool:
 
 
 def tried(
-    problem: Problem, surroundings: Surroundings, changes: Sequence[Change], means: Means, **options: Any
+    problem: Problem, surroundings: Surroundings, changes: Sequence[Change], means: TrialBudget, **options: Any
 ) -> list[Counterfactual]:
     """What came of each change; what solves the problem first, fewest actions first, else in their order.
 
@@ -113,10 +113,10 @@ def tried(
 
 
 def _tried(
-    problem: Problem, change: Change, means: Means, seconds: float, options: dict[str, Any]
+    problem: Problem, change: Change, means: TrialBudget, seconds: float, options: dict[str, Any]
 ) -> Counterfactual | None:
     samples, expansions = means.share
-    given = {**options, "epsilon": change.epsilon} if isinstance(change, Finer) else options
+    given = {**options, "epsilon": change.epsilon} if isinstance(change, SmallerEpsilon) else options
     try:
         result = solve(
             problem,

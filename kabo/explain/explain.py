@@ -20,14 +20,14 @@ from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
 from kabo.options import Options, Search
-from kabo.planner.geometry.external_procedures import Procedures
+from kabo.planner.geometry.external_procedures import ExternalProcedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
-from kabo.planner.proofs.unreachable import UnreachableGoal, blocked_in, unreachable_in
+from kabo.planner.proofs.unreachable import UnreachableGoal, root_causes_in, unreachable_in
 from kabo.planner.proofs.wording import counted, listed
 from kabo.planner.result import Reason
 from kabo.planner.search.contingent import find_skeleton
-from kabo.planner.search.skeleton import Exhausted, Found, Limits
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits
 
 if TYPE_CHECKING:
     from kabo.explain.counterfactuals import Counterfactual
@@ -129,12 +129,12 @@ def explain(
     bytes_ = default_memory() if memory is None else memory
     stop = StopFlag(seconds, bytes_, cancelled)
     if procedures:
-        problem = Procedures(problem, procedures, "adaptive").answering()
+        problem = ExternalProcedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
     judged = verdict_of(problem)
-    blocked = blocked_in(whole)
-    goals = unreachable_in(blocked)
-    unused = Unused(blocked)
+    causes = root_causes_in(whole)
+    goals = unreachable_in(causes)
+    unused = Unused(causes)
     idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
     found: Obstacles | None = None
     if goals:
@@ -176,8 +176,8 @@ def _searched(
     problem: Problem, judged: Judged, search: Search | None, expansions: int, stop: StopFlag
 ) -> tuple[Verdict, list[str]]:
     task = ground(problem)
-    found = find_skeleton(task, search=search, limits=Limits(expansions, stop))
-    if isinstance(found, Found):
+    found = find_skeleton(task, search=search, limits=SearchLimits(expansions, stop))
+    if isinstance(found, FoundSkeleton):
         motions = "" if problem.scene is None else "; whether there are motions for it was not asked"
         return "solvable", [f"There is a plan as far as knowledge goes{motions}."]
     if isinstance(found, Exhausted):

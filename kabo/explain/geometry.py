@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, Literal
 
-from kabo.explain.counterfactuals import MOST, Counterfactual, Means, candidates, tried
+from kabo.explain.counterfactuals import MOST, Counterfactual, TrialBudget, candidates, tried
 from kabo.explain.failed_calls import Finding, examined
 from kabo.explain.sentences import main_finding, summary
 from kabo.language.problem import Problem
@@ -78,7 +78,7 @@ def obstacles(
         timeout=clock.left(SOLVING),
         certificate=False,
         cancelled=cancelled,
-        witness=asked.append,
+        on_procedures=asked.append,
     )
     if result.reason is None:
         return Obstacles("solvable", ("There is a plan, with a motion for every action.",))
@@ -92,7 +92,7 @@ def obstacles(
         problem,
         surroundings,
         candidates(problem, surroundings, findings, changes),
-        Means(samples, expansions, used, result.statistics["expanded"], clock.left, cancelled),
+        TrialBudget(samples, expansions, used, result.statistics["expanded"], clock.left, cancelled),
         **options,
     )
     return _told(result, findings, others, surroundings.budget.epsilon)

@@ -12,7 +12,7 @@ from kabo.scene import Scene, world_T
 
 
 @dataclass(frozen=True)
-class Removed:
+class BodyRemoved:
     """Without a body."""
 
     body: str
@@ -26,7 +26,7 @@ class Removed:
 
 
 @dataclass(frozen=True)
-class Finer:
+class SmallerEpsilon:
     """With another epsilon [m]."""
 
     epsilon: float
@@ -40,7 +40,7 @@ class Finer:
 
 
 @dataclass(frozen=True)
-class Moved:
+class BaseMoved:
     """With a robot's base moved by so much [m] in the world."""
 
     robot: str
@@ -55,7 +55,7 @@ class Moved:
         return {"move_base": {"robot": self.robot, "by": list(self.by)}}
 
 
-Change = Removed | Finer | Moved
+Change = BodyRemoved | SmallerEpsilon | BaseMoved
 
 
 def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
@@ -73,13 +73,13 @@ def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
     if given is None:
         raise ValueError("only a problem with a scene has bodies, an epsilon and bases")
     match change:
-        case Removed(body):
+        case BodyRemoved(body):
             objects = {name: kind for name, kind in problem.objects.items() if name != body}
             initial = tuple(_without(body, problem.initial))
             return replace(problem, scene=_scene_without(given, body), objects=objects, initial=initial)
-        case Finer(epsilon):
+        case SmallerEpsilon(epsilon):
             return replace(problem, options={**problem.options, "epsilon": epsilon})
-        case Moved(name, by):
+        case BaseMoved(name, by):
             robot = given.robots[name]
             turn = world_T(scene, scene.start, robot.base.frame)[:3, :3]
             shift = turn.T @ by

@@ -32,11 +32,11 @@ def main_finding(findings: "Sequence[Finding]", counterfactuals: "Sequence[Count
 
 
 def _concerns(change: "Change", finding: "Finding") -> bool:
-    from kabo.explain.scene_changes import Finer, Removed
+    from kabo.explain.scene_changes import BodyRemoved, SmallerEpsilon
 
-    if isinstance(change, Removed):
+    if isinstance(change, BodyRemoved):
         return any(name == change.body and count for name, count in finding.freed)
-    if isinstance(change, Finer):
+    if isinstance(change, SmallerEpsilon):
         return finding.because_of_epsilon > 0
     return finding.robot == change.robot and bool(finding.nearer)
 

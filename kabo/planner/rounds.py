@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 from kabo.errors import CutOff
 from kabo.knowledge import Task
-from kabo.planner.geometry.eager import Interleaved
+from kabo.planner.geometry.eager import EagerGeometry
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator, Expect, Variant
-from kabo.planner.geometry.refusals import Ledger
+from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.geometry.repairing import REPAIRS, repaired
-from kabo.planner.run import Run, search_once
+from kabo.planner.run import PlanningRun, search_once
 from kabo.planner.search.skeleton import Exhausted, Skeleton, Unreachable
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ VAIN = 100  # skeletons that are refused before more samples are drawn; four tim
 Variants = tuple[Variant, ...]
 
 
-class Rounds:
+class PlanningRounds:
     """The rounds of one run; `geometry` is what the search sees of it at the time.
 
     Args:
@@ -32,12 +32,12 @@ class Rounds:
         expect: told which questions come.
     """
 
-    def __init__(self, run: Run, task: Task, server: "GeometricProcedures", expect: Expect) -> None:
+    def __init__(self, run: PlanningRun, task: Task, server: "GeometricProcedures", expect: Expect) -> None:
         self.run, self.task, self.server, self.expect = run, task, server, expect
-        self.ledger = Ledger(server)
+        self.ledger = RefusalTable(server)
         eager = run.options.geometry_order == "eager"
-        self.geometry: Ledger | Interleaved = Interleaved(server) if eager else self.ledger
-        self._vain = 0
+        self.geometry: RefusalTable | EagerGeometry = EagerGeometry(server) if eager else self.ledger
+        self._failed_skeletons = 0
 
     def played(self) -> Variants | Unreachable | Exhausted:
         """The variants of a skeleton without a refusal; the proof that there is none; or the budget that was spent."""
@@ -51,29 +51,29 @@ class Rounds:
             self._note_proofs()
         while True:
             self._change_order()
-            self._tell("searching")
+            self._report_progress("searching")
             found = search_once(self.run, self.task, self.geometry)
             if isinstance(found, Unreachable | Exhausted):
                 proof = self._proof() if isinstance(found, Unreachable) else None
                 if proof is not None or not self._goes_on_after(found):
                     return proof or found
                 continue
-            self._tell("moving")
+            self._report_progress("moving")
             variants = self._with_repairs(found.skeleton)
             if variants is not None:
                 return variants
-            self._vain += 1
+            self._failed_skeletons += 1
             if self.geometry is not self.ledger and not self.geometry.try_harder():
                 return Exhausted(found.statistics, "expansions")
-            if self.geometry is self.ledger and self._vain >= VAIN * 4**self.ledger.effort:
-                self._vain = 0
+            if self.geometry is self.ledger and self._failed_skeletons >= VAIN * 4**self.ledger.effort:
+                self._failed_skeletons = 0
                 self.ledger.try_harder()  # without end, skeletons may go round in circles that never are the same
 
     def _change_order(self) -> None:
         """Asks while searching from now on, where asking along finished plans is in vain and branches multiply that."""
         adaptive = self.run.options.geometry_order == "adaptive"
-        if self.geometry is self.ledger and adaptive and self.task.branchings and self.ledger.in_vain():
-            self.geometry = Interleaved(self.server)
+        if self.geometry is self.ledger and adaptive and self.task.branchings and self.ledger.fails_too_often():
+            self.geometry = EagerGeometry(self.server)
 
     def _goes_on_after(self, found: Unreachable | Exhausted) -> bool:
         """Whether there is more to try after a search without a skeleton: other answers, from more samples."""
@@ -82,8 +82,8 @@ class Rounds:
             return found.budget == "expansions" and left and self.geometry.try_harder()
         return not self.geometry.proved() and self.geometry.try_harder()
 
-    def _tell(self, doing: str) -> None:
-        self.run.tell(doing, sum(self.server.statistics.calls.values()))
+    def _report_progress(self, doing: str) -> None:
+        self.run.report_progress(doing, sum(self.server.statistics.calls.values()))
 
     # ------------------------------------------------------------------------------------------------- proofs
     def _note_proofs(self) -> None:
@@ -91,7 +91,7 @@ class Rounds:
         for call in dict.fromkeys(action.call for action in self.task.actions if action.call is not None):
             failure = self.server.refuted(call)
             if failure is not None:
-                self.ledger.refuse(call, 0, failure, [self.ledger.start])
+                self.ledger.record_refusal(call, 0, failure, [self.ledger.start])
 
     def _proof(self) -> Unreachable | None:
         """The proof that there is no plan whatever is sampled, where geometry was asked while searching."""
@@ -126,13 +126,13 @@ class Rounds:
             CutOff: time or budget was spent before all was asked.
         """
         began, geometry = perf_counter(), self.geometry
-        lazy = isinstance(geometry, Ledger)
-        advance: Callable[..., Any] = geometry.came if isinstance(geometry, Ledger) else _as_it_is
+        lazy = isinstance(geometry, RefusalTable)
+        advance: Callable[..., Any] = geometry.record_success if isinstance(geometry, RefusalTable) else _as_it_is
         evaluator = Evaluator(self.server, advance, geometry.effort, self.server.stop, lazy, self.expect)
         evaluation = evaluator.evaluate(skeleton.root, cast("Any", geometry.start))
-        if isinstance(geometry, Ledger):
+        if isinstance(geometry, RefusalTable):
             for refused in evaluation.refused:
-                geometry.refuse(refused.call, refused.attempt, refused.refusal, refused.traces)
+                geometry.record_refusal(refused.call, refused.attempt, refused.refusal, refused.traces)
         self.run.geometric_s += perf_counter() - began
         if not evaluation.whole:
             raise CutOff

@@ -9,21 +9,28 @@ from kabo.budgets import StopFlag
 from kabo.knowledge import Task, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options
-from kabo.planner.geometry.external_procedures import Procedures
+from kabo.planner.geometry.external_procedures import ExternalProcedures
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Result
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.packed import PackedTask
-from kabo.planner.search.skeleton import Exhausted, Found, Geometry, Limits, Statistics, Unreachable
+from kabo.planner.search.skeleton import (
+    Exhausted,
+    FoundSkeleton,
+    Geometry,
+    SearchLimits,
+    SearchStatistics,
+    Unreachable,
+)
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
-    from kabo.planner.geometry.eager import Interleaved
-    from kabo.planner.geometry.refusals import Ledger
+    from kabo.planner.geometry.eager import EagerGeometry
+    from kabo.planner.geometry.refusals import RefusalTable
     from kabo.tasks.procedures import GeometricProcedures
 
 
 @dataclass
-class Run:
+class PlanningRun:
     """One run of the planner: its options, when it must stop, what it did so far."""
 
     problem: Problem
@@ -35,10 +42,10 @@ class Run:
     symbolic_s: float = 0.0
     geometric_s: float = 0.0
     load_s: float = 0.0
-    searched: Statistics = field(default_factory=Statistics)
+    searched: SearchStatistics = field(default_factory=SearchStatistics)
     packed: PackedTask | None = None
     refined: Mapping[str, float] = field(default_factory=dict)
-    witness: "Callable[[GeometricProcedures], None] | None" = None
+    on_procedures: "Callable[[GeometricProcedures], None] | None" = None
     certified: Mapping[str, Any] = field(default_factory=dict)
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
@@ -61,20 +68,20 @@ class Run:
         why = "it was interrupted" if self.stop.interrupted else f"{self.stop.spent} exhausted"
         self.cut_off.append(f"{doing} was cut off ({why}): {lacks}")
 
-    def tell(self, doing: str, calls: int = 0) -> None:
+    def report_progress(self, doing: str, calls: int = 0) -> None:
         """Sends progress to whoever asked for it."""
         if self.progress is not None:
             self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
 
 
 def search_once(
-    run: Run, task: Task, geometry: "Ledger | Interleaved | Procedures | None"
-) -> Found | Unreachable | Exhausted:
+    run: PlanningRun, task: Task, geometry: "RefusalTable | EagerGeometry | ExternalProcedures | None"
+) -> FoundSkeleton | Unreachable | Exhausted:
     """A skeleton, the proof that there is none, or what ended the search; counted and timed."""
     began = perf_counter()
     left = run.options.max_expansions - run.searched.expanded
     most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
-    limits = Limits(most, run.stop)
+    limits = SearchLimits(most, run.stop)
     run.packed = run.packed or PackedTask(task)
     found = find_skeleton(
         task,
@@ -90,12 +97,12 @@ def search_once(
     return found
 
 
-def failures_of(geometry: "Ledger | Interleaved | None") -> Any:
+def failures_of(geometry: "RefusalTable | EagerGeometry | None") -> Any:
     """Every call that was refused, with its first failure."""
     return [] if geometry is None else geometry.failures()
 
 
-def _in_the_way(geometry: "Ledger | Interleaved | None", server: "GeometricProcedures | None") -> Any:
+def _in_the_way(geometry: "RefusalTable | EagerGeometry | None", server: "GeometricProcedures | None") -> Any:
     """The same, and calls that were refused with few samples, before it was cut off that they are asked with more."""
     found = failures_of(geometry)
     if server is None:
@@ -106,11 +113,11 @@ def _in_the_way(geometry: "Ledger | Interleaved | None", server: "GeometricProce
 
 
 def without_plan(
-    run: Run,
+    run: PlanningRun,
     task: Task,
     found: Unreachable | Exhausted,
     server: "GeometricProcedures | None",
-    geometry: "Ledger | Interleaved | None" = None,
+    geometry: "RefusalTable | EagerGeometry | None" = None,
 ) -> Result:
     """The result of a run that has found no plan, with the reason."""
     statistics = statistics_of(run, server)
@@ -128,7 +135,7 @@ def without_plan(
     return Result("exhausted", None, statistics, exhausted("samples", failures))
 
 
-def statistics_of(run: Run, server: "GeometricProcedures | None") -> dict[str, Any]:
+def statistics_of(run: PlanningRun, server: "GeometricProcedures | None") -> dict[str, Any]:
     """What the run did, in figures (docs/plans.md#the-result)."""
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
-from kabo.frozen_gc import older_objects_apart
+from kabo.frozen_gc import frozen_gc
 from kabo.knowledge import Task, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
 from kabo.plan import Plan
-from kabo.planner.geometry.external_procedures import Procedures, refuse_without_motion
+from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
-from kabo.planner.run import Run, search_once, statistics_of, without_plan
-from kabo.planner.search.skeleton import Exhausted, Found, Unreachable
+from kabo.planner.run import PlanningRun, search_once, statistics_of, without_plan
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
     from typing_extensions import Unpack  # Python 3.11 has it itself
@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic p
 
 
 @takes_options
-@older_objects_apart()
+@frozen_gc()
 def solve(
     problem: Problem,
     *,
@@ -39,7 +39,7 @@ def solve(
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., bool]] | None = None,
-    witness: "Callable[[GeometricProcedures], None] | None" = None,
+    on_procedures: "Callable[[GeometricProcedures], None] | None" = None,
     on_found: Callable[[Result], None] | None = None,
     **options: "Unpack[SolveOptions]",
 ) -> Result:
@@ -68,7 +68,7 @@ def solve(
     scene = problem.scene
     found: SolveOptions = {"memory": default_memory(), "epsilon": None if scene is None else scene.epsilon}
     chosen = Options.of(options, problem.options, found)
-    asked = Procedures(problem, procedures or {}, chosen.geometry_order, chosen.seed)
+    asked = ExternalProcedures(problem, procedures or {}, chosen.geometry_order, chosen.seed)
     replaced = _stands_for_geometry(procedures, problem)
     has_geometry = scene is not None and chosen.geometry != "none" and not replaced
     if not has_geometry:
@@ -76,7 +76,7 @@ def solve(
     if has_geometry:
         refuse_without_motion(problem)
     asking = asked.answering() if procedures else problem
-    run = Run(asking, chosen, progress, cancelled, workers, witness=witness)
+    run = PlanningRun(asking, chosen, progress, cancelled, workers, on_procedures=on_procedures)
     run.on_found = on_found
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
@@ -91,37 +91,37 @@ def _stands_for_geometry(procedures: Mapping[str, Callable[..., bool]] | None, p
     return procedures is not None and not (procedures and problem.domain.procedures.keys() >= procedures.keys())
 
 
-def _with_figures(result: Result, asked: Procedures) -> Result:
+def _with_figures(result: Result, asked: ExternalProcedures) -> Result:
     """The result with what the given functions were asked among its statistics."""
     rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
     return replace(result, statistics={**result.statistics, "procedures": rows})
 
 
-def _symbolic(run: Run, task: Task) -> Result:
+def _symbolic(run: PlanningRun, task: Task) -> Result:
     from kabo.planner.geometry.assembly import assemble, symbolic_variants
     from kabo.planner.geometry.evaluation import in_order
 
-    run.tell("searching")
+    run.report_progress("searching")
     found = search_once(run, task, None)
-    if not isinstance(found, Found):
+    if not isinstance(found, FoundSkeleton):
         return without_plan(run, task, found, None)
     variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
     plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
     return Result("solved", plan, statistics_of(run, None))
 
 
-def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
+def _with_procedures(run: PlanningRun, task: Task, procedures: ExternalProcedures) -> Result:
     """Plans until all procedures along one succeed."""
     from kabo.planner.geometry.assembly import assemble, symbolic_variants
     from kabo.planner.geometry.evaluation import in_order
 
     while True:
-        run.tell("asking", sum(counted.calls for counted in procedures.counted.values()))
+        run.report_progress("asking", sum(counted.calls for counted in procedures.counted.values()))
         procedures.prepare(task)
         asked = procedures.seconds
         found = search_once(run, task, procedures)
         run.symbolic_s -= procedures.seconds - asked
-        if not isinstance(found, Found):
+        if not isinstance(found, FoundSkeleton):
             break
         if procedures.follow(found.skeleton):
             variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
@@ -143,20 +143,20 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
     return Result("exhausted", None, statistics, exhausted(budget, []))
 
 
-def _integrated(run: Run, task: Task) -> Result:
-    from kabo.planner.geometry.workers import Workers
-    from kabo.planner.rounds import Rounds
+def _integrated(run: PlanningRun, task: Task) -> Result:
+    from kabo.planner.geometry.workers import ProcedureWorkers
+    from kabo.planner.rounds import PlanningRounds
 
     assert run.problem.scene is not None
-    run.tell("loading the scene")
+    run.report_progress("loading the scene")
     try:
         server = _server(run)
     except CutOff:
         return without_plan(run, task, Exhausted(run.searched, run.stop.spent or "time"), None)
-    if run.witness is not None:
-        run.witness(server)
-    with Workers(server, run.workers, run.stop) as workers:
-        rounds = Rounds(run, task, server, workers.expect)
+    if run.on_procedures is not None:
+        run.on_procedures(server)
+    with ProcedureWorkers(server, run.workers, run.stop) as workers:
+        rounds = PlanningRounds(run, task, server, workers.expect)
         found = rounds.played()
         if isinstance(found, Unreachable | Exhausted):
             return without_plan(run, task, found, server, rounds.geometry)
@@ -165,7 +165,7 @@ def _integrated(run: Run, task: Task) -> Result:
             plan = _assembled(run, found, server)
             run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
         if run.options.quality == "good":
-            run.tell("refining", sum(server.statistics.calls.values()))
+            run.report_progress("refining", sum(server.statistics.calls.values()))
             run.refined, plan = _refined(found, server), None
             if server.stop():
                 run.note_cut("refining", "some of its motion is as it was found")
@@ -175,7 +175,7 @@ def _integrated(run: Run, task: Task) -> Result:
         return Result("solved", plan, statistics_of(run, server), None, tuple(run.cut_off))
 
 
-def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
+def _assembled(run: PlanningRun, found: Any, server: "GeometricProcedures") -> Plan:
     """The plan as it is written, with what grants its contacts."""
     from kabo.planner.certify.granting import granted
     from kabo.planner.geometry.assembly import assemble, files_read
@@ -185,20 +185,20 @@ def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
     return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
 
 
-def _uncertified(run: Run, plan: Plan) -> Plan:
+def _uncertified(run: PlanningRun, plan: Plan) -> Plan:
     """The plan as it is if nothing more can be done for it: it says that its certificate is missing, and why."""
     from kabo.planner.certify.certifying import UNFINISHED
 
     return replace(plan, certificate_gaps=(UNFINISHED,)) if run.certifies else plan
 
 
-def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
+def _certified(run: PlanningRun, plan: Plan, server: "GeometricProcedures") -> Plan:
     """The plan with its certificate, if one is asked for and there is time; samples are not drawn any more."""
     if not run.certifies:
         return plan
     from kabo.planner.certify.certifying import certified
 
-    run.tell("certifying", sum(server.statistics.calls.values()))
+    run.report_progress("certifying", sum(server.statistics.calls.values()))
     run.stop = server.server.stop = run.stop.timely()
     plan, run.certified = certified(plan, server.server.surroundings, run.stop.look)
     if plan.certificate is None and run.stop.spent is not None:
@@ -212,7 +212,7 @@ def _refined(variants: Any, server: "GeometricProcedures") -> Mapping[str, float
     return refine(variants, server).written()
 
 
-def _server(run: Run) -> "GeometricProcedures":
+def _server(run: PlanningRun) -> "GeometricProcedures":
     began = perf_counter()
     from kabo.geometry_server import GeometryServer
     from kabo.scene import load_scene

@@ -13,15 +13,17 @@ from typing import TYPE_CHECKING
 from kabo.errors import CutOff
 from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.refusals import Trace
-from kabo.planner.geometry.workers import Question
+from kabo.planner.geometry.refusals import Provenances
+from kabo.planner.geometry.workers import ProcedureCall
 from kabo.planner.search.skeleton import SkeletonNode
 
 if TYPE_CHECKING:
     from kabo.tasks.procedures import GeometricProcedures
 
-Expect = Callable[[list[Question]], None]
-Advance = Callable[[GroundCall, int, Trace, Success], Trace]  # the trace after a call that has succeeded
+Expect = Callable[[list[ProcedureCall]], None]
+Advance = Callable[
+    [GroundCall, int, Provenances, Success], Provenances
+]  # the trace after a call that has succeeded
 
 
 @dataclass(eq=False)
@@ -30,7 +32,7 @@ class Variant:
 
     node: SkeletonNode
     situation: Situation
-    traces: frozenset[Trace]
+    traces: frozenset[Provenances]
     answer: Success | Refusal | None = None  # None: nothing to ask
     following: dict[str | None, "Variant"] = field(default_factory=dict)
     overlap: float = 0.0  # [s] by which its motion begins before the one before it has ended
@@ -43,7 +45,7 @@ class RefusedCall:
     call: GroundCall
     attempt: int
     refusal: Refusal
-    traces: frozenset[Trace]
+    traces: frozenset[Provenances]
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class _Arrival:
     origin: Variant | None
     outcome: str | None
     situation: Situation
-    traces: frozenset[Trace]
+    traces: frozenset[Provenances]
 
 
 @dataclass
@@ -79,7 +81,7 @@ class Evaluator:
     share: bool = True
     expect: Expect | None = None  # told which questions come, as soon as they are known
 
-    def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
+    def evaluate(self, root: SkeletonNode, trace: Provenances) -> Evaluation:
         """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
         variants: list[Variant] = []
         refused: list[RefusedCall] = []
@@ -90,7 +92,9 @@ class Evaluator:
             whole = False
         return Evaluation(tuple(variants), tuple(refused), whole)
 
-    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[RefusedCall]) -> None:
+    def _walk(
+        self, root: SkeletonNode, trace: Provenances, variants: list[Variant], refused: list[RefusedCall]
+    ) -> None:
         order = in_order(root)
         live = self._live(order)
         arrivals: dict[SkeletonNode, list[_Arrival]] = {node: [] for node in order}
@@ -170,14 +174,14 @@ class Evaluator:
         answer = None if call is None else answered(self.server, call, situation, node.attempt, self.effort)
         return Variant(node, situation, traces, answer)
 
-    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> Question:
+    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> ProcedureCall:
         """What will be asked first of all that is not remembered."""
         efforts = range(self.effort + 1)
         unknown = (effort for effort in efforts if not self.server.knows(call, situation, attempt, effort))
-        return Question(call, situation, attempt, next(unknown, self.effort))
+        return ProcedureCall(call, situation, attempt, next(unknown, self.effort))
 
     @staticmethod
-    def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Trace]]:
+    def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Provenances]]:
         situation, traces = group[0].situation, group[0].traces
         for arrival in group[1:]:
             situation, traces = situation.union(arrival.situation), traces | arrival.traces

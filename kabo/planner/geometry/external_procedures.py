@@ -30,7 +30,7 @@ OFTEN = 0.35  # the share of failures from which on all calls of a procedure are
 
 
 @dataclass
-class Counted:
+class CallCounts:
     """What one procedure did so far."""
 
     calls: int = 0
@@ -38,7 +38,7 @@ class Counted:
 
 
 @dataclass
-class Procedures:
+class ExternalProcedures:
     """The procedures of one run; as the search sees geometry, but without any state behind it.
 
     Raises (from every question):
@@ -50,7 +50,7 @@ class Procedures:
     functions: Mapping[str, Function]
     order: GeometryOrder
     seed: int = 0
-    counted: dict[str, Counted] = field(default_factory=dict)
+    counted: dict[str, CallCounts] = field(default_factory=dict)
     seconds: float = 0.0
     start: Trace = None
 
@@ -72,7 +72,7 @@ class Procedures:
         """Nothing tells nodes apart."""
         return trace
 
-    def settle(self, trace: Trace) -> bool:
+    def confirm(self, trace: Trace) -> bool:
         """Nothing is left to be asked."""
         return True
 
@@ -101,13 +101,13 @@ class Procedures:
         if call.procedure not in self.functions:
             return True
         if call not in self._answers:
-            counted = self.counted.setdefault(call.procedure, Counted())
+            counted = self.counted.setdefault(call.procedure, CallCounts())
             began = perf_counter()
             self._answers[call] = self._asked(call, counted)
             self.seconds += perf_counter() - began
         return self._answers[call]
 
-    def _asked(self, call: GroundCall, counted: Counted) -> Answer:
+    def _asked(self, call: GroundCall, counted: CallCounts) -> Answer:
         function, options = self.functions[call.procedure], dict(call.options)
         answer: Answer = None
         for k in range(SEEDS if self._takes_seed[call.procedure] else 1):
@@ -123,7 +123,7 @@ class Procedures:
     def prepare(self, task: Task) -> None:
         """Asks all calls of the procedures whose turn it is: all of them if eager, those that fail often if adaptive."""
         for name in self.functions:
-            counted = self.counted.get(name, Counted())
+            counted = self.counted.get(name, CallCounts())
             often = counted.calls >= LEAST_CALLS and counted.failures >= OFTEN * counted.calls
             if self.order == "eager" or (self.order == "adaptive" and often):
                 for action in task.actions:

@@ -5,7 +5,7 @@ from heapq import heappop, heappush
 from itertools import count
 from math import inf
 
-from kabo.planner.search.search_graph import Graph, Move, Node, Parents, Search, path_to
+from kabo.planner.search.search_graph import Graph, Move, Node, Parents, SearchOutcome, path_to
 
 PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: less than loading them takes
 
@@ -15,7 +15,7 @@ PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: les
 _Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 
 
-def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def cheapest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """A way of least cost to an end.
 
     Nodes are bounded when their turn comes; until then what bounds their parents bounds them, as in the compiled
@@ -38,14 +38,14 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
             if own > bound:
                 heappush(queue, (cost + own, own, order, True, cost, waiting, node))
                 continue
-        key = graph.settled(node)
+        key = graph.confirmed_key(node)
         if key is None or closed.get(key, inf) <= cost:
             continue
         closed[key] = costs[key] = cost
         if key != waiting:
             parents[key] = parents[waiting]
         if order and graph.is_end(node):
-            return Search(path_to(parents, key))
+            return SearchOutcome(path_to(parents, key))
         for child_key, move, child in graph.successors(node):
             price = graph.cost(move)
             total = cost + price
@@ -53,4 +53,4 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
                 costs[child_key], parents[child_key] = total, (key, move, child)
                 left = max(0.0, bound - price)
                 heappush(queue, (total + left, left, -next(numbers), False, total, child_key, child))
-    return Search(None, parents.keys())
+    return SearchOutcome(None, parents.keys())

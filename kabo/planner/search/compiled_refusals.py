@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
-from kabo.planner.search.skeleton import Entry, LearntBook, Pattern
+from kabo.planner.search.skeleton import LearntRefusals, Pattern, Provenance
 
 SCALE = 10  # of costs: what an action costs beside the prices below
 AGAIN, DOUBTFUL, OFTEN, MOST_OFTEN = 7, 30, 2, 20  # another attempt; where something was in the way; each refusal
@@ -30,7 +30,7 @@ class LearntTask:
     whole: bool
 
 
-def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntBook) -> LearntTask:
+def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntRefusals) -> LearntTask:
     """A finite-domain task, whose operators are owned by actions, with what a ledger has learnt.
 
     Args:
@@ -42,22 +42,22 @@ def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntB
 
 
 class _Learnt:
-    def __init__(self, base: FiniteTask, actions: Sequence[GroundAction], book: LearntBook) -> None:
+    def __init__(self, base: FiniteTask, actions: Sequence[GroundAction], book: LearntRefusals) -> None:
         self.base, self.actions, self.book = base, actions, book
         self.whole = True
         named: dict[int, list[int]] = {}
-        for component, lineage in book.named:
-            named.setdefault(component, []).append(lineage)
+        for component, number in book.named:
+            named.setdefault(component, []).append(number)
         self._variables: list[Variable] = []
         self._initial: list[int] = []
         self._number: dict[int, int] = {}  # variable of a component
-        self._value: dict[Entry, int] = {}
-        for component, lineages in named.items():
+        self._value: dict[Provenance, int] = {}
+        for component, numbers in named.items():
             self._number[component] = len(base.variables) + len(self._variables)
-            self._variables.append(Variable(f"lineage {component}", 1 + len(lineages)))
-            self._value.update({(component, lineage): 1 + k for k, lineage in enumerate(lineages)})
+            self._variables.append(Variable(f"lineage {component}", 1 + len(numbers)))
+            self._value.update({(component, number): 1 + k for k, number in enumerate(numbers)})
             self._initial.append(self._value.get((component, 0), OTHER))
-        self._made: dict[tuple[GroundCall, int], list[tuple[Entry, Pattern]]] = {}
+        self._made: dict[tuple[GroundCall, int], list[tuple[Provenance, Pattern]]] = {}
         for entry, origins in book.origins.items():
             for origin in origins:
                 self._made.setdefault((origin.call, origin.attempt), []).append((entry, origin.reads))
@@ -119,7 +119,7 @@ class _Learnt:
 
     def _holding(self, pattern: Pattern) -> Allowed:
         """The values with which a pattern of named lineages holds."""
-        return {self._number[i]: frozenset([self._value[i, line]]) for i, line in pattern}
+        return {self._number[i]: frozenset([self._value[i, number]]) for i, number in pattern}
 
     def _avoiding(self, ways: Sequence[Allowed], patterns: Iterable[Pattern]) -> list[Allowed]:
         """The ways among these in which none of the patterns holds, none of them part of another."""
@@ -132,7 +132,7 @@ class _Learnt:
         return found
 
     def _without(self, way: Allowed, pattern: Pattern) -> list[Allowed]:
-        entries = [(self._number[i], self._value[i, line]) for i, line in sorted(pattern)]
+        entries = [(self._number[i], self._value[i, number]) for i, number in sorted(pattern)]
         if any(n in way and value not in way[n] for n, value in entries):
             return [way]
         narrowed = []

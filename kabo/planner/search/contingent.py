@@ -17,7 +17,7 @@ from kabo.options import Options, Search
 from kabo.planner.search.fixpoint import Fixpoint
 from kabo.planner.search.greedy_search import newest_first
 from kabo.planner.search.late_sensing import delay_sensing
-from kabo.planner.search.nodes import Decide, Node, Space, Step
+from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Nogood, Nogoods
 from kabo.planner.search.packed import PackedTask
 from kabo.planner.search.regression import Regression
@@ -25,9 +25,9 @@ from kabo.planner.search.search_graph import Algorithm
 from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import (
     Exhausted,
-    Found,
+    FoundSkeleton,
     Geometry,
-    Limits,
+    SearchLimits,
     SearchResult,
     Skeleton,
     SkeletonBuilder,
@@ -53,7 +53,7 @@ def find_skeleton(
     *,
     search: Search | None = None,
     geometry: Geometry | None = None,
-    limits: Limits | None = None,
+    limits: SearchLimits | None = None,
     on_progress: OnProgress | None = None,
     packed: PackedTask | None = None,
 ) -> SearchResult:
@@ -70,7 +70,7 @@ def find_skeleton(
     Raises:
         KeyError: there is no search of that name.
     """
-    limits, search = limits or Limits(), search or Options.search
+    limits, search = limits or SearchLimits(), search or Options.search
     if search in ("best", "astar", "breadth-first") and not task.branchings:
         found = (packed or PackedTask(task)).skeleton(search, geometry, limits)
         if found is not None:
@@ -80,7 +80,7 @@ def find_skeleton(
         for may_wait in (False, True) if task.may_wait else (False,):
             outcome = _attempts(task, geometry, may_wait, search, counter)
             if isinstance(outcome, Solved):
-                return Found(Skeleton(outcome.node), counter.statistics)
+                return FoundSkeleton(Skeleton(outcome.node), counter.statistics)
     except BudgetSpent as spent:
         return Exhausted(counter.statistics, spent.budget)
     except CutOff:  # geometry was asked on the way
@@ -93,22 +93,22 @@ def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Sea
 
     Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
     """
-    for hope_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
-        space = Space(task, geometry, may_wait, hope_last)
+    for assume_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
+        space = SearchSpace(task, geometry, may_wait, assume_last)
         try:
             outcome = _run(_Contingent(space, SEARCHES[search], counter, dead_ends).solve(space.start, []))
         except _TooManyDeadEnds:
             continue
         return outcome if isinstance(outcome, Nogood) else _smaller(outcome, space, counter)
-    space = Space(task, geometry, may_wait)
-    looking = _Looking(task, may_wait, counter, takes_plans=geometry is None)
+    space = SearchSpace(task, geometry, may_wait)
+    looking = _ExhaustiveCheck(task, may_wait, counter, takes_plans=geometry is None)
     try:
         return _run(_Contingent(space, SEARCHES[search], counter, PATIENCE, looking).solve(space.start, []))
-    except _Decided as decided:
+    except _OutcomeKnown as decided:
         return decided.outcome
 
 
-def _smaller(found: Solved, space: Space, counter: Counter) -> Solved:
+def _smaller(found: Solved, space: SearchSpace, counter: Counter) -> Solved:
     """The plan, or the smaller one that a second search finds, which breaks ties the other way; for small problems.
 
     With geometry a plan is only a proposal, and a second one would be asked for in vain.
@@ -117,7 +117,7 @@ def _smaller(found: Solved, space: Space, counter: Counter) -> Solved:
     if spent > SECOND_OPINION or space.geometry is not None:
         return found
     left = 2 * spent if counter.limits.expansions is None else min(2 * spent, counter.limits.expansions - spent)
-    second = Counter(Limits(left))  # so few that no clock need end it
+    second = Counter(SearchLimits(left))  # so few that no clock need end it
     try:
         other = _run(_Contingent(space, newest_first, second, DEAD_ENDS).solve(space.start, []))
     except (BudgetSpent, _TooManyDeadEnds):
@@ -134,7 +134,7 @@ class _TooManyDeadEnds(Exception):
     """Ends an attempt from within; never leaves this module."""
 
 
-class _Decided(Exception):
+class _OutcomeKnown(Exception):
     """Ends an attempt whose outcome was found by looking at every node; never leaves this module."""
 
     def __init__(self, outcome: Outcome) -> None:
@@ -142,7 +142,7 @@ class _Decided(Exception):
         super().__init__()
 
 
-class _Looking:
+class _ExhaustiveCheck:
     """Looks at every node once, where one dead end follows the other; with geometry only for a proof by knowledge alone."""
 
     def __init__(self, task: Task, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
@@ -156,13 +156,13 @@ class _Looking:
         Raises:
             _Decided: it has.
         """
-        self._nodes = self._nodes or Fixpoint(Space(self._task, None, self._may_wait), self._counter)
+        self._nodes = self._nodes or Fixpoint(SearchSpace(self._task, None, self._may_wait), self._counter)
         found = self._nodes.solve(max(LOOK_AT, self._counter.expanded))
         if found is False:
-            raise _Decided(Nogood(frozenset()))
+            raise _OutcomeKnown(Nogood(frozenset()))
         if isinstance(found, Solved):
             if self._takes_plans:
-                raise _Decided(found)
+                raise _OutcomeKnown(found)
             return None
         self._patience *= MORE_PATIENCE
         return self._patience
@@ -177,7 +177,7 @@ class _Contingent:
 
     def __init__(
         self,
-        space: Space,
+        space: SearchSpace,
         search: Algorithm[Node, Move],
         counter: Counter,
         dead_ends: int,
@@ -225,33 +225,33 @@ class _Contingent:
     def follow(self, node: Node, plan: list[Step]) -> Solving:
         """Takes the first step of a weak plan and solves whatever it may lead to."""
         step, rest = plan[0], plan[1:]
-        if isinstance(step, Decide):
+        if isinstance(step, Assume):
             return (yield self.branch(node, step, rest))
         after = self.space.after(node, step)
-        if self.space.settled(after) is None:
+        if self.space.confirmed_key(after) is None:
             return Nogood(frozenset())
         outcome = yield self.solve(after, rest)
-        if isinstance(outcome, Nogood) or (step.action.call is None and self.serves(node, after, outcome)):
+        if isinstance(outcome, Nogood) or (step.action.call is None and self.also_solves(node, after, outcome)):
             return outcome
         needed = self.regression.before_action(node, step, after, outcome.needed)
         delivered = self.space.delivered(node, step, after)
         made = self.builder.act(step.action, step.attempt, delivered, outcome.node)
         return Solved(needed, made, outcome.length + 1)
 
-    def branch(self, node: Node, step: Decide, rest: list[Step]) -> Solving:
+    def branch(self, node: Node, step: Assume, rest: list[Step]) -> Solving:
         """Solves every outcome of a branching, the hoped one first: what it finds may serve the others."""
         branching, needed = step.branching, 0
         outcomes = self.space.outcomes(node, branching)
         children: dict[str, Solved] = {}
-        hoped = dict(outcomes)[step.outcome]
+        assumed = dict(outcomes)[step.outcome]
         for outcome, child in sorted(outcomes, key=lambda pair: pair[0] != step.outcome):
-            if child is not hoped:
-                self.first[self.space.key(child)] = self.lost(hoped, child)
+            if child is not assumed:
+                self.first[self.space.key(child)] = self.lost(assumed, child)
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
             if isinstance(solved, Nogood):
                 return solved
             needless = not children and self.regression.ignores(branching, child, solved.needed)
-            if needless and self.serves(node, child, solved):
+            if needless and self.also_solves(node, child, solved):
                 return solved  # whatever is sensed: no branch at all
             needed |= self.regression.before_branching(node, branching, outcome, child, solved.needed)
             children[outcome] = solved
@@ -299,12 +299,12 @@ class _Contingent:
             if after != state and not self.space.task.is_goal(after)
         )
 
-    def lost(self, hoped: Node, node: Node) -> list[int]:
+    def lost(self, assumed: Node, node: Node) -> list[int]:
         """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""
-        held = set(self.space.held(node))
-        return [number for number in self.space.held(hoped) if number not in held]
+        held_conjuncts = set(self.space.held_conjuncts(node))
+        return [number for number in self.space.held_conjuncts(assumed) if number not in held_conjuncts]
 
-    def serves(self, node: Node, after: Node, solved: Solved) -> bool:
+    def also_solves(self, node: Node, after: Node, solved: Solved) -> bool:
         """Whether what continues from `after` continues from `node` as well: the step between is needless."""
         different = self.regression.extended(node[0]) ^ self.regression.extended(after[0])
         return not different & solved.needed

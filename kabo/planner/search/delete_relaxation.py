@@ -26,7 +26,7 @@ class Relaxation:
 
     def __init__(self, task: Task, refused: frozenset[GroundCall] = frozenset()) -> None:
         """Leaves out the actions with refused calls."""
-        builder = _Builder(task, [action for action in task.actions if action.call not in refused])
+        builder = _RelaxationBuilder(task, [action for action in task.actions if action.call not in refused])
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
         self._parts = [builder.facts_of(part.query) for part in task.goal]
         self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
@@ -80,7 +80,7 @@ class Relaxation:
         return bits.take(self._asked).view(np.bool_).nonzero()[0]
 
 
-class _Builder:
+class _RelaxationBuilder:
     """Operators of the relaxation.
 
     Fact k: bit k is set; width + k: it is not; 2 width + k, of the bit of Kw or Kv: unknown so far, and of the bit

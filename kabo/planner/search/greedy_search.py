@@ -5,25 +5,25 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import Generic
 
-from kabo.planner.search.search_graph import Graph, Move, Node, Parents, Search, expanded, path_to
+from kabo.planner.search.search_graph import Graph, Move, Node, Parents, SearchOutcome, expanded, path_to
 
 SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
 PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
 
 
-def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def greedy(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge."""
     found = _greedy(start, graph, graph.is_end, graph.parts, None, once=False)
     assert found is not None, "a search without a limit ends with an answer"
     return found
 
 
-def newest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def newest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """As `serial`, but of nodes that seem equally far the newest is taken, not the oldest."""
     return serial(start, graph, newest=True)
 
 
-def serial(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Search[Node, Move]:
+def serial(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchOutcome[Node, Move]:
     """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
 
     What is left of a contingent plan when one conjunct has been reached is then the same in all branches. What has
@@ -46,8 +46,8 @@ def serial(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Searc
             path += step.path
             node = path[-1][1]
         if graph.is_end(node):
-            return Search(path)
-    return Search(path) if path and graph.is_end(node) else greedy(start, graph)
+            return SearchOutcome(path)
+    return SearchOutcome(path) if path and graph.is_end(node) else greedy(start, graph)
 
 
 def _all_hold(graph: Graph[Node, Move], parts: tuple[int, ...]) -> Callable[[Node], bool]:
@@ -66,7 +66,7 @@ def _greedy(
     kept: tuple[int, ...] = (),
     once: bool = True,
     newest: bool = False,
-) -> Search[Node, Move] | None:
+) -> SearchOutcome[Node, Move] | None:
     """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
@@ -95,7 +95,7 @@ def _greedy(
             continue
         if preferred is None:
             if key != waiting and is_end(node):
-                return Search(path_to(parents, key))
+                return SearchOutcome(path_to(parents, key))
             if limit is not None and len(done) > limit:
                 return None
             estimate, preferred = graph.estimate(node, parts)
@@ -111,10 +111,10 @@ def _greedy(
         else:
             successors, target = graph.successors(node, without=preferred), every
         for child_key, child in _entered(successors, graph, key, parents, kept):
-            if is_end(child) and graph.settled(child) is not None:
-                return Search(path_to(parents, child_key))
+            if is_end(child) and graph.confirmed_key(child) is not None:
+                return SearchOutcome(path_to(parents, child_key))
             target.push(value, (child_key, child, None, 0))
-    return Search(None, parents.keys())
+    return SearchOutcome(None, parents.keys())
 
 
 def _entered(

@@ -27,28 +27,28 @@ class Act(NamedTuple):
     trace: Trace
 
 
-class Decide(NamedTuple):
+class Assume(NamedTuple):
     """A step of a weak plan: the outcome hoped for of a branching."""
 
     branching: Branching
     outcome: str
 
 
-Step = Act | Decide
+Step = Act | Assume
 
 
 _Indexed = tuple[int, int, int, Query | None, GroundAction, Callable[..., int | None]]
 
 
-class Space:
+class SearchSpace:
     """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
 
     def __init__(
-        self, task: Task, geometry: Geometry | None, may_wait: bool = False, hope_last: bool = True
+        self, task: Task, geometry: Geometry | None, may_wait: bool = False, assume_last: bool = True
     ) -> None:
         self.task = task
-        self.hope_last = (
-            hope_last  # which outcome of sensing weak plans hope for first: the last one in plan order
+        self.assume_last = (
+            assume_last  # which outcome of sensing weak plans hope for first: the last one in plan order
         )
         self.may_wait = may_wait  # whether what was sensed may stay open; else it is branched on at once
         self.geometry = geometry
@@ -89,9 +89,9 @@ class Space:
         """What is known at a node, whatever geometry."""
         return self._form(self._reduced(node[0]))
 
-    def settled(self, node: Node) -> Hashable | None:
+    def confirmed_key(self, node: Node) -> Hashable | None:
         """The key of a node that is about to be expanded, or ends a search; None if geometry refuses it."""
-        return self.key(node) if self.geometry is None or self.geometry.settle(node[1]) else None
+        return self.key(node) if self.geometry is None or self.geometry.confirm(node[1]) else None
 
     def oracle(self, trace: Trace) -> GeometricOracle:
         """Answers the geometric tests inside formulas at this trace."""
@@ -120,7 +120,7 @@ class Space:
             query = self._together[parts] = conjunction(first + rest)
         return query.holds(node[0], self.oracle(node[1]))
 
-    def held(self, node: Node) -> list[int]:
+    def held_conjuncts(self, node: Node) -> list[int]:
         """The numbers of all conjuncts of the goal that hold."""
         test = self.oracle(node[1])
         return [number for number, part in enumerate(self.task.goal) if part.query.holds(node[0], test)]
@@ -158,7 +158,7 @@ class Space:
     def after(self, node: Node, step: Step) -> Node:
         """The node after a step that is known to be possible."""
         state, trace = node
-        if isinstance(step, Decide):
+        if isinstance(step, Assume):
             return dict(step.branching.outcomes(state))[step.outcome], trace
         after = step.action.after(state, self.oracle(trace))
         assert after is not None, f"{step.action} contradicts itself"
@@ -167,7 +167,7 @@ class Space:
     def possible(self, node: Node, step: Step) -> Node | None:
         """The node after a step, or None if it cannot be taken there."""
         state, trace = node
-        if isinstance(step, Decide):
+        if isinstance(step, Assume):
             if step.branching not in self._next(state):
                 return None
             after = dict(step.branching.outcomes(state)).get(step.outcome)
@@ -180,7 +180,7 @@ class Space:
         allowed = (option for option in self._options(step.action, trace) if option[0] == step.attempt)
         return next(((after, made) for _, made in allowed), None)
 
-    def leaves(self, node: Node) -> "list[tuple[tuple[Decide, ...], Node]]":
+    def leaves(self, node: Node) -> "list[tuple[tuple[Assume, ...], Node]]":
         """The nodes behind all open branchings, with the decisions that lead there.
 
         One that fulfils the goal need not be branched any further. Where branching may wait, also the nodes at which
@@ -188,9 +188,9 @@ class Space:
         """
         if not open_entries(node[0], self.task.pending):
             return [((), node)]
-        found: list[tuple[tuple[Decide, ...], Node]] = []
+        found: list[tuple[tuple[Assume, ...], Node]] = []
         seen: set[int] = set()  # several orders lead to the same knowledge
-        waiting: list[tuple[tuple[Decide, ...], Node]] = [((), node)]
+        waiting: list[tuple[tuple[Assume, ...], Node]] = [((), node)]
         while waiting:
             decided, here = waiting.pop()
             if here[0] in seen:
@@ -200,8 +200,8 @@ class Space:
             if self.may_wait or not branchings:
                 found.append((decided, here))
             for branching in reversed(branchings):
-                outcomes = self.outcomes(here, branching)[:: 1 if self.hope_last else -1]
-                waiting += [((*decided, Decide(branching, name)), child) for name, child in outcomes]
+                outcomes = self.outcomes(here, branching)[:: 1 if self.assume_last else -1]
+                waiting += [((*decided, Assume(branching, name)), child) for name, child in outcomes]
         return found
 
     def _next(self, state: int) -> "list[Branching]":

@@ -9,15 +9,15 @@ from kabo.knowledge import Task, unreachable_goals
 from kabo.options import Search
 from kabo.planner.search.skeleton import (
     Exhausted,
-    Found,
+    FoundSkeleton,
     Geometry,
-    LearntBook,
-    Limits,
+    LearntRefusals,
+    SearchLimits,
     SearchResult,
+    SearchStatistics,
     Skeleton,
     SkeletonBuilder,
     SkeletonNode,
-    Statistics,
     Unreachable,
 )
 
@@ -41,7 +41,7 @@ class PackedTask:
 
         return classical_task(self.task)
 
-    def skeleton(self, search: Search, geometry: Geometry | None, limits: Limits) -> SearchResult | None:
+    def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
         """The answer of a packed search.
 
         None if the task cannot be said in finite domains, or not with all that geometry has refused.
@@ -73,9 +73,9 @@ class PackedTask:
         return self._told(found, learnt.compiled, learnt.attempts, limits)
 
     def _told(
-        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None, limits: Limits
+        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None, limits: SearchLimits
     ) -> SearchResult:
-        statistics = Statistics(found.expanded, found.generated, 1, 1)
+        statistics = SearchStatistics(found.expanded, found.generated, 1, 1)
         if found.status == "unsolvable":
             return Unreachable(statistics, tuple(unreachable_goals(self.task)))
         if found.plan is None:
@@ -85,10 +85,10 @@ class PackedTask:
         for number in reversed(found.plan):
             action = self.task.actions[compiled.task.operators[number].owner]
             node = builder.act(action, 0 if attempts is None else attempts[number], (), node)
-        return Found(Skeleton(node), statistics)
+        return FoundSkeleton(Skeleton(node), statistics)
 
 
-def _spent(found: "PackedResult", limits: Limits) -> Spent:
+def _spent(found: "PackedResult", limits: SearchLimits) -> Spent:
     """What ended a search without an answer: somebody who was asked, expansions, or the bytes for its states."""
     if found.status == "stopped":
         return "time"
@@ -99,8 +99,8 @@ def _searched(
     compiled: "CompiledTask",
     search: Search,
     forbidden: "list[int] | None",
-    limits: Limits,
-    book: LearntBook | None = None,
+    limits: SearchLimits,
+    book: LearntRefusals | None = None,
 ) -> "PackedResult":
     """The answer of the search of that name; with geometry, `best` first looks for a plan of least cost for a while."""
     from kabo.finite_domain import Budget, astar, bfws, breadth_first

@@ -9,12 +9,21 @@ from collections.abc import Hashable, Iterator
 
 from kabo.planner.search.astar import cheapest_first
 from kabo.planner.search.greedy_search import greedy, serial
-from kabo.planner.search.search_graph import Algorithm, Graph, Move, Node, Parents, Search, expanded, path_to
+from kabo.planner.search.search_graph import (
+    Algorithm,
+    Graph,
+    Move,
+    Node,
+    Parents,
+    SearchOutcome,
+    expanded,
+    path_to,
+)
 
 MORE_VISITS = 4  # times as many visits of each state of knowledge, depth-first, whenever fewer were too few
 
 
-def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def breadth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """The shortest path to an end; of equally short ones the first."""
     root = graph.key(start)
     parents: Parents[Move, Node] = {root: None}
@@ -25,17 +34,17 @@ def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
         if parent is None:
             continue
         if parent != waiting and graph.is_end(node):
-            return Search(path_to(parents, parent))
+            return SearchOutcome(path_to(parents, parent))
         for key, move, child in graph.successors(node):
             if key not in parents:
                 parents[key] = parent, move, child
                 if graph.is_end(child):
-                    return Search(path_to(parents, key))
+                    return SearchOutcome(path_to(parents, key))
                 queue.append((key, child))
-    return Search(None, parents.keys())
+    return SearchOutcome(None, parents.keys())
 
 
-def depth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """The first path that following first successors meets.
 
     A state of knowledge is gone into once, whatever its geometry, and four times as often whenever that was too
@@ -49,17 +58,17 @@ def depth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
         most *= MORE_VISITS
 
 
-def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """A shortest path, by depth-first searches with growing limits; ends when a limit has cut nothing off."""
     limit = 1
     while True:
         path, depths = _depth_limited(start, graph, limit)
         if path is not None or limit not in depths.values():
-            return Search(path, depths.keys())
+            return SearchOutcome(path, depths.keys())
         limit += 1
 
 
-def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[Search[Node, Move], bool]:
+def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[SearchOutcome[Node, Move], bool]:
     """Depth-first search with so many visits of each state of knowledge; and whether nothing more was left out."""
     visited, times, whole = {graph.key(start)}, Counter([graph.known(start)]), True
     stack = [iter(graph.successors(start))]
@@ -73,19 +82,19 @@ def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[Sear
             continue
         key, move, node = step
         if graph.is_end(node):
-            return Search([*path, (move, node)]), True
+            return SearchOutcome([*path, (move, node)]), True
         known = graph.known(node)
         if times[known] >= most:
             whole = False
             continue
-        settled = graph.settled(node)
-        if settled is None or (settled != key and settled in visited):
+        confirmed_key = graph.confirmed_key(node)
+        if confirmed_key is None or (confirmed_key != key and confirmed_key in visited):
             continue
-        visited.add(settled)
+        visited.add(confirmed_key)
         times[known] += 1
         path.append((move, node))
         stack.append(iter(graph.successors(node)))
-    return Search(None, visited), whole
+    return SearchOutcome(None, visited), whole
 
 
 def _depth_limited(
@@ -113,10 +122,10 @@ def _depth_limited(
         if graph.is_end(node):
             return [*path, (move, node)], depths
         if depth < limit:
-            settled = graph.settled(node)
-            if settled is None or (settled != key and depths.get(settled, limit + 1) <= depth):
+            confirmed_key = graph.confirmed_key(node)
+            if confirmed_key is None or (confirmed_key != key and depths.get(confirmed_key, limit + 1) <= depth):
                 continue
-            depths[settled] = depth
+            depths[confirmed_key] = depth
             path.append((move, node))
             stack.append(iter(graph.successors(node)))
     return None, depths

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import RefusedCall
-from kabo.planner.geometry.refusals import ATTEMPTS, Ledger
+from kabo.planner.geometry.refusals import ATTEMPTS, RefusalTable
 from kabo.planner.geometry.repairing import repaired
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 from tests.planner.scripted import ScriptedServer, at, moved
@@ -18,12 +18,12 @@ def act(call: GroundCall, then: SkeletonNode, attempt: int = 0) -> SkeletonNode:
     return SkeletonNode(SimpleNamespace(name=call.procedure, call=call), attempt, next=then)  # type: ignore[arg-type]
 
 
-def ledger() -> Ledger:
+def ledger() -> RefusalTable:
     server = ScriptedServer(lambda *_: moved(), {"r": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
-    return Ledger(server)  # type: ignore[arg-type]
+    return RefusalTable(server)  # type: ignore[arg-type]
 
 
-def refusal(book: Ledger, attempt: int, *reads: str) -> RefusedCall:
+def refusal(book: RefusalTable, attempt: int, *reads: str) -> RefusedCall:
     failure = Refusal("collision", "", frozenset(reads))
     return RefusedCall(RELEASE, 0, failure, frozenset([book.after(PLACE, attempt, book.start)]))
 
@@ -58,7 +58,7 @@ def test_what_has_no_other_answer_is_not_asked_for_one_but_what_came_before_it()
     book, pick = ledger(), GroundCall("pick", ("r", "a"))
     held = book.after(pick, 0, book.start)
     placed = book.after(PLACE, 0, held)
-    book.refuse(PLACE, 1, Refusal("collision", "", frozenset({"a"})), [held])
+    book.record_refusal(PLACE, 1, Refusal("collision", "", frozenset({"a"})), [held])
     refused = RefusedCall(RELEASE, 0, Refusal("collision", "", frozenset({"a"})), frozenset([placed]))
     found = repaired(Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL)))), [refused], book)
     assert found is not None
@@ -69,7 +69,7 @@ def test_what_failed_at_a_later_attempt_begins_anew_with_what_it_is_given_now() 
     book, pick = ledger(), GroundCall("pick", ("r", "a"))
     held = book.after(pick, 0, book.start)
     failure = Refusal("collision", "", frozenset({"a"}))
-    book.refuse(PLACE, 1, failure, [held])
+    book.record_refusal(PLACE, 1, failure, [held])
     found = repaired(
         Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL), 1))),
         [RefusedCall(PLACE, 1, failure, frozenset([held]))],

@@ -7,7 +7,7 @@ import pytest
 from kabo.finite_domain import FiniteTask, Operator, Variable, astar, breadth_first
 from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.refusals import Ledger
+from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.search.compiled_refusals import AGAIN, DOUBTFUL, OFTEN, SCALE, LearntTask, learnt_task
 from tests.planner.scripted import ScriptedServer, at, moved
 
@@ -33,9 +33,9 @@ def _to(value: int):  # noqa: ANN202
     return Effect((), 0, value)
 
 
-def ledger() -> Ledger:
+def ledger() -> RefusalTable:
     server = ScriptedServer(lambda *_: moved(), {"r": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
-    return Ledger(server)
+    return RefusalTable(server)  # type: ignore[arg-type]
 
 
 def failure(*reads: str, between: tuple[str, str] | None = None, reason: str = "collision") -> Refusal:
@@ -60,8 +60,8 @@ def test_without_refusals_the_task_is_the_same_but_for_the_scale_of_its_costs() 
 def test_what_was_in_the_way_is_moved_before_another_grasp_is_tried() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
-    book.refuse(PLACE, 0, failure("a", "b", between=("a", "b")), [held])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())
+    book.record_refusal(PLACE, 0, failure("a", "b", between=("a", "b")), [held])
+    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert sorted(plan(learnt)) == ["clear 0", "pick 0", "place 0"]
     assert astar(learnt.compiled).cost == 3 * SCALE + OFTEN
 
@@ -69,8 +69,8 @@ def test_what_was_in_the_way_is_moved_before_another_grasp_is_tried() -> None:
 def test_another_grasp_is_tried_where_nothing_movable_was_in_the_way() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
-    book.refuse(PLACE, 0, failure("a"), [held])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())
+    book.record_refusal(PLACE, 0, failure("a"), [held])
+    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert plan(learnt) == ["pick 1", "place 0"]
     assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + OFTEN
 
@@ -78,15 +78,15 @@ def test_another_grasp_is_tried_where_nothing_movable_was_in_the_way() -> None:
 def test_what_is_doubtful_is_done_where_there_is_no_other_way() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
-    book.refuse(PLACE, 0, failure("a", reason="out_of_reach"), [held])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())
+    book.record_refusal(PLACE, 0, failure("a", reason="out_of_reach"), [held])
+    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + DOUBTFUL + OFTEN
 
 
 def test_a_refusal_of_everything_leaves_nothing() -> None:
     book = ledger()
-    book.refuse(PLACE, 0, failure(), [book.start])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())
+    book.record_refusal(PLACE, 0, failure(), [book.start])
+    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert learnt.whole
     assert astar(learnt.compiled).status == "unsolvable"
 
@@ -94,9 +94,9 @@ def test_a_refusal_of_everything_leaves_nothing() -> None:
 def test_attempts_end_where_they_were_refused() -> None:
     book = ledger()
     for attempt in (0, 1):
-        book.refuse(PLACE, 0, failure("a"), [book.after(PICK, attempt, book.start)])
-    book.refuse(PICK, 2, failure("a"), [book.start])
-    learnt = learnt_task(base(), ACTIONS, book.learnt())
+        book.record_refusal(PLACE, 0, failure("a"), [book.after(PICK, attempt, book.start)])
+    book.record_refusal(PICK, 2, failure("a"), [book.start])
+    learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert plan(learnt) == ["pick 0", "aside 0", "pick 0", "place 0"], "from elsewhere it is another grasp"
 
 
@@ -119,6 +119,6 @@ def test_every_plan_of_the_compiled_task_is_one_that_the_ledger_allows(seed: int
             trace = allowed[attempt]
         call, attempt, where = traces[(seed * 7 + number * 3) % len(traces)]
         reads = [name for k, name in enumerate(("r", "a", "b")) if (seed + number) >> k & 1]
-        book.refuse(call, attempt, failure(*reads, between=("a", "b") if seed % 2 else None), [where])
+        book.record_refusal(call, attempt, failure(*reads, between=("a", "b") if seed % 2 else None), [where])
     else:
         pytest.fail("refusals never come to an end")

@@ -12,9 +12,9 @@ from kabo.language import load_problem
 from kabo.language.problem import Function
 from kabo.planner.search import contingent
 from kabo.planner.search.contingent import DEAD_ENDS, _Contingent, find_skeleton
-from kabo.planner.search.nodes import Act, Space
+from kabo.planner.search.nodes import Act, SearchSpace
 from kabo.planner.search.searches import SEARCHES
-from kabo.planner.search.skeleton import Exhausted, Found, Limits, Unreachable
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits, Unreachable
 from kabo.planner.search.weak_plans import Counter
 from tests.planner.scripted_geometry import Scripted
 from tests.support import oracles_knowledge as oracles
@@ -39,7 +39,7 @@ DOMAINS = Path(__file__).parents[3] / "domains"
 
 def solved(given, **options):
     found = find_skeleton(ground(given), **options)
-    assert isinstance(found, Found), found
+    assert isinstance(found, FoundSkeleton), found
     return found
 
 
@@ -267,19 +267,19 @@ def counting_forever():
 
 
 def test_the_number_of_expansions_is_a_budget():
-    found = find_skeleton(ground(counting_forever()), limits=Limits(expansions=100))
+    found = find_skeleton(ground(counting_forever()), limits=SearchLimits(expansions=100))
     assert isinstance(found, Exhausted) and found.budget == "expansions" and found.statistics.expanded == 100
 
 
 def test_the_deadline_cuts_off():
     looks = iter([False] * 3 + [True])
-    found = find_skeleton(ground(counting_forever()), limits=Limits(deadline=lambda: next(looks)))
+    found = find_skeleton(ground(counting_forever()), limits=SearchLimits(deadline=lambda: next(looks)))
     assert isinstance(found, Exhausted) and found.budget == "time"
 
 
 def test_progress_is_reported_now_and_then():
     told = []
-    find_skeleton(ground(counting_forever()), limits=Limits(expansions=10_000), on_progress=told.append)
+    find_skeleton(ground(counting_forever()), limits=SearchLimits(expansions=10_000), on_progress=told.append)
     assert [statistics.expanded for statistics in told] == [4096, 8192]
 
 
@@ -367,12 +367,12 @@ def test_geometric_tests_in_formulas_are_asked_at_the_trace():
 
 def doomed(given, *steps):
     """Whether the search gives a node up at once, after these actions."""
-    space = Space(ground(given), None)
+    space = SearchSpace(ground(given), None)
     node = space.start
     for name in steps:
         act = next(action for action in space.task.actions if str(action) == name)
         node = space.after(node, Act(act, 0, None))
-    return _Contingent(space, SEARCHES["best"], Counter(Limits()), DEAD_ENDS).is_doomed(node)
+    return _Contingent(space, SEARCHES["best"], Counter(SearchLimits()), DEAD_ENDS).is_doomed(node)
 
 
 def washing(*, soap: bool, rules=()):
@@ -397,8 +397,8 @@ def test_nothing_is_called_doomed_where_outcomes_may_exclude_each_other():
 
 
 def test_only_the_best_search_judges_what_is_doomed():
-    space = Space(ground(washing(soap=False)), None)
-    assert not _Contingent(space, SEARCHES["greedy"], Counter(Limits()), DEAD_ENDS).is_doomed(space.start)
+    space = SearchSpace(ground(washing(soap=False)), None)
+    assert not _Contingent(space, SEARCHES["greedy"], Counter(SearchLimits()), DEAD_ENDS).is_doomed(space.start)
 
 
 # ------------------------------------------------------------------------------------------------ a second opinion
@@ -427,8 +427,8 @@ def test_a_second_opinion_stays_within_the_budget(coloured_balls, monkeypatch):
     once = find_skeleton(task)
     monkeypatch.undo()
     for more in (0, 1, 20):
-        found = find_skeleton(task, limits=Limits(expansions=once.statistics.expanded + more))
-        assert isinstance(found, Found)
+        found = find_skeleton(task, limits=SearchLimits(expansions=once.statistics.expanded + more))
+        assert isinstance(found, FoundSkeleton)
         assert found.statistics.expanded == once.statistics.expanded + more
         assert len(list(found.skeleton.nodes())) == len(list(once.skeleton.nodes()))
 

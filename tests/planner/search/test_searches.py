@@ -44,7 +44,7 @@ class Arrows:
     def known(self, node):
         return self.same.get(node, node)
 
-    def settled(self, node):
+    def confirmed_key(self, node):
         self.asked.append(node)
         return None if node in self.refused else self.turns_out.get(node, node)
 
