@@ -53,14 +53,14 @@ def run(options: argparse.Namespace) -> int:
     from kabo.plan import write_atomically
     from kabo.tasks.files.report_form import report_bytes
     from kabo.tasks.files.reports import report
-    from kabo.tasks.files.running import Settings, plan_file
+    from kabo.tasks.files.running import PlanningOptions, plan_file
 
     with clean_standard_output():
         file = read_task_file(options)
         arguments = given_arguments(file, options.given)
         scene = _scene(file, arguments, options.scene)
         with interruptible() as stop:
-            settings = Settings(
+            settings = PlanningOptions(
                 options.max_solutions or file.max_solutions,
                 file.timeout if options.timeout is None else None,
                 options.seed,

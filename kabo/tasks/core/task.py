@@ -15,8 +15,8 @@ from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.explanation import Explanation, explain
 from kabo.tasks.core.run.nodes import StageStatistics
 from kabo.tasks.core.run.planning import Planning
-from kabo.tasks.core.run.strategies import DepthFirst, Rounds
-from kabo.tasks.core.run.workers import Workers
+from kabo.tasks.core.run.strategies import DepthFirst, RoundRobin
+from kabo.tasks.core.run.workers import StageWorkers
 
 LAST_LIFTS = 100  # rounds in which solutions are still made of what is there, when planning is told to stop
 
@@ -56,7 +56,7 @@ class Task(Serial):
         self.audit = audit
         self.directions: Mapping[Stage, Flow] = {}
         self._planning: Planning | None = None
-        self._workers: Workers | None = None
+        self._workers: StageWorkers | None = None
 
     # ------------------------------------------------------------------------------------------- planning
     def initialise(self) -> None:
@@ -127,11 +127,11 @@ class Task(Serial):
             after_errors.pop_all()
         return self.solutions
 
-    def _helpers(self, run: Planning, size: int | None) -> Workers | None:
+    def _helpers(self, run: Planning, size: int | None) -> StageWorkers | None:
         if self._workers is not None and self._workers.size != size:
             self.close()
         if size is not None and size > 1 and self._workers is None:
-            self._workers = Workers(run, size)
+            self._workers = StageWorkers(run, size)
         return self._workers
 
     def _run(self, scene: Any) -> Planning:
@@ -154,7 +154,7 @@ class Task(Serial):
         if self.lazy:
             run.follow(DepthFirst(run))
         else:
-            run.follow(DepthFirst(run, until=over, by_targets=True), Rounds(run))
+            run.follow(DepthFirst(run, until=over, by_targets=True), RoundRobin(run))
         return run
 
     # -------------------------------------------------------------------------------------------- results

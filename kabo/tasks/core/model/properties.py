@@ -97,7 +97,7 @@ def references(value: Any, name: str) -> Iterator[Reference]:
             yield from references(inner, name)
 
 
-class Owner(Protocol):
+class PropertyOwner(Protocol):
     """What properties know of the stage that they belong to."""
 
     @property
@@ -111,7 +111,7 @@ class Owner(Protocol):
         ...
 
     @property
-    def parent(self) -> "Owner | None":
+    def parent(self) -> "PropertyOwner | None":
         """The container of the stage, from which references to parents are resolved."""
         ...
 
@@ -121,7 +121,7 @@ class Owner(Protocol):
         ...
 
 
-Trail = tuple[tuple[str, Owner], ...]  # through which properties of which stages a value is asked for
+Trail = tuple[tuple[str, PropertyOwner], ...]  # through which properties of which stages a value is asked for
 
 
 def _told(trail: Trail) -> list[str]:
@@ -131,7 +131,7 @@ def _told(trail: Trail) -> list[str]:
 class Properties:
     """The properties of one stage: what its class declares, what was set by hand, and how to resolve them."""
 
-    def __init__(self, stage: Owner, declared: Mapping[str, Property], *, open_ended: bool) -> None:
+    def __init__(self, stage: PropertyOwner, declared: Mapping[str, Property], *, open_ended: bool) -> None:
         self._stage = stage
         self._declared = dict(declared)
         self._optional = open_ended  # what only it declares, for its children, may stay undefined

@@ -16,7 +16,7 @@ from kabo.tasks.core.run.graph import meet
 from kabo.tasks.core.run.groups import ParallelNode
 from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.leaves import Joining
-from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.nodes import StageNode
 
 
 class FallbacksNode(ParallelNode):
@@ -42,7 +42,7 @@ class FallbacksNode(ParallelNode):
         left = 0 <= self._index < len(self.children) - 1 and not (self._solved or self.closed)
         if not everything or not left:
             return False
-        here: Node | None = self  # those around it wait for this one to end
+        here: StageNode | None = self  # those around it wait for this one to end
         asking = []
         while here is not None:
             asking += [here] if isinstance(here, FallbacksNode) else []
@@ -63,7 +63,7 @@ class FallbacksNode(ParallelNode):
         self.planning.changes += 1
         return True
 
-    def hands_on(self, child: Node) -> bool:
+    def hands_on(self, child: StageNode) -> bool:
         """Whether the child may still begin."""
         left = self._index >= 0 and not (self._solved or self.closed or self.asking)
         return left and self.children.index(child) > self._index
@@ -75,7 +75,7 @@ class FallbacksNode(ParallelNode):
         left = not self._solved and self._index + 1 < len(self.children)
         return left or any(child.busy() for child in self.children[: self._index + 1])
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
         """It is one of the container."""
         self._solved = True
         super().child_solved(child, solution)
@@ -168,7 +168,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         self.children[index].take(state, self._near, state.lane)
         self.planning.changes += 1
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
         """It is one of the container; and the next state may be asked for."""
         near = solution.start if self._near == LEFT else solution.end
         if near in self._trying:
@@ -176,7 +176,7 @@ class PropagatingFallbacksNode(FallbacksNode):
             self.planning.touch(near, self._far)
         super().child_solved(child, solution)
 
-    def hands_on(self, child: Node) -> bool:
+    def hands_on(self, child: StageNode) -> bool:
         """Not where nothing is delivered."""
         return False
 
@@ -184,7 +184,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         """Whether it waits, or a child is left to ask."""
         return state in self._waiting or (state in self._trying and self._asked[state] + 1 < len(self.children))
 
-    def _had(self, state: State) -> list[Node]:
+    def _had(self, state: State) -> list[StageNode]:
         return self.children[: self._asked.get(state, -1) + 1]
 
     def works_on(self, state: State, side: int) -> bool:
@@ -203,7 +203,7 @@ class PropagatingFallbacksNode(FallbacksNode):
             return False
         return any(map(self._alive, self._waiting)) or any(child.busy() for child in self.children)
 
-    def delivers_to(self, child: Node, side: int) -> bool:
+    def delivers_to(self, child: StageNode, side: int) -> bool:
         """Whatever waits here, or is with an earlier child, may still come."""
         index = self.children.index(child)  # not what the child has already: monitors would wait
         coming = any(self._asked[state] < index for state in self._trying if self._alive(state))
@@ -298,7 +298,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
             self.planning.touch(state, side)
         self.planning.rested(self, lane.outer)
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
         """It is one of the container."""
         index = self.children.index(child)
         for lane in self._pairs.get((solution.start, solution.end), ()):  # type: ignore[arg-type]
@@ -338,24 +338,24 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         """Those with which it is an open pair."""
         return [lane.end if side == RIGHT else lane.start for lane in self._lanes.get(state, ())]
 
-    def delivers_to(self, child: Node, side: int) -> bool:
+    def delivers_to(self, child: StageNode, side: int) -> bool:
         """A lane has all it will get."""
         return False
 
-    def hands_on(self, child: Node) -> bool:
+    def hands_on(self, child: StageNode) -> bool:
         """Whether new pairs may come, or one that is with an earlier child."""
         index = self.children.index(child)
         lanes = (lane for lanes in self._pairs.values() for lane in lanes)
         coming = any(lane.index < index and not lane.solved and self._alive(lane) for lane in lanes)
         return not self.closed and (coming or self.may_receive())
 
-    def permits(self, child: Node) -> bool:
+    def permits(self, child: StageNode) -> bool:
         """Whether a child may run now: while no earlier one can."""
         earlier = self.children[: self.children.index(child)]
         return not any(leaf.best() for node in earlier for leaf in _leaves(node))
 
 
-def _leaves(node: Node) -> Iterable[Leaf]:
+def _leaves(node: StageNode) -> Iterable[Leaf]:
     if isinstance(node, Leaf):
         yield node
     for child in node.children:

@@ -4,11 +4,11 @@ from collections.abc import Iterable
 from typing import Any
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-from kabo.tasks.core.run.nodes import Level, Node
+from kabo.tasks.core.run.nodes import Level, StageNode
 from kabo.tasks.core.run.paths import Paths
 
 
-class Holder(Node):
+class Holder(StageNode):
     """A node with states of its own: what comes to its borders has a counterpart inside."""
 
     def __init__(self, *arguments: Any) -> None:
@@ -63,7 +63,7 @@ class SerialNode(Holder):
         """Whether a child is, or paths wait."""
         return not self.closed and (bool(self.paths.heap) or any(child.busy() for child in self.children))
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
         """One more edge, and maybe whole paths."""
         self.inner.add(solution, child.index)
         self.paths.add(solution)
@@ -101,7 +101,7 @@ class SerialNode(Holder):
         return self.new_state(inner.scene, inner.properties, lane)
 
 
-class ParallelNode(Node):
+class ParallelNode(StageNode):
     """Alternatives: each success of a child is one of the container."""
 
     def start(self) -> None:
@@ -144,7 +144,7 @@ class ParallelNode(Node):
         """Whether a child is."""
         return not self.closed and any(child.busy() for child in self.children)
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
         """The same solution, one floor up."""
         start, end, cost, comment = solution.start, solution.end, solution.cost, solution.comment
         number = self.planning.count()
@@ -154,6 +154,6 @@ class ParallelNode(Node):
         """The same for all children."""
         return self.children[0].came(side)
 
-    def delivers_to(self, child: Node, side: int) -> bool:
+    def delivers_to(self, child: StageNode, side: int) -> bool:
         """What comes to it comes to all children."""
         return self.parent is not None and self.parent.delivers_to(self, side)

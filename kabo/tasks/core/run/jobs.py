@@ -34,7 +34,7 @@ def call(function: Callable[..., Answers], arguments: tuple[Any, ...]) -> Answer
 
 
 @dataclass(slots=True, eq=False)
-class Job:
+class StageJob:
     """A call of a stage function for some states; `asked` says how often it gave something already.
 
     `subject` is what the node runs it for. What yields is asked for one success at a time.

@@ -10,8 +10,8 @@ from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Connector
 from kabo.tasks.core.run.graph import meet
 from kabo.tasks.core.run.job_queues import Leaf
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import StageNode
 
 
 class GeneratorNode(Leaf):
@@ -20,21 +20,21 @@ class GeneratorNode(Leaf):
     def start(self) -> None:
         """Queues the job, once."""
         if not self.jobs and not self.statistics.calls:
-            self.queue(Job(None, self.arguments((self.planning.scene,))))
+            self.queue(StageJob(None, self.arguments((self.planning.scene,))))
 
-    def key(self, job: Job) -> tuple[Any, ...]:
+    def key(self, job: StageJob) -> tuple[Any, ...]:
         """There is only one."""
         return (job.asked,)
 
-    def runnable(self, job: Job) -> bool:
+    def runnable(self, job: StageJob) -> bool:
         """Always: it computes both sides."""
         return True
 
-    def lane(self, job: Job) -> object:
+    def lane(self, job: StageJob) -> object:
         """What it offers is for all."""
         return None
 
-    def done(self, job: Job) -> None:
+    def done(self, job: StageJob) -> None:
         """Nothing waits for a generator but connectors, and those look for themselves."""
 
     def works_on(self, state: State, side: int) -> bool:
@@ -45,7 +45,7 @@ class GeneratorNode(Leaf):
         """`generate`."""
         return self.stage.generate  # type: ignore[attr-defined]
 
-    def solve(self, job: Job, result: Result) -> None:
+    def solve(self, job: StageJob, result: Result) -> None:
         """A state on either side."""
         self.offer(result, {})
 
@@ -63,7 +63,7 @@ class MonitorNode(GeneratorNode):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self.monitored: Node | None = None
+        self.monitored: StageNode | None = None
         self._started = False
 
     def start(self) -> None:
@@ -74,13 +74,13 @@ class MonitorNode(GeneratorNode):
         """A success of the monitored stage."""
         if solution.end is not None:
             given = self.arguments((solution.end.scene,), solution.end.properties)
-            self.queue(Job(solution, given))
+            self.queue(StageJob(solution, given))
 
-    def key(self, job: Job) -> tuple[Any, ...]:
+    def key(self, job: StageJob) -> tuple[Any, ...]:
         """Those asked less often, then the cheaper ones."""
         return job.asked, job.subject.cost
 
-    def best(self) -> Job | None:
+    def best(self) -> StageJob | None:
         """The best trigger."""
         return super().best() if self._started else None
 
@@ -101,11 +101,11 @@ class MonitorNode(GeneratorNode):
             if first:
                 asked.clear()
 
-    def solve(self, job: Job, result: Result) -> None:
+    def solve(self, job: StageJob, result: Result) -> None:
         """A state on either side, with the properties of what was monitored."""
         self.offer(result, job.subject.end.properties, job.subject)
 
-    def cause(self, job: Job) -> Solution | None:
+    def cause(self, job: StageJob) -> Solution | None:
         """What triggered it."""
         return job.subject  # type: ignore[no-any-return]
 
@@ -120,7 +120,7 @@ class PropagatorNode(Leaf):
 
     def take(self, state: State, side: int, lane: object) -> None:
         """Queues a job for it."""
-        self.queue(Job(state, self.arguments((state.scene,), state.properties)))
+        self.queue(StageJob(state, self.arguments((state.scene,), state.properties)))
 
     def rekey(self, state: State, side: int) -> None:
         """Queues its job again."""
@@ -132,15 +132,15 @@ class PropagatorNode(Leaf):
         if state in self.parked:
             self.unpark([self.parked[state]])
 
-    def key(self, job: Job) -> tuple[Any, ...]:
+    def key(self, job: StageJob) -> tuple[Any, ...]:
         """Those asked less often, then by the path to the state."""
         return (job.asked, *job.subject.order[self._near])
 
-    def runnable(self, job: Job) -> bool:
+    def runnable(self, job: StageJob) -> bool:
         """Whether the state is alive on the side it comes from."""
         return job.subject.alive[self._near]
 
-    def lane(self, job: Job) -> object:
+    def lane(self, job: StageJob) -> object:
         """That of the state."""
         return job.subject.lane
 
@@ -152,7 +152,7 @@ class PropagatorNode(Leaf):
         """Whether its job can run."""
         return self.works_on(state, side) and state not in self.parked
 
-    def done(self, job: Job) -> None:
+    def done(self, job: StageJob) -> None:
         """Nothing more leads on from the state through here."""
         self.planning.touch(job.subject, self._far)
 
@@ -160,11 +160,11 @@ class PropagatorNode(Leaf):
         """`forward` or `backward`."""
         return self.stage.forward if self._forward else self.stage.backward  # type: ignore[attr-defined]
 
-    def ends(self, job: Job) -> tuple[State | None, State | None]:
+    def ends(self, job: StageJob) -> tuple[State | None, State | None]:
         """The state on the side it comes from."""
         return (job.subject, None) if self._forward else (None, job.subject)
 
-    def solve(self, job: Job, result: Result) -> None:
+    def solve(self, job: StageJob, result: Result) -> None:
         """A new state on the far side."""
         near: State = job.subject
         properties = {**near.properties, **result.properties} if result.properties else near.properties
@@ -173,7 +173,7 @@ class PropagatorNode(Leaf):
         self.report(self.solution(start, end, result))
 
 
-class Joining(Node):
+class Joining(StageNode):
     """What nodes that connect have in common: partners that may still come keep states alive that have none."""
 
     def __init__(self, *arguments: Any) -> None:
@@ -200,7 +200,7 @@ class ConnectorNode(Joining, Leaf):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._sides: tuple[dict[object, list[State]], dict[object, list[State]]] = ({}, {})  # by lane
-        self.open: dict[State, dict[Job, None]] = {}  # of each state, the jobs of its pairs
+        self.open: dict[State, dict[StageJob, None]] = {}  # of each state, the jobs of its pairs
         self._choosy = type(self.stage).mismatch is not Connector.mismatch  # type: ignore[attr-defined]
 
     def take(self, state: State, side: int, lane: object) -> None:
@@ -224,7 +224,7 @@ class ConnectorNode(Joining, Leaf):
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
                 return
-        job = Job((start, end, lane), given)
+        job = StageJob((start, end, lane), given)
         self.open[start][job] = self.open[end][job] = None
         self.queue(job)
         for state, side in ((start, RIGHT), (end, LEFT)):
@@ -240,18 +240,18 @@ class ConnectorNode(Joining, Leaf):
         if self.parked:
             self.unpark(self.open.get(state, ()))
 
-    def key(self, job: Job) -> tuple[Any, ...]:
+    def key(self, job: StageJob) -> tuple[Any, ...]:
         """Those asked less often, then by the sum of depths, then of costs."""
         start, end, _ = job.subject
         first, second = start.order[LEFT], end.order[RIGHT]
         return job.asked, first[0] + second[0], first[1] + second[1]
 
-    def runnable(self, job: Job) -> bool:
+    def runnable(self, job: StageJob) -> bool:
         """Whether both ends are alive on their far sides."""
         start, end, _ = job.subject
         return start.alive[LEFT] and end.alive[RIGHT]
 
-    def lane(self, job: Job) -> object:
+    def lane(self, job: StageJob) -> object:
         """That of the pair."""
         return job.subject[2]
 
@@ -277,7 +277,7 @@ class ConnectorNode(Joining, Leaf):
         """Those with which it has open pairs."""
         return [job.subject[side] for job in self.open.get(state, ())]
 
-    def done(self, job: Job) -> None:
+    def done(self, job: StageJob) -> None:
         """Both ends have one partner less."""
         start, end, _ = job.subject
         for state, side in ((start, RIGHT), (end, LEFT)):
@@ -288,12 +288,12 @@ class ConnectorNode(Joining, Leaf):
         """`connect`."""
         return self.stage.connect  # type: ignore[attr-defined]
 
-    def ends(self, job: Job) -> tuple[State | None, State | None]:
+    def ends(self, job: StageJob) -> tuple[State | None, State | None]:
         """Both."""
         start, end, _ = job.subject
         return start, end
 
-    def solve(self, job: Job, result: Result) -> None:
+    def solve(self, job: StageJob, result: Result) -> None:
         """An edge between both states."""
         start, end, _ = job.subject
         self.report(self.solution(start, end, result))

@@ -9,8 +9,8 @@ from kabo.tasks.core.model.results import Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.groups import ParallelNode
 from kabo.tasks.core.run.job_queues import Leaf
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import StageNode
 
 
 class MergerNode(Leaf):
@@ -19,7 +19,7 @@ class MergerNode(Leaf):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._near, self._far = (LEFT, RIGHT) if self.flow is Flow.FORWARD else (RIGHT, LEFT)
-        self._found: dict[State, dict[Node, list[Solution]]] = {}
+        self._found: dict[State, dict[StageNode, list[Solution]]] = {}
 
     take, start, partners, delivers_to = (
         ParallelNode.take,
@@ -48,7 +48,7 @@ class MergerNode(Leaf):
         """Whether a combination waits, or every child has solutions or may have more."""
         return self._combines(state, lambda child: child.may_add(state, side, lane))
 
-    def _combines(self, state: State, works: Callable[[Node], bool]) -> bool:
+    def _combines(self, state: State, works: Callable[[StageNode], bool]) -> bool:
         if self.closed:
             return False
         if any(subject[0] is state for subject in self.jobs):
@@ -60,7 +60,7 @@ class MergerNode(Leaf):
         """Whether combinations wait, or a child is busy."""
         return super().busy() or (not self.closed and any(child.busy() for child in self.children))
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
         """All combinations with what the others found."""
         state = solution.start if self._near == LEFT else solution.end
         if state is None:
@@ -69,24 +69,24 @@ class MergerNode(Leaf):
         found.setdefault(child, []).append(solution)
         choices = [[solution] if other is child else found.get(other, []) for other in self.children]
         for chosen in product(*choices):
-            self.queue(Job((state, *chosen), self.arguments((state.scene, chosen), state.properties)))
+            self.queue(StageJob((state, *chosen), self.arguments((state.scene, chosen), state.properties)))
         self.planning.touch(state, self._far)
 
-    def key(self, job: Job) -> tuple[Any, ...]:
+    def key(self, job: StageJob) -> tuple[Any, ...]:
         """Those asked less often, by the priority of the state, then the cheaper ones."""
         state, *chosen = job.subject
         depth, cost = state.order[self._near]
         return job.asked, depth, cost + sum(s.cost for s in chosen)
 
-    def runnable(self, job: Job) -> bool:
+    def runnable(self, job: StageJob) -> bool:
         """Whether the state is alive on the side it comes from."""
         return job.subject[0].alive[self._near]
 
-    def lane(self, job: Job) -> object:
+    def lane(self, job: StageJob) -> object:
         """That of the state."""
         return job.subject[0].lane
 
-    def done(self, job: Job) -> None:
+    def done(self, job: StageJob) -> None:
         """Nothing more may lead on from the state."""
         self.planning.touch(job.subject[0], self._far)
 
@@ -94,7 +94,7 @@ class MergerNode(Leaf):
         """`merge`."""
         return self.stage.merge  # type: ignore[attr-defined]
 
-    def solve(self, job: Job, result: Result) -> None:
+    def solve(self, job: StageJob, result: Result) -> None:
         """A new state on the far side."""
         near, *chosen = job.subject
         far = self.new_state(result.scene, {**near.properties, **result.properties}, near.lane)

@@ -17,7 +17,7 @@ from kabo.tasks.core.model.results import Answer, Answers, Failure, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.graph import meet, relax
-from kabo.tasks.core.run.jobs import Job, job_seed, stage_seed
+from kabo.tasks.core.run.jobs import StageJob, job_seed, stage_seed
 
 KEPT = 100  # failures that a stage keeps; all are counted
 INFINITE = float("inf")
@@ -45,27 +45,27 @@ class PlanningRun(Protocol):
     observe: Callable[[Stage, Failure], None] | None
     count: Callable[[], int]  # numbers whatever must keep its order of arrival
     changes: int  # counts whatever may let a job run, or a solution be lifted, that could not before
-    asked: "set[Node]"  # the monitors that one question, whether more may come, was handed on to
-    order: "list[Node]"  # children before their containers, else in order of time
+    asked: "set[StageNode]"  # the monitors that one question, whether more may come, was handed on to
+    order: "list[StageNode]"  # children before their containers, else in order of time
 
     def touch(self, state: State, side: int) -> None:
         """Reports that a state may have died on that side, or may be alive again."""
         ...
 
-    def rested(self, node: "Node", lane: object) -> None:
+    def rested(self, node: "StageNode", lane: object) -> None:
         """Reports that work in a node was done, lifted or parked, of one lane or (None) of all."""
         ...
 
-    def woken(self, node: "Node") -> None:
+    def woken(self, node: "StageNode") -> None:
         """Reports that a node has jobs again."""
         ...
 
 
-class Node:
+class StageNode:
     """A stage in one planning run."""
 
     def __init__(
-        self, stage: Stage, planning: PlanningRun, parent: "Node | None", level: "Level", index: int
+        self, stage: Stage, planning: PlanningRun, parent: "StageNode | None", level: "Level", index: int
     ) -> None:
         self.stage = stage
         self.planning = planning
@@ -74,11 +74,11 @@ class Node:
         self.index = index
         self.flow: Flow = planning.flows[stage]
         self.reads = (self.flow.reads_start, self.flow.reads_end)  # whether states come to it, by side
-        self.children: list[Node] = []
+        self.children: list[StageNode] = []
         self.statistics = StageStatistics()
         self.failures: list[Solution] = []
         self.solutions: list[Solution] = []
-        self.monitors: list[Node] = []
+        self.monitors: list[StageNode] = []
         self.closed = False  # a limit is reached: nothing more is wanted of it
         self.kept = False  # a monitor waits for its successes, of use otherwise or not
         self._resolver = Resolver(stage.properties)
@@ -126,7 +126,7 @@ class Node:
         """Whether there are jobs in it that can run."""
         raise NotImplementedError
 
-    def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
+    def absorb(self, job: StageJob, found: list[Answer], finished: bool) -> None:
         """Takes in what a job found."""
         raise NotImplementedError
 
@@ -165,11 +165,11 @@ class Node:
         """The states that came to that side so far; connecting."""
         raise NotImplementedError
 
-    def hands_on(self, child: "Node") -> bool:
+    def hands_on(self, child: "StageNode") -> bool:
         """Whether it may still have a child begin, or try a pair, where another one gave nothing."""
         return False
 
-    def child_solved(self, child: "Node", solution: Solution) -> None:
+    def child_solved(self, child: "StageNode", solution: Solution) -> None:
         """A child had a success."""
         raise NotImplementedError
 
@@ -181,7 +181,7 @@ class Node:
         """Whether new states may still come in at its border."""
         return self.parent is not None and self.reads[side] and self.parent.delivers_to(self, side)
 
-    def delivers_to(self, child: "Node", side: int) -> bool:
+    def delivers_to(self, child: "StageNode", side: int) -> bool:
         """Whether new states may still come to that side of a child that shares its interfaces, or has its own."""
         return child.level.delivers(child.index if side == LEFT else child.index + 1, side)
 
@@ -267,9 +267,9 @@ class Node:
 class Level:
     """The states between the children of one container (or beside the child of a wrapper), and their edges."""
 
-    def __init__(self, owner: Node) -> None:
+    def __init__(self, owner: StageNode) -> None:
         self.owner = owner
-        self.children: list[Node] = []
+        self.children: list[StageNode] = []
         self.top = False  # whether this is the task's own level: its borders are the goal
 
     # --------------------------------------------------------------------------------------------- growing
@@ -310,7 +310,7 @@ class Level:
             if state.alive[far] != other.alive[far]:
                 self.owner.planning.touch(state, far)
 
-    def neighbour(self, state: State, side: int) -> Node | None:
+    def neighbour(self, state: State, side: int) -> StageNode | None:
         """The child on that side of a state; None at the border."""
         k = state.position if side == RIGHT else state.position - 1
         return self.children[k] if 0 <= k < len(self.children) else None

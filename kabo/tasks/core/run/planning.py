@@ -20,15 +20,15 @@ from kabo.tasks.core.run.fallbacks import ConnectingFallbacksNode, FallbacksNode
 from kabo.tasks.core.run.graph import reconsider
 from kabo.tasks.core.run.groups import Holder, ParallelNode, SerialNode
 from kabo.tasks.core.run.job_queues import Leaf
-from kabo.tasks.core.run.jobs import Job
+from kabo.tasks.core.run.jobs import StageJob
 from kabo.tasks.core.run.leaves import ConnectorNode, GeneratorNode, Joining, MonitorNode, PropagatorNode
 from kabo.tasks.core.run.mergers import MergerNode
-from kabo.tasks.core.run.nodes import Level, Node
+from kabo.tasks.core.run.nodes import Level, StageNode
 from kabo.tasks.core.run.strategies import Strategy, Turn
-from kabo.tasks.core.run.workers import Workers
+from kabo.tasks.core.run.workers import StageWorkers
 from kabo.tasks.core.run.wrappers import LimitNode, WrapperNode
 
-_GROUPS: tuple[tuple[type[Stage], type[Node]], ...] = (
+_GROUPS: tuple[tuple[type[Stage], type[StageNode]], ...] = (
     (Serial, SerialNode),
     (Alternatives, ParallelNode),
     (Merger, MergerNode),
@@ -40,7 +40,7 @@ _LEAVES = {Flow.GENERATE: GeneratorNode, Flow.CONNECT: ConnectorNode}
 _FALLBACKS = {Flow.GENERATE: FallbacksNode, Flow.CONNECT: ConnectingFallbacksNode}
 
 
-def _kind(stage: Stage, flow: Flow) -> type[Node]:
+def _kind(stage: Stage, flow: Flow) -> type[StageNode]:
     if isinstance(stage, Fallbacks):
         return _FALLBACKS.get(flow, PropagatingFallbacksNode)
     found = next((made for base, made in _GROUPS if isinstance(stage, base)), None)
@@ -65,11 +65,13 @@ class Planning:
         self.observe, self._audit = observe, audit
         self.count: Callable[[], int] = count(1).__next__  # numbers whatever must keep its order of arrival
         self.changes = 0  # counts whatever may let a job run, or a solution be lifted, that could not before
-        self.asked: set[Node] = set()  # the monitors that one question, whether more may come, was handed on to
+        self.asked: set[StageNode] = (
+            set()
+        )  # the monitors that one question, whether more may come, was handed on to
         self._touched: list[tuple[State, int]] = []
         self._woken = False
-        self.nodes: dict[Stage, Node] = {}
-        self.order: list[Node] = []  # children before their containers, else in order of time
+        self.nodes: dict[Stage, StageNode] = {}
+        self.order: list[StageNode] = []  # children before their containers, else in order of time
         self.root = self._built(task, None, Level(None), 0)  # type: ignore[arg-type]
         if not isinstance(self.root, SerialNode):
             raise TypeError("a task is a serial container")
@@ -89,7 +91,7 @@ class Planning:
         self._turns: Iterator[Turn] = iter(())
         self._torn = False  # an error left a step half done
 
-    def _built(self, stage: Stage, parent: Node | None, level: Level, index: int) -> Node:
+    def _built(self, stage: Stage, parent: StageNode | None, level: Level, index: int) -> StageNode:
         node = _kind(stage, self.flows[stage])(stage, self, parent, level, index)
         own = node.inner if isinstance(node, Holder) else None
         for i, child in enumerate(stage.children):
@@ -101,7 +103,7 @@ class Planning:
         return node
 
     @staticmethod
-    def _gates_of(node: Node) -> list[tuple[ConnectingFallbacksNode, Node]]:
+    def _gates_of(node: StageNode) -> list[tuple[ConnectingFallbacksNode, StageNode]]:
         found = []
         while node.parent is not None:
             if isinstance(node.parent, ConnectingFallbacksNode):
@@ -115,7 +117,7 @@ class Planning:
         if self.pruning:
             self._touched.append((state, side))
 
-    def rested(self, node: Node, lane: object) -> None:
+    def rested(self, node: StageNode, lane: object) -> None:
         """Work in a node was done, lifted or parked, of a lane or for all: fallbacks around it may have to go on."""
         self.changes += 1
         if isinstance(lane, Lane):
@@ -126,7 +128,7 @@ class Planning:
             for fallbacks, _ in self._gates[node]:
                 fallbacks.stale = True
 
-    def woken(self, node: Node) -> None:
+    def woken(self, node: StageNode) -> None:
         """A node has jobs again, so states may come from it."""
         self.changes += 1
         self._woken = self._woken or node.flow is not Flow.CONNECT
@@ -159,7 +161,7 @@ class Planning:
         self._torn = False
         return self.root.solutions[-1] if len(self.root.solutions) > before else None
 
-    def lift_inside(self, node: Node) -> bool:
+    def lift_inside(self, node: StageNode) -> bool:
         """Makes a solution of a container of the cheapest path that waits in it; whether there was one."""
         lifted: bool = node.lift()  # type: ignore[attr-defined]
         if lifted:
@@ -173,7 +175,7 @@ class Planning:
         self._torn = False
         return any(lifted)
 
-    def step(self, workers: Workers | None = None) -> bool:
+    def step(self, workers: StageWorkers | None = None) -> bool:
         """Executes one job, or lifts one solution of a container; False if nothing is left to do."""
         if self.exhausted:
             return False
@@ -191,7 +193,7 @@ class Planning:
             raise TaskError("an error broke planning off in the middle of a step; reset() the task to plan again")
         self._torn = True
 
-    def _execute(self, node: Leaf, job: Job, workers: Workers | None) -> None:
+    def _execute(self, node: Leaf, job: StageJob, workers: StageWorkers | None) -> None:
         try:
             if workers is None:
                 began = perf_counter()
@@ -212,7 +214,7 @@ class Planning:
         if self._audit is not None:
             self._audit(self)
 
-    def pick(self, node: Leaf) -> Job | None:
+    def pick(self, node: Leaf) -> StageJob | None:
         """The best job of a node, taken out of its queue, if it may run now."""
         gates = self._gates[node] if node.heap else ()
         return node.pick() if all(gate.permits(child) for gate, child in gates) else None

@@ -16,26 +16,28 @@ from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.solutions import LEFT, RIGHT
 from kabo.tasks.core.run.groups import SerialNode
 from kabo.tasks.core.run.job_queues import Leaf
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import StageNode
 from kabo.tasks.core.run.wrappers import WrapperNode
 
-Picked = tuple[Leaf, Job]
-Turn = tuple[Node, Job | None]  # whose turn it is, with which job; without one, to look for whole solutions
+Picked = tuple[Leaf, StageJob]
+Turn = tuple[
+    StageNode, StageJob | None
+]  # whose turn it is, with which job; without one, to look for whole solutions
 VAIN = 3  # the rank of what nothing would join
 
 
 class JobSource(Protocol):
     """What a strategy may ask of its planning run."""
 
-    order: list[Node]  # children before their containers, else in order of time
-    root: Node
+    order: list[StageNode]  # children before their containers, else in order of time
+    root: StageNode
 
-    def pick(self, node: Leaf) -> Job | None:
+    def pick(self, node: Leaf) -> StageJob | None:
         """The best job of a node, taken out of its queue; None if no job of it may run now."""
         ...
 
-    def lift_inside(self, node: Node) -> bool:
+    def lift_inside(self, node: StageNode) -> bool:
         """Makes a solution of a container of the cheapest path that waits in it; whether there was one."""
         ...
 
@@ -52,7 +54,7 @@ class Strategy(Protocol):
         ...
 
 
-class Rounds:
+class RoundRobin:
     """One job of each stage in turn."""
 
     def __init__(self, run: JobSource) -> None:
@@ -136,13 +138,13 @@ class DepthFirst:
                 node.push(job)
         return found
 
-    def _rank(self, node: Leaf, job: Job) -> int:
+    def _rank(self, node: Leaf, job: StageJob) -> int:
         """By targets, another target comes before another configuration for one that has been asked for."""
         if not self._by_targets or not job.asked:
             return 0
         return 2 if isinstance(node, WrapperNode) else 1
 
-    def _is_vain(self, node: Leaf, job: Job) -> bool:
+    def _is_vain(self, node: Leaf, job: StageJob) -> bool:
         """Whether a job is for a success that is dead, or from which no path leads to what the node generates."""
         cause, before = node.cause(job), self._before[node]
         if cause is None or cause.start is None or cause.end is None:
@@ -154,9 +156,9 @@ class DepthFirst:
         return cause.end.best[RIGHT][0] < before.index - cause.end.position
 
 
-def _connector_before(node: Node) -> Node | None:
+def _connector_before(node: StageNode) -> StageNode | None:
     """The connector from which states would come to what a node generates; None in the first section."""
-    here: Node | None = node
+    here: StageNode | None = node
     while here is not None:
         before = reversed(here.level.children[: here.index])
         found = next((other for other in before if other.flow is Flow.CONNECT), None)

@@ -19,7 +19,7 @@ from typing import Any
 
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.run.job_queues import Leaf
-from kabo.tasks.core.run.jobs import Job
+from kabo.tasks.core.run.jobs import StageJob
 from kabo.tasks.core.run.nodes import PlanningRun
 
 PAYS = 0.01  # seconds of a stage's mean job from which sending pays; measured by benchmarks/tasks_workers.py
@@ -29,30 +29,30 @@ Outcome = tuple[list[Answer], bool, float]
 
 
 @dataclass(eq=False)
-class _Worker:
+class _StageWorker:
     """A process, and what it was asked."""
 
     process: Any
     connection: Connection
-    asked: list[Job] = field(default_factory=list)  # in the order in which it answers
+    asked: list[StageJob] = field(default_factory=list)  # in the order in which it answers
 
 
-class Workers:
+class StageWorkers:
     """Processes that know the stage functions of one run; begun when the first job is sent."""
 
     def __init__(self, run: PlanningRun, size: int, *, pays: float | None = None) -> None:
         self.size, self._pays = size, PAYS if pays is None else pays
         self._leaves = [node for node in run.order if isinstance(node, Leaf)]
         self._numbers = {node: number for number, node in enumerate(self._leaves)}
-        self._workers: list[_Worker] = []
-        self._where: dict[Job, _Worker] = {}  # the jobs that have begun elsewhere
-        self._names: dict[Job, int] = {}  # under which they did
+        self._workers: list[_StageWorker] = []
+        self._where: dict[StageJob, _StageWorker] = {}  # the jobs that have begun elsewhere
+        self._names: dict[StageJob, int] = {}  # under which they did
         self._next = count().__next__
-        self._answers: dict[Job, Any] = {}  # what has come, and was not asked for yet
+        self._answers: dict[StageJob, Any] = {}  # what has come, and was not asked for yet
         self._here: set[Leaf] = set()  # stages whose scenes or answers cannot travel
         self._alone = bool(current_process().daemon)  # a worker has no workers
 
-    def run(self, node: Leaf, job: Job) -> Outcome:
+    def run(self, node: Leaf, job: StageJob) -> Outcome:
         """The next answers of a job that was picked, whether there are no more, and the seconds that they took."""
         worker = self._where.get(job)
         if worker is not None and job not in self._answers and job not in worker.asked:
@@ -82,12 +82,12 @@ class Workers:
         found, finished = job.run(node.function())
         return found, finished, perf_counter() - began
 
-    def _forget(self, job: Job) -> None:
+    def _forget(self, job: StageJob) -> None:
         self._where.pop(job, None)
         self._names.pop(job, None)
 
     # ------------------------------------------------------------------------------------------ ahead of time
-    def _ask_ahead(self, node: Leaf, now: Job, waits: bool) -> None:
+    def _ask_ahead(self, node: Leaf, now: StageJob, waits: bool) -> None:
         """Sends jobs to the processes that are free; but the next one is this process's own if it `waits` for `now`."""
         for worker in self._workers:
             while worker.asked and worker.connection.poll():
@@ -108,7 +108,7 @@ class Workers:
                 if not free:
                     return
 
-    def _coming(self, node: Leaf) -> Iterator[tuple[Leaf, Job]]:
+    def _coming(self, node: Leaf) -> Iterator[tuple[Leaf, StageJob]]:
         """The jobs that are first in the queues of stages whose jobs take long, those after `node` first."""
         turn = self._numbers[node] + 1
         leaves = [*self._leaves[turn:], *self._leaves[:turn]]
@@ -123,13 +123,13 @@ class Workers:
         figures = node.statistics
         return figures.calls > 0 and figures.seconds >= self._pays * figures.calls
 
-    def _idle(self) -> _Worker | None:
+    def _idle(self) -> _StageWorker | None:
         free = next((worker for worker in self._workers if not worker.asked), None)
         if free is None and len(self._workers) < self.size - 1:
             free = self._begun()
         return free
 
-    def _begun(self) -> _Worker:
+    def _begun(self) -> _StageWorker:
         # Forked, so that stages need not be sent: their functions may be closures.
         context = get_context("fork")
         ours, theirs = context.Pipe()
@@ -138,14 +138,14 @@ class Workers:
         process = context.Process(target=_serve, args=(theirs, [ours, *others], functions), daemon=True)
         process.start()
         theirs.close()
-        self._workers.append(_Worker(process, ours))
+        self._workers.append(_StageWorker(process, ours))
         return self._workers[-1]
 
-    def _send(self, worker: _Worker, node: Leaf, job: Job) -> None:
+    def _send(self, worker: _StageWorker, node: Leaf, job: StageJob) -> None:
         name = self._names.setdefault(job, self._next())
         try:
             worker.connection.send_bytes(
-                dumps((self._numbers[node], name, Job(None, job.arguments, taken=job.taken)))
+                dumps((self._numbers[node], name, StageJob(None, job.arguments, taken=job.taken)))
             )
         except Exception:  # noqa: BLE001 whatever cannot travel is done here
             self._here.add(node)
@@ -154,7 +154,7 @@ class Workers:
         self._where[job] = worker
         worker.asked.append(job)
 
-    def _receive(self, worker: _Worker) -> None:
+    def _receive(self, worker: _StageWorker) -> None:
         try:
             said = worker.connection.recv_bytes()
         except (EOFError, OSError):
@@ -178,14 +178,14 @@ def _serve(connection: Connection, others: Sequence[Connection], functions: Sequ
     signal(SIGINT, SIG_IGN)  # a person stops the process that plans
     for other in others:
         other.close()
-    begun: dict[int, Job] = {}
+    begun: dict[int, StageJob] = {}
     with suppress(EOFError, OSError):
         while True:
             number, name, job = loads(connection.recv_bytes())  # noqa: S301 the same
             connection.send_bytes(_answer(functions[number], begun, name, job))
 
 
-def _answer(function: Callable[..., Any], begun: dict[int, Job], name: int, fresh: Job) -> bytes:
+def _answer(function: Callable[..., Any], begun: dict[int, StageJob], name: int, fresh: StageJob) -> bytes:
     """The outcome of a job, or the error that it raised; None if it cannot travel."""
     began = perf_counter()
     try:

@@ -8,8 +8,8 @@ from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.groups import Holder
 from kabo.tasks.core.run.job_queues import Leaf
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import StageNode
 
 
 class WrapperNode(Holder, Leaf):
@@ -39,13 +39,13 @@ class WrapperNode(Holder, Leaf):
         """Whether successes wait, or the child may have more."""
         return super().busy() or (not self.closed and self.children[0].busy())
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
         """One more job."""
         self.inner.add(solution, 0)
         if self.closed or solution.end is None:
             return
         interfaces = [s.properties for s in self._interfaces(solution) if s is not None]
-        self.queue(Job(solution, self.arguments((solution,), *interfaces)))
+        self.queue(StageJob(solution, self.arguments((solution,), *interfaces)))
 
     def _interfaces(self, solution: Solution) -> tuple[State | None, ...]:
         """The states whose properties a job reads: the one that the child wrote, or both that it joins."""
@@ -56,7 +56,7 @@ class WrapperNode(Holder, Leaf):
     def rekey(self, state: State, side: int) -> None:
         """The child's jobs are ordered by their inner states."""
 
-    def key(self, job: Job) -> tuple[Any, ...]:
+    def key(self, job: StageJob) -> tuple[Any, ...]:
         """Those asked less often, then by the paths to the states that came in, then the cheaper ones."""
         solution: Solution = job.subject
         depth, cost = 0, solution.cost
@@ -66,20 +66,20 @@ class WrapperNode(Holder, Leaf):
             depth, cost = depth + solution.end.order[RIGHT][0], cost + solution.end.order[RIGHT][1]
         return job.asked, depth, cost
 
-    def runnable(self, job: Job) -> bool:
+    def runnable(self, job: StageJob) -> bool:
         """Whether the states that came in are alive outside."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         left = not self.reads[LEFT] or start is None or start.alive[LEFT]
         return left and (not self.reads[RIGHT] or end is None or end.alive[RIGHT])
 
-    def lane(self, job: Job) -> object:
+    def lane(self, job: StageJob) -> object:
         """That of the states."""
         solution: Solution = job.subject
         ends = solution.start, solution.end
         return next((state.lane for state in ends if state is not None and state.lane is not None), None)
 
-    def done(self, job: Job) -> None:
+    def done(self, job: StageJob) -> None:
         """The inner states may have lost what kept them alive; a solution of which nothing came leads nowhere."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
@@ -93,7 +93,7 @@ class WrapperNode(Holder, Leaf):
         self.planning.touch(end, RIGHT)
         self.planning.touch(start, LEFT)
 
-    def cause(self, job: Job) -> Solution | None:
+    def cause(self, job: StageJob) -> Solution | None:
         """That of what it wraps."""
         return job.subject.start.cause if self.flow is Flow.GENERATE else None
 
@@ -101,11 +101,11 @@ class WrapperNode(Holder, Leaf):
         """`transform`."""
         return self.stage.transform  # type: ignore[attr-defined]
 
-    def ends(self, job: Job) -> tuple[State | None, State | None]:
+    def ends(self, job: StageJob) -> tuple[State | None, State | None]:
         """Those of the child's solution."""
         return job.subject.start, job.subject.end
 
-    def solve(self, job: Job, result: Result) -> None:
+    def solve(self, job: StageJob, result: Result) -> None:
         """A solution made of the child's; on sides that were not given, states of its own."""
         if self.closed:
             return
@@ -162,7 +162,7 @@ class LimitNode(WrapperNode):
         else:
             super().take(state, side, lane)
 
-    def solve(self, job: Job, result: Result) -> None:
+    def solve(self, job: StageJob, result: Result) -> None:
         """As wrappers do; the last one that is let through closes it."""
         super().solve(job, result)
         if not self.closed and self.statistics.successes >= self._most:
@@ -170,7 +170,7 @@ class LimitNode(WrapperNode):
 
     def _close(self) -> None:
         """Nothing in here is wanted any more; who waits for its work on a state is told that it is done."""
-        waiting: list[Node] = [self]
+        waiting: list[StageNode] = [self]
         while waiting:
             node = waiting.pop()
             node.closed = True

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from kabo.geometry_server import Pair
 from kabo.tasks.core import Failure
-from kabo.tasks.robots.motion.questions import Question
+from kabo.tasks.robots.motion.questions import MotionQuestion
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Details:
     reads: frozenset[str] = frozenset()
     proof: bool = False
     missing: float | None = None
-    question: Question | None = None
+    question: MotionQuestion | None = None
 
 
 def refusal(
@@ -27,7 +27,7 @@ def refusal(
     reads: frozenset[str] = frozenset(),
     proof: bool = False,
     missing: float | None = None,
-    question: Question | None = None,
+    question: MotionQuestion | None = None,
 ) -> Failure:
     """A failure with its details; `hit` is the one pair that was in the way."""
     if hit is not None:
