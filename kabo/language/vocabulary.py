@@ -1,4 +1,4 @@
-"""The names that formulas may use: types, and one namespace for everything else [LANGUAGE 1.2].
+"""The names that formulas may use: types, and one namespace for everything else [docs/files.md#rules].
 
 A name that could not be declared properly is kept with what is known of it, so that one mistake gives one finding.
 """

@@ -12,7 +12,6 @@ from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
 from kabo.tasks.robots import meanings
 
-Values = Mapping[str, Any]
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
 OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
 KEEP = Property(

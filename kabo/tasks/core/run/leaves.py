@@ -7,7 +7,7 @@ from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-from kabo.tasks.core.model.stages import Connector
+from kabo.tasks.core.model.stages import Connector, Generator, Propagator
 from kabo.tasks.core.run.graph import meet
 from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.jobs import StageJob
@@ -16,6 +16,8 @@ from kabo.tasks.core.run.nodes import StageNode
 
 class GeneratorNode(Leaf):
     """The node of a generator: one job, which may have answers without end."""
+
+    stage: Generator
 
     def start(self) -> None:
         """Queues the job, once."""
@@ -43,7 +45,7 @@ class GeneratorNode(Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """The stage's `generate`."""
-        return self.stage.generate  # type: ignore[attr-defined]
+        return self.stage.generate
 
     def solve(self, job: StageJob, result: Result) -> None:
         """Writes the states on both sides."""
@@ -113,6 +115,8 @@ class MonitorNode(GeneratorNode):
 class PropagatorNode(Leaf):
     """The node of a propagator: one job for each state that comes to it."""
 
+    stage: Propagator
+
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._forward = self.flow is Flow.FORWARD
@@ -138,7 +142,8 @@ class PropagatorNode(Leaf):
 
     def runnable(self, job: StageJob) -> bool:
         """Whether the state is alive on the side that it comes from."""
-        return job.subject.alive[self._near]
+        state: State = job.subject
+        return state.alive[self._near]
 
     def lane(self, job: StageJob) -> object:
         """The lane of the state."""
@@ -158,7 +163,7 @@ class PropagatorNode(Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """The stage's `forward` or `backward`."""
-        return self.stage.forward if self._forward else self.stage.backward  # type: ignore[attr-defined]
+        return self.stage.forward if self._forward else self.stage.backward
 
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
         """The state that the job was given, on its side."""
@@ -201,11 +206,13 @@ class Joining(StageNode):
 class ConnectorNode(Joining, Leaf):
     """The node of a connector: one job for each pair of states that may be joined."""
 
+    stage: Connector
+
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._sides: tuple[dict[object, list[State]], dict[object, list[State]]] = ({}, {})  # by lane
         self.open: dict[State, dict[StageJob, None]] = {}  # by state, the jobs of its open pairs
-        self._has_mismatch = type(self.stage).mismatch is not Connector.mismatch  # type: ignore[attr-defined]
+        self._has_mismatch = type(self.stage).mismatch is not Connector.mismatch
 
     def take(self, state: State, side: int, lane: object) -> None:
         """Queues a job for each state on the other side that it may be joined with; mismatches are counted by reason."""
@@ -224,7 +231,7 @@ class ConnectorNode(Joining, Leaf):
     def _pair(self, start: State, end: State, lane: object) -> None:
         given = self.arguments((start.scene, end.scene), start.properties, end.properties)
         if self._has_mismatch and not isinstance(given, UndefinedProperty):
-            reason = self.stage.mismatch(*given[:3])  # type: ignore[attr-defined]
+            reason = self.stage.mismatch(*given[:3])
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
                 return
@@ -252,8 +259,8 @@ class ConnectorNode(Joining, Leaf):
 
     def runnable(self, job: StageJob) -> bool:
         """Whether both states are alive on their far sides."""
-        start, end, _ = job.subject
-        return start.alive[LEFT] and end.alive[RIGHT]
+        pair: tuple[State, State, object] = job.subject
+        return pair[0].alive[LEFT] and pair[1].alive[RIGHT]
 
     def lane(self, job: StageJob) -> object:
         """The lane of the pair."""
@@ -290,7 +297,7 @@ class ConnectorNode(Joining, Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """The stage's `connect`."""
-        return self.stage.connect  # type: ignore[attr-defined]
+        return self.stage.connect
 
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
         """The states on both sides."""

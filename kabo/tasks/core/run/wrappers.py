@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from kabo.tasks.core.model.containers import Wrapper
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
@@ -14,6 +15,8 @@ from kabo.tasks.core.run.nodes import StageNode
 
 class WrapperNode(Holder, Leaf):
     """The node of a wrapper: one job for each solution of its child."""
+
+    stage: Wrapper
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -99,7 +102,7 @@ class WrapperNode(Holder, Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """The stage's `transform`."""
-        return self.stage.transform  # type: ignore[attr-defined]
+        return self.stage.transform
 
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
         """The states of the child's solution."""

@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from kabo.arrays import Array
 from kabo.geometry_server import Keep
 from kabo.tasks.core import Failure
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.refusals import refusal
-from kabo.tasks.robots.scenes import Array, TaskScene
+from kabo.tasks.robots.scenes import TaskScene
 
 
 def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Failure | None:
