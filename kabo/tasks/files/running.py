@@ -18,7 +18,7 @@ Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True)
-class Run:
+class TaskRun:
     """One planning run: its task with all that was found, and when each whole solution came, and at what cost."""
 
     task: Task
@@ -29,7 +29,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Settings:
+class PlanningOptions:
     """How to plan: seeds one after the other from `seed`, each as far as `max_solutions` and `timeout` [s] say."""
 
     max_solutions: int | None = None
@@ -41,15 +41,18 @@ class Settings:
 
 
 def plan_file(
-    file: TaskFile, arguments: Mapping[str, Any], scene: "Scene | None" = None, settings: Settings | None = None
-) -> list[Run]:
+    file: TaskFile,
+    arguments: Mapping[str, Any],
+    scene: "Scene | None" = None,
+    settings: PlanningOptions | None = None,
+) -> list[TaskRun]:
     """The runs of a task with its arguments, on a scene if it has robot stages.
 
     Raises:
         InputError: the arguments do not fit, or the stages do not fit together; told where they stand.
     """
-    settings = Settings() if settings is None else settings
-    runs: list[Run] = []
+    settings = PlanningOptions() if settings is None else settings
+    runs: list[TaskRun] = []
     for seed in range(settings.seed, settings.seed + settings.repeat):
         if runs and settings.stop():
             break
@@ -57,7 +60,7 @@ def plan_file(
     return runs
 
 
-def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: Settings) -> Run:
+def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: PlanningOptions) -> TaskRun:
     began = perf_counter()
 
     def late() -> bool:
@@ -89,7 +92,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
         raise told from error
     finally:
         task.close()
-    return Run(task, seed, perf_counter() - began, tuple(found), late())
+    return TaskRun(task, seed, perf_counter() - began, tuple(found), late())
 
 
 def told_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:

@@ -1,10 +1,10 @@
-"""The graph of one container: states between its children, best paths through them, and what may still be of use.
+"""Two properties of the states in a container's graph, kept up to date after each change [T 3.5].
 
-A solution is an edge from one position to the next. Two things are kept up to date for every state and side: the
-longest, then cheapest path that leads there [T 3.5], and whether the state is *alive*, that is, whether something on
-that side leads on to the border, or may yet. Whether a state is alive depends on what is farther on that side alone, so
-a change is followed from state to state and comes to an end. What only dead states would need is not done; when one of
-them revives, it is.
+A solution is an edge between two states. For every state and side these are: the best path (the longest, then the
+cheapest) that leads there, and whether the state is *alive*, that is, whether something on that side leads on to the
+border, or may still do so. Whether a state is alive depends only on what lies farther on that side, so a change is
+followed from state to state and comes to an end. Jobs that only states that are not alive need are parked; when such a
+state is alive again, they are queued again.
 """
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, State
@@ -13,18 +13,18 @@ Best = tuple[int, int, float]  # stages in this container, stages outside, cost
 
 
 def better(first: Best, second: Best) -> bool:
-    """Whether a path is longer, or as long and cheaper."""
+    """Whether the first path is longer, or as long and cheaper."""
     longer = first[0] + first[1] - second[0] - second[1]
     return longer > 0 or (longer == 0 and first[2] < second[2])
 
 
 def meet(first: object, second: object) -> bool:
-    """Whether states of two lanes may be joined: of one lane, or of none in particular."""
+    """Whether states of two lanes may be joined: the lanes are the same, or at least one state is in no lane."""
     return first is second or first is None or second is None
 
 
 def relax(waiting: list[tuple[State, State, float, int]]) -> None:
-    """Carries better paths on: each entry is (near, far, cost, side): far is reached through near, from `side`."""
+    """Propagates best paths along edges; of an entry (near, far, cost, side), far is reached from `side` through near."""
     while waiting:
         near, far, cost, side = waiting.pop()
         stages, outside, total = near.best[side]
@@ -34,7 +34,7 @@ def relax(waiting: list[tuple[State, State, float, int]]) -> None:
 
 
 def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, State, float, int]]) -> None:
-    """Notes a better path to a state from `side` and hands it on: along edges, to the inside, to queues."""
+    """Records a better path from `side` to a state and passes it on: along edges, to counterparts inside, to job queues."""
     entries = [(state, best)]
     while entries:
         here, value = entries.pop()
@@ -54,7 +54,7 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
 
 
 def reconsider(waiting: list[tuple[State, int]]) -> int:
-    """Finds out which of the states are alive on the given side, and on whom that tells; how many have changed."""
+    """Updates which states are alive on the given sides, and all that depends on it; returns how many have changed."""
     changed = 0
     while waiting:
         state, side = waiting.pop()

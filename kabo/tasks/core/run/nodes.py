@@ -1,8 +1,9 @@
-"""Nodes: the stages of one planning run, each with its queue of jobs [T 3.6].
+"""Nodes: what one planning run knows about each stage; and the states between the stages of one container [T 3.6].
 
-A stage is structure and never changes; its node holds what one run knows about it: which states wait, which jobs
-were asked how often, what failed. A job runs if the side that it does not compute is alive; else it is parked, until
-that side revives. Of the jobs that wait, those asked less often come first, then those on longer, then on cheaper paths.
+A stage is structure and never changes; its node holds the states that have come to it, its jobs, solutions and
+failures. A job runs if the state that it was given is alive on the side that the job does not compute; else it is
+parked until that state is alive again. Jobs that have run less often come first, then those on longer, then on cheaper
+paths.
 """
 
 from collections import Counter
@@ -17,15 +18,15 @@ from kabo.tasks.core.model.results import Answer, Answers, Failure, Refused, Res
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.graph import meet, relax
-from kabo.tasks.core.run.jobs import Job, job_seed, stage_seed
+from kabo.tasks.core.run.jobs import StageJob, job_seed, stage_seed
 
-KEPT = 100  # failures that a stage keeps; all are counted
+MAX_KEPT_FAILURES = 100  # failures of one stage that are kept for explanations; all are counted
 INFINITE = float("inf")
 
 
 @dataclass
 class StageStatistics:
-    """What a stage did in one run: jobs, their seconds, successes with their costs, failures by reason."""
+    """What a stage did in one run: jobs and their seconds, successes and their costs, failures and mismatches by reason."""
 
     calls: int = 0
     seconds: float = 0.0
@@ -36,36 +37,36 @@ class StageStatistics:
 
 
 class PlanningRun(Protocol):
-    """What a node may ask of its planning run, and what it tells it."""
+    """What a node may ask of its planning run, and what it reports to it."""
 
     flows: Mapping[Stage, Flow]
     scene: Any
     seed: int
     pruning: bool
     observe: Callable[[Stage, Refused], None] | None
-    count: Callable[[], int]  # numbers whatever must keep its order of arrival
-    changes: int  # counts whatever may let a job run, or a solution be lifted, that could not before
-    asked: "set[Node]"  # the monitors that one question, whether more may come, was handed on to
-    order: "list[Node]"  # children before their containers, else in order of time
+    count: Callable[[], int]  # the next number, for whatever must keep its order of arrival
+    changes: int  # counts changes that may let a job run, or a solution be lifted
+    asked: "set[StageNode]"  # monitoring generators that are finding out whether more may come
+    order: "list[StageNode]"  # children before their containers, else in order of time
 
-    def touch(self, state: State, side: int) -> None:
-        """Reports that a state may have died on that side, or may be alive again."""
+    def recheck(self, state: State, side: int) -> None:
+        """Has a state rechecked after the present job: it may no longer be alive on that side, or may be alive again."""
         ...
 
-    def rested(self, node: "Node", lane: object) -> None:
-        """Reports that work in a node was done, lifted or parked, of one lane or (None) of all."""
+    def work_changed(self, node: "StageNode", lane: object) -> None:
+        """Reports that a job of a node ran or was parked, or that a solution was lifted; in one lane, or in all (None)."""
         ...
 
-    def woken(self, node: "Node") -> None:
-        """Reports that a node has jobs again."""
+    def has_work_again(self, node: "StageNode") -> None:
+        """Reports that a node without runnable jobs has some again."""
         ...
 
 
-class Node:
+class StageNode:
     """A stage in one planning run."""
 
     def __init__(
-        self, stage: Stage, planning: PlanningRun, parent: "Node | None", level: "Level", index: int
+        self, stage: Stage, planning: PlanningRun, parent: "StageNode | None", level: "Level", index: int
     ) -> None:
         self.stage = stage
         self.planning = planning
@@ -74,60 +75,60 @@ class Node:
         self.index = index
         self.flow: Flow = planning.flows[stage]
         self.reads = (self.flow.reads_start, self.flow.reads_end)  # whether states come to it, by side
-        self.children: list[Node] = []
+        self.children: list[StageNode] = []
         self.statistics = StageStatistics()
         self.failures: list[Solution] = []
         self.solutions: list[Solution] = []
-        self.monitors: list[Node] = []
-        self.closed = False  # a limit is reached: nothing more is wanted of it
-        self.kept = False  # a monitor waits for its successes, of use otherwise or not
+        self.monitors: list[StageNode] = []
+        self.closed = False  # a limit is reached: it runs no more jobs
+        self.kept = False  # exempt from pruning, because a monitoring generator waits for its solutions
         self._resolver = Resolver(stage.properties)
         self._seed = stage_seed(planning.seed, stage.path)
         self._jobs = 0
 
     # ---------------------------------------------------------------------------- what a run asks of a node
     def start(self) -> None:
-        """Queues the first jobs, those of generators."""
+        """Queues the initial jobs; only generators have any."""
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """A state came to one side of it."""
+        """Receives a state at one side, in a lane or in none."""
         raise NotImplementedError
 
     def rekey(self, state: State, side: int) -> None:
-        """The best path to a state at that side became better."""
+        """Updates priorities: the best path to a state at that side has become better."""
 
     def revived(self, state: State) -> None:
-        """A state beside it is alive again on its far side."""
+        """Queues parked jobs again: a state at its side is alive again on the far side."""
 
     def revived_inside(self, inner: State) -> None:
-        """The same, of a state at its inner border."""
+        """Queues parked jobs again: a state at its border inside is alive again."""
 
     def works_on(self, state: State, side: int) -> bool:
         """Whether something may still lead from the state through this node to `side`."""
         raise NotImplementedError
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether jobs that can run may add solutions from the state; what was found already does not count."""
+        """Whether runnable jobs may still add solutions from the state, besides those there are."""
         raise NotImplementedError
 
     def may_lead(self, inner: State, side: int) -> bool:
-        """The same of a state inside, at its border."""
+        """Whether runnable jobs may still add solutions from a state at its border inside."""
         return False
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """The same of a pair of states; connecting."""
+        """Whether runnable jobs may still join the two states; only of nodes that connect."""
         raise NotImplementedError
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states on the other side with which it might be joined."""
+        """The states on the other side that it might be joined with; only of nodes that connect."""
         return ()
 
     def busy(self) -> bool:
-        """Whether there are jobs in it that can run."""
+        """Whether it has runnable jobs."""
         raise NotImplementedError
 
-    def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
-        """Takes in what a job found."""
+    def absorb(self, job: StageJob, found: list[Answer], finished: bool) -> None:
+        """Records the answers of one of its jobs."""
         raise NotImplementedError
 
     def function(self) -> Callable[..., Answers]:
@@ -136,57 +137,57 @@ class Node:
 
     # -------------------------------------------------------------------------------- what it says to others
     def may_solve(self) -> bool:
-        """Whether it may still have successes: it is busy, or states, or pairs of them, may still come to it."""
+        """Whether it may still have solutions: it is busy, or states or pairs of states may still come to it."""
         if self.busy():
             return True
         here = self
         while here.parent is not None:
-            if here.parent.hands_on(here):
+            if here.parent.may_pass_on(here):
                 return True
             here = here.parent
         return self.may_receive()
 
     def may_receive(self) -> bool:
-        """Whether new states may still come to it; of pairs one, where the other one is there or may come too."""
+        """Whether new states may still come to it; of a pair, one state suffices if the other is there or may come too."""
         if self.closed:
             return False
         left = self.reads[LEFT] and self._delivered(LEFT)
         right = self.reads[RIGHT] and self._delivered(RIGHT)
         if self.flow is not Flow.CONNECT or left is right:
             return left or right
-        return any(True for _ in self.came(RIGHT if left else LEFT))
+        return any(True for _ in self.arrived(RIGHT if left else LEFT))
 
     def _delivered(self, side: int) -> bool:
         if self.parent is not None and self.parent.level is self.level:
             return self.parent.delivers_to(self, side)
         return self.level.delivers(self.index if side == LEFT else self.index + 1, side)
 
-    def came(self, side: int) -> Iterable[State]:
-        """The states that came to that side so far; connecting."""
+    def arrived(self, side: int) -> Iterable[State]:
+        """The states that have come to that side so far; only of nodes that connect."""
         raise NotImplementedError
 
-    def hands_on(self, child: "Node") -> bool:
-        """Whether it may still have a child begin, or try a pair, where another one gave nothing."""
+    def may_pass_on(self, child: "StageNode") -> bool:
+        """Whether it may still start the child, or give it a pair of states, because an earlier child fails."""
         return False
 
-    def child_solved(self, child: "Node", solution: Solution) -> None:
-        """A child had a success."""
+    def child_solved(self, child: "StageNode", solution: Solution) -> None:
+        """Receives a solution of a child."""
         raise NotImplementedError
 
     def works_at_border(self, state: State) -> bool:
-        """Whether something may still leave it from a state at its inner border."""
+        """Whether solutions of this node may still be made from a state at its border inside."""
         return False
 
     def border_delivers(self, side: int) -> bool:
         """Whether new states may still come in at its border."""
         return self.parent is not None and self.reads[side] and self.parent.delivers_to(self, side)
 
-    def delivers_to(self, child: "Node", side: int) -> bool:
-        """Whether new states may still come to that side of a child that shares its interfaces, or has its own."""
+    def delivers_to(self, child: "StageNode", side: int) -> bool:
+        """Whether new states may still come to that side of a child."""
         return child.level.delivers(child.index if side == LEFT else child.index + 1, side)
 
     def report(self, solution: Solution) -> bool:
-        """Counts a solution after its cost term had its say, and hands a success to the parent; False: a failure."""
+        """Applies the cost term to a solution, records it and passes it on; returns False if it became a failure."""
         term = self.stage.cost
         if term is not None and not solution.failed:
             answer = term(solution)
@@ -209,11 +210,11 @@ class Node:
         return True
 
     def fail(self, start: State | None, end: State | None, failure: Refused) -> None:
-        """Counts a failure, and keeps it while there are few; its details are those of a `Failure`, else all of it."""
+        """Counts a failure, and keeps it for explanations up to a limit, with its details (all of it, if it has none)."""
         self.statistics.failures[failure.reason] += 1
         if self.planning.observe is not None:
             self.planning.observe(self.stage, failure)
-        if len(self.failures) < KEPT:
+        if len(self.failures) < MAX_KEPT_FAILURES:
             self.failures.append(
                 Solution(
                     self.stage,
@@ -226,8 +227,8 @@ class Node:
                 )
             )
 
-    def keep(self) -> None:
-        """Nothing that leads to its successes may be pruned: a monitor waits for them."""
+    def exempt_from_pruning(self) -> None:
+        """Exempts everything that leads to its solutions from pruning, because a monitoring generator waits for them."""
         if self.kept:
             return
         self.kept = True
@@ -240,15 +241,15 @@ class Node:
             last = self.index + 1 == len(self.level.children)
             beside.append(self.level.owner if last else self.level.children[self.index + 1])
         for node in beside:
-            node.keep()
+            node.exempt_from_pruning()
 
     # -------------------------------------------------------------------------------------------- for all
     def new_state(self, scene: Any, properties: Any, lane: object = None) -> State:
-        """A state that nobody knows yet."""
+        """A new state, not yet part of the graph."""
         return State(scene, properties, self.planning.count(), lane)
 
     def arguments(self, scenes: tuple[Any, ...], *interfaces: Any) -> tuple[Any, ...] | UndefinedProperty:
-        """The arguments of a new job; or the error, if an interface state lacks a property."""
+        """The arguments of a new job; or the error, if an interface state lacks a property that is referred to."""
         try:
             values = self._resolver.values(*interfaces)
         except UndefinedProperty as error:
@@ -265,16 +266,16 @@ class Node:
 
 
 class Level:
-    """The states between the children of one container (or beside the child of a wrapper), and their edges."""
+    """The states between the children of one container, or beside the child of a wrapper, and their solutions."""
 
-    def __init__(self, owner: Node) -> None:
+    def __init__(self, owner: StageNode) -> None:
         self.owner = owner
-        self.children: list[Node] = []
+        self.children: list[StageNode] = []
         self.top = False  # whether this is the task's own level: its borders are the goal
 
     # --------------------------------------------------------------------------------------------- growing
     def enter(self, outer: State, side: int, number: int, lane: object) -> State:
-        """The counterpart of a state that comes in at a border."""
+        """Makes the counterpart of a state that comes in at a border."""
         inner = State(outer.scene, outer.properties, number, lane)
         inner.level, inner.announced = self, True
         inner.position = 0 if side == LEFT else len(self.children)
@@ -283,12 +284,12 @@ class Level:
         near = outer.best[side]
         inner.reached(side, (0, near[0] + near[1], near[2]))
         inner.alive[side] = outer.alive[side] or self.owner.kept
-        self.owner.planning.touch(inner, 1 - side)
-        self.owner.planning.touch(outer, 1 - side)
+        self.owner.planning.recheck(inner, 1 - side)
+        self.owner.planning.recheck(outer, 1 - side)
         return inner
 
     def add(self, solution: Solution, index: int) -> None:
-        """Adds a success of the child at `index`; new states go on to its neighbours."""
+        """Adds a solution of the child at `index`; new states go to the neighbouring children."""
         start, end = solution.start, solution.end
         if start is None or end is None:
             raise ValueError("a success has a state on both sides")
@@ -305,40 +306,40 @@ class Level:
                 neighbour = self.neighbour(state, side)
                 if neighbour is not None and neighbour.reads[far]:
                     neighbour.take(state, far, state.lane)
-                self.owner.planning.touch(state, side)
+                self.owner.planning.recheck(state, side)
             other = end if state is start else start
             if state.alive[far] != other.alive[far]:
-                self.owner.planning.touch(state, far)
+                self.owner.planning.recheck(state, far)
 
-    def neighbour(self, state: State, side: int) -> Node | None:
+    def neighbour(self, state: State, side: int) -> StageNode | None:
         """The child on that side of a state; None at the border."""
         k = state.position if side == RIGHT else state.position - 1
         return self.children[k] if 0 <= k < len(self.children) else None
 
     def at_border(self, state: State, side: int) -> bool:
-        """Whether nothing of this container is on that side of a state."""
+        """Whether the state lies at the border on that side."""
         return state.position == (0 if side == LEFT else len(self.children))
 
     def complete(self, state: State, side: int) -> bool:
-        """Whether a path leads from the state to the border on that side."""
+        """Whether a path leads from the border on that side to the state."""
         needed = state.position if side == LEFT else len(self.children) - state.position
         return state.best[side][0] == needed
 
     # --------------------------------------------------------------------------------------------- support
     def supported(self, state: State, side: int) -> bool:
-        """Whether something on that side of a state may yet lead on, where no solution does."""
+        """Whether something on that side of the state may still lead on, though no solution does yet."""
         neighbour = self.neighbour(state, side)
         if neighbour is not None:
             if neighbour.reads[1 - side]:
                 return neighbour.works_on(state, side)
-            # Written by a container, it may have more ways through that container.
+            # A container wrote the state: there may be more paths through that container.
             return any(inner.alive[side] for inner in state.inside if inner.level.at_border(inner, 1 - side))
         if self.top or self.owner.kept or not state.outside or self.owner.works_at_border(state):
             return True
         return any(outer.alive[side] for outer in state.outside)
 
     def _may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether the neighbour on that side may still make edges that lead on from a state."""
+        """Whether the neighbour on that side may still add solutions from the state."""
         neighbour = self.neighbour(state, side)
         if neighbour is None:
             return False
@@ -348,7 +349,7 @@ class Level:
         return any(inner.level.owner.may_lead(inner, side) for inner in written)
 
     def may_extend(self, state: State, side: int) -> bool:
-        """Whether anything may still be added to the paths, of its lane, that lead on from a state."""
+        """Whether anything may still be added to the paths that lead on from a state, in its lane."""
         seen, waiting = {state}, [state]
         while waiting:
             here = waiting.pop()

@@ -9,7 +9,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry_server import LINE, LINE_TILT, Refusal, line, tool_frame, way_to
 from kabo.tasks.robots.motion.keeping import kept
-from kabo.tasks.robots.motion.questions import Question, Search, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, PathSearch, along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
 
@@ -26,8 +26,8 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
         return constraint
     found = way_to(workspace, start, goal, key, scene.context.path_samples, constraint)
     if isinstance(found, Refusal):
-        search = Search(key, scene.context.path_samples, keep)
-        asked = Question(scene, robot, (configuration(start), configuration(goal)), search)
+        search = PathSearch(key, scene.context.path_samples, keep)
+        asked = MotionQuestion(scene, robot, (configuration(start), configuration(goal)), search)
         return replace(found, question=asked)
     return stretch(scene, robot, "arm", found, None if constraint is None else constraint.name)
 

@@ -16,7 +16,7 @@ FEW = 60  # samples of a search for a way that is made again
 
 
 @dataclass(frozen=True)
-class Search:
+class PathSearch:
     """A way that was looked for: the key of its random stream, its samples, and the stage's property `keep`."""
 
     key: tuple[str | int | float, ...]
@@ -25,7 +25,7 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Question:
+class MotionQuestion:
     """Whether a robot may stand at one way point, move straight through several, or find a way between two.
 
     With a `target` and no way points it is the hand alone that is asked for, where the target wants it.
@@ -34,7 +34,7 @@ class Question:
     scene: TaskScene
     robot: str
     waypoints: tuple[Configuration, ...] = ()
-    search: Search | None = None
+    search: PathSearch | None = None
     target: Target | None = None
 
     @property
@@ -65,6 +65,6 @@ class Question:
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
 
 
-def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> Question:
+def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> MotionQuestion:
     """The question whether a robot may stand at a way point (n,), or move straight through several."""
-    return Question(scene, robot, tuple(map(configuration, waypoints)))
+    return MotionQuestion(scene, robot, tuple(map(configuration, waypoints)))

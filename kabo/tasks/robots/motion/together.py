@@ -105,7 +105,7 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal
     for begin, end, events in _spans(tracks):
         moments = _moments(tracks, begin, end)
         path = np.hstack([tracks[owners[robot]].at(robot, moments) for robot in robots])
-        hit = _Bodies(now, team, owners, permitted).hit(path)
+        hit = _MovingBodies(now, team, owners, permitted).hit(path)
         if hit is not None:
             pair, k = hit
             text = f"{pair[0]} – {pair[1]} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
@@ -172,7 +172,7 @@ def _touching(after: TaskScene, robots: Sequence[str]) -> Refusal | None:
 
 
 @dataclass(frozen=True)
-class _Bodies:
+class _MovingBodies:
     """What the motions move, as bodies on the joints of the team or standing, each with the motion that moves it."""
 
     scene: TaskScene

@@ -12,7 +12,7 @@ from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
-from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, along
 from kabo.tasks.robots.motion.targets import PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -48,7 +48,7 @@ class ComputeIK(RobotStage, Wrapper):
         assert solution.end is not None
         scene, target = solution.end.scene, properties["target"]
         hit = None if properties["ignore_collisions"] else target.blocked(scene)
-        asked = Question(scene, properties["robot"], target=target)
+        asked = MotionQuestion(scene, properties["robot"], target=target)
         if hit is not None:
             yield Refusal.collision(hit, f"the hand would hit: {hit[0]} – {hit[1]}", question=asked)
             return
@@ -83,7 +83,7 @@ class ComputeIK(RobotStage, Wrapper):
         short = target.unreached() if isinstance(target, PoseTarget) else None
         missing = None if short is None or short.missing == 0.0 else short.missing
         text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
-        return Refusal("out_of_reach", text, missing=missing, question=Question(scene, name, target=target))
+        return Refusal("out_of_reach", text, missing=missing, question=MotionQuestion(scene, name, target=target))
 
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Refusal | None:
