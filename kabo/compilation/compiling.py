@@ -124,8 +124,8 @@ def lean_kernel(function: _Function) -> _Function:
 
 def leaf_kernel(function: _Function) -> _Function:
     """As `kernel`, for small functions that every caller inlines."""
-    leaf: _Function = _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)
-    return leaf
+    inlined: _Function = _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)
+    return inlined
 
 
 def reduction_kernel(function: _Function) -> _Function:

@@ -7,18 +7,13 @@ open list has cost nothing, and nobody asks for what is never expanded.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import TYPE_CHECKING
 
+from kabo import tuning
 from kabo.geometry_server import MAX_EFFORT, Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.geometry.evaluation import answered
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
-
-ROUND = 100  # expansions before calls are asked for other answers; four times as many each time after
-MORE_ATTEMPTS = 2  # answers of one call that are asked for besides at each level of effort
+from kabo.planner.geometry.procedure_server import ProcedureServer
 
 
 class DeferredState:
@@ -41,7 +36,7 @@ class EagerGeometry:
     factor of one); where that leads nowhere, more answers are asked for, with more samples [K 6.1.2].
     """
 
-    server: "GeometricProcedures"
+    server: ProcedureServer
     effort: int = 0
     failed: dict[GroundCall, Refusal] = field(default_factory=dict)
 
@@ -56,7 +51,7 @@ class EagerGeometry:
             return ()
         asked = trace.state, call
         if asked not in self._awaited:
-            attempts = range(1 + MORE_ATTEMPTS * self.effort)
+            attempts = range(1 + tuning.EAGER_ATTEMPTS_PER_EFFORT * self.effort)
             self._awaited[asked] = tuple((k, DeferredState(trace.state, call, k)) for k in attempts)
         limit = self._refused.get(asked)
         return self._awaited[asked] if limit is None else self._awaited[asked][:limit]
@@ -93,7 +88,11 @@ class EagerGeometry:
 
     def most_expansions(self, search: Search) -> float:
         """How far to look before more answers are asked for; as far as may be for the thesis' strategies [K 6.2]."""
-        return ROUND * 4**self.effort if search in ("best", "greedy", "astar") else inf
+        return (
+            tuning.EAGER_EXPANSIONS * tuning.EAGER_EXPANSIONS_GROWTH**self.effort
+            if search in ("best", "greedy", "astar")
+            else inf
+        )
 
     def try_harder(self) -> bool:
         """More answers of each call, from more samples; False at the highest effort."""

@@ -8,22 +8,16 @@ the node is evaluated once for each [docs/plans.md#sharing].
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from kabo.errors import CutOff
 from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.refusals import Provenances
+from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.geometry.workers import ProcedureCall
-from kabo.planner.search.skeleton import SkeletonNode
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.planner.search.skeleton import SkeletonNode, Trace
 
 Expect = Callable[[list[ProcedureCall]], None]
-Advance = Callable[
-    [GroundCall, int, Provenances, Success], Provenances
-]  # the trace after a call that has succeeded
+Advance = Callable[[GroundCall, int, Trace, Success], Trace]  # the trace after a call that has succeeded
 
 
 @dataclass(eq=False)
@@ -32,7 +26,7 @@ class Variant:
 
     node: SkeletonNode
     situation: Situation
-    traces: frozenset[Provenances]
+    traces: frozenset[Trace]
     answer: Success | Refusal | None = None  # None: nothing to ask
     following: dict[str | None, "Variant"] = field(default_factory=dict)
     overlap: float = 0.0  # [s] by which its motion begins before the one before it has ended
@@ -45,7 +39,7 @@ class RefusedCall:
     call: GroundCall
     attempt: int
     refusal: Refusal
-    traces: frozenset[Provenances]
+    traces: frozenset[Trace]
 
 
 @dataclass(frozen=True)
@@ -67,21 +61,21 @@ class _Arrival:
     origin: Variant | None
     outcome: str | None
     situation: Situation
-    traces: frozenset[Provenances]
+    traces: frozenset[Trace]
 
 
 @dataclass
 class Evaluator:
     """Walks a skeleton from its root; `share` lets branches meet although other components differ."""
 
-    server: "GeometricProcedures"
+    server: ProcedureServer
     advance: Advance
     effort: int
     stop: Callable[[], bool]
     share: bool = True
     expect: Expect | None = None  # told which questions come, as soon as they are known
 
-    def evaluate(self, root: SkeletonNode, trace: Provenances) -> Evaluation:
+    def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
         """Asks every procedure of the skeleton; what follows a refusal is left out, the rest is asked."""
         variants: list[Variant] = []
         refused: list[RefusedCall] = []
@@ -92,9 +86,7 @@ class Evaluator:
             whole = False
         return Evaluation(tuple(variants), tuple(refused), whole)
 
-    def _walk(
-        self, root: SkeletonNode, trace: Provenances, variants: list[Variant], refused: list[RefusedCall]
-    ) -> None:
+    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[RefusedCall]) -> None:
         order = in_order(root)
         live = self._live(order)
         arrivals: dict[SkeletonNode, list[_Arrival]] = {node: [] for node in order}
@@ -181,7 +173,7 @@ class Evaluator:
         return ProcedureCall(call, situation, attempt, next(unknown, self.effort))
 
     @staticmethod
-    def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Provenances]]:
+    def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Trace]]:
         situation, traces = group[0].situation, group[0].traces
         for arrival in group[1:]:
             situation, traces = situation.union(arrival.situation), traces | arrival.traces
@@ -225,7 +217,7 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
 
 
 def answered(
-    server: "GeometricProcedures", call: GroundCall, situation: Situation, attempt: int, effort: int
+    server: ProcedureServer, call: GroundCall, situation: Situation, attempt: int, effort: int
 ) -> Success | Refusal:
     """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
     answer, reads = server.call(call, situation, attempt, 0), frozenset[str]()

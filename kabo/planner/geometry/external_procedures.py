@@ -14,6 +14,7 @@ from math import inf
 from time import perf_counter
 from typing import Any
 
+from kabo import tuning
 from kabo.errors import Diagnostic, InputError
 from kabo.knowledge import Task
 from kabo.language.answers import checked_answer
@@ -23,10 +24,6 @@ from kabo.options import GeometryOrder, Search
 from kabo.planner.search.skeleton import Skeleton, Trace
 
 Function = Callable[..., Any]  # true or false of tests, a value of others
-
-SEEDS = 16  # how often a procedure that takes a seed is asked before its arguments count as refused
-LEAST_CALLS = 8  # before the share of failures says anything
-OFTEN = 0.35  # the share of failures from which on all calls of a procedure are asked at once
 
 
 @dataclass
@@ -110,7 +107,7 @@ class ExternalProcedures:
     def _asked(self, call: GroundCall, counted: CallCounts) -> Answer:
         function, options = self.functions[call.procedure], dict(call.options)
         answer: Answer = None
-        for k in range(SEEDS if self._takes_seed[call.procedure] else 1):
+        for k in range(tuning.MAX_SEEDS if self._takes_seed[call.procedure] else 1):
             if self._takes_seed[call.procedure]:
                 options["seed"] = self.seed + k
             counted.calls += 1
@@ -124,7 +121,10 @@ class ExternalProcedures:
         """Asks all calls of the procedures whose turn it is: all of them if eager, those that fail often if adaptive."""
         for name in self.functions:
             counted = self.counted.get(name, CallCounts())
-            often = counted.calls >= LEAST_CALLS and counted.failures >= OFTEN * counted.calls
+            often = (
+                counted.calls >= tuning.MIN_EXTERNAL_CALLS
+                and counted.failures >= tuning.EXTERNAL_FAILURE_SHARE * counted.calls
+            )
             if self.order == "eager" or (self.order == "adaptive" and often):
                 for action in task.actions:
                     if action.call is not None and action.call.procedure == name:

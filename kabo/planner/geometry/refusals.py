@@ -13,16 +13,14 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import TYPE_CHECKING
 
+from kabo import tuning
 from kabo.geometry_server import MAX_EFFORT, Refusal, Success
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
+from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.search.skeleton import LearntRefusals, Origin, Pattern, Provenance
 from kabo.scene import Component
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
 
 Derivation = tuple[
     GroundCall, int, int, Pattern
@@ -30,11 +28,6 @@ Derivation = tuple[
 Provenances = tuple[
     int, ...
 ]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
-
-IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
-SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
-EXACT = 2  # the effort from which on what a call makes is taken to depend on everything: any sample may be blocked
-ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
 
 
 @dataclass(frozen=True)
@@ -50,7 +43,7 @@ class LearntRefusal:
 class RefusalTable:
     """What the contingent search sees of geometry: lineages, refusals, and attempts where one led nowhere."""
 
-    server: "GeometricProcedures"
+    server: ProcedureServer
     effort: int = 0
     refusals: dict[GroundCall, list[LearntRefusal]] = field(default_factory=dict)
     suspicions: dict[GroundCall, dict[Pattern, None]] = field(default_factory=dict)
@@ -94,7 +87,7 @@ class RefusalTable:
     def _found(self, call: GroundCall, trace: Provenances) -> list[tuple[int, Provenances]]:
         limit = min(
             (r.attempt for r in self.refusals.get(call, ()) if all(trace[i] == number for i, number in r.pattern)),
-            default=ATTEMPTS * (1 + self.effort),
+            default=self._max_attempts,
         )
         found = []
         for attempt in range(limit):
@@ -137,9 +130,14 @@ class RefusalTable:
         suspicions = {call: tuple(rows) for call, rows in self.suspicions.items()}
         origins = {entry: tuple(self._origins[entry]) for entry in self._relevant if self._origins.get(entry)}
         named = tuple(sorted(self._relevant))
-        return LearntRefusals(named, origins, refusals, suspicions, self.moves, ATTEMPTS * (1 + self.effort))
+        return LearntRefusals(named, origins, refusals, suspicions, self.moves, self._max_attempts)
 
-    # ------------------------------------------------------------------------------------------ keeping books
+    @property
+    def _max_attempts(self) -> int:
+        """How many answers of one call may be asked for at the present effort."""
+        return tuning.ATTEMPTS_PER_EFFORT * (1 + self.effort)
+
+    # -------------------------------------------------------------------------------------------- recording
     def moves(self, call: GroundCall) -> tuple[int, ...]:
         """The components that a call moves, as far as is known."""
         known = self._moves.get(call)
@@ -149,7 +147,7 @@ class RefusalTable:
 
     def reads(self, call: GroundCall) -> frozenset[int]:
         """The components on which it depends what a call makes, as far as is known."""
-        if self.effort >= EXACT:
+        if self.effort >= tuning.FULL_DEPENDENCE_EFFORT:
             return self._everything
         known = self._reads.get(call)
         if known is None:
@@ -263,7 +261,7 @@ class RefusalTable:
             owners = {self._index.get(name.partition(".")[0]) for name in pair} - {None, *self.moves(call)}
             counts.update(dict.fromkeys((i for i in owners if i is not None), count))
         total = sum(count for _, count in refusal.pairs)
-        blockers = [i for i, count in sorted(counts.items()) if count >= SHARE * total]
+        blockers = [i for i, count in sorted(counts.items()) if count >= tuning.BLOCKING_SHARE * total]
         if blockers:
             return frozenset((i, trace[i]) for i in blockers)
         return frozenset() if refusal.reason == "out_of_reach" else None
@@ -289,14 +287,14 @@ class RefusalTable:
     def _no_attempt_left(self, call: GroundCall, attempt: int) -> bool:
         """Whether there are no so many answers of a call: they are too many, or it had no more somewhere."""
         refusals = self.refusals.get(call, ())
-        return attempt >= ATTEMPTS * (1 + self.effort) or any(0 < row.attempt <= attempt for row in refusals)
+        return attempt >= self._max_attempts or any(0 < row.attempt <= attempt for row in refusals)
 
     def fails_too_often(self) -> bool:
         """Whether so many calls along finished plans were refused that asking while searching is the better way."""
         counted = self.server.statistics
         calls = sum(counted.calls.values())
         failures = sum(sum(reasons.values()) for reasons in counted.failures.values())
-        return failures >= IN_VAIN and failures >= OFTEN * calls
+        return failures >= tuning.MIN_FAILED_CALLS and failures >= tuning.FAILED_CALL_SHARE * calls
 
     def proved(self) -> bool:
         """Whether every refusal is a proof, and none of something that was sampled: no number of samples would help."""

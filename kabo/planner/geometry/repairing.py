@@ -12,8 +12,6 @@ from kabo.planner.geometry.evaluation import RefusedCall, in_order
 from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 
-REPAIRS = 24  # of one skeleton, before another one is looked for
-
 
 def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], ledger: RefusalTable) -> Skeleton | None:
     """The skeleton with the next attempts at the calls that are to blame; None if nothing that was sampled is.

@@ -14,14 +14,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.children import end_with_parent
 from kabo.geometry_server import Answer, Situation, Statistics
 from kabo.language.formulas import GroundCall
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.planner.geometry.procedure_server import ProcedureServer
 
 POLL_S = 0.05  # how often a wait looks whether the run is to stop
 
@@ -69,7 +67,7 @@ class ProcedureWorkers:
         stop: whether the run is to end.
     """
 
-    def __init__(self, procedures: "GeometricProcedures", size: int, stop: Callable[[], bool]) -> None:
+    def __init__(self, procedures: ProcedureServer, size: int, stop: Callable[[], bool]) -> None:
         self._procedures, self._size, self._stop = procedures, size, stop
         self._workers: list[_ProcedureWorker] = []
         self._ended: list[_ProcedureWorker] = []
@@ -174,7 +172,7 @@ class ProcedureWorkers:
         return _ProcedureWorker(process, here)
 
 
-def _work(channel: Connection, procedures: "GeometricProcedures", parent: int) -> None:
+def _work(channel: Connection, procedures: ProcedureServer, parent: int) -> None:
     """Answers questions until the planner is gone, or one fails: then the planner asks it itself, and says why."""
     procedures.elsewhere = None
     end_with_parent(parent)

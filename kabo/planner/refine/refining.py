@@ -10,7 +10,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
@@ -22,9 +21,7 @@ from kabo.planner.refine.overlapping import SituatedMotion, greatest_overlap
 from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
 from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
 from kabo.planner.refine.timing import duration, timed
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.procedures import GeometricProcedures
 
 SAMPLES = 20_000  # of tasks, for other solutions
 BETTER = 1e-6  # rad, s: less is no difference
@@ -57,7 +54,7 @@ class RefinementFigures:
 
 
 def refine(
-    variants: tuple[Variant, ...], server: "GeometricProcedures", *, samples: int = SAMPLES
+    variants: tuple[Variant, ...], server: GeometricProcedures, *, samples: int = SAMPLES
 ) -> RefinementFigures:
     """Gives the variants of a plan better motion, in place, and says how much better.
 
@@ -87,7 +84,7 @@ def refine(
     return RefinementFigures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
 
 
-def freedoms_of(stop: Stop, server: "GeometricProcedures") -> Freedoms:
+def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
     """What may be changed of a node's motion."""
     if stop.call is None:
         return NONE
@@ -96,7 +93,7 @@ def freedoms_of(stop: Stop, server: "GeometricProcedures") -> Freedoms:
 
 
 # ------------------------------------------------------------------------------------------------------ refinement
-def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
+def _refine(stretch: Sequence[Stop], server: GeometricProcedures) -> None:
     """The stretch with shorter motion.
 
     Raises:
@@ -118,7 +115,7 @@ def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
         situation = situation.replace(act.changes)
 
 
-def _retime(stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+def _retime(stops: Sequence[Stop], server: GeometricProcedures) -> None:
     """New times for all motion."""
     for stop in stops:
         if stop.answer is not None:
@@ -126,7 +123,7 @@ def _retime(stops: Sequence[Stop], server: "GeometricProcedures") -> None:
                 stop.keep(stop.situation, _timed(stop, stop.answer, server))
 
 
-def _timed(stop: Stop, answer: Success, server: "GeometricProcedures") -> Success:
+def _timed(stop: Stop, answer: Success, server: GeometricProcedures) -> Success:
     """A node's motion with new times, if it is proven with them."""
     context = server.server.context()
     server.server.look()
@@ -139,7 +136,7 @@ def _timed(stop: Stop, answer: Success, server: "GeometricProcedures") -> Succes
 class FoundMotion:
     """The plan as it was found, timed within the same limits: what refinement has to be better than."""
 
-    def __init__(self, stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+    def __init__(self, stops: Sequence[Stop], server: GeometricProcedures) -> None:
         self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
         self.length = longest(stops, length_of)
         _retime(stops, server)
@@ -155,7 +152,7 @@ class FoundMotion:
 
 
 # ---------------------------------------------------------------------------------------------------- both at once
-def let_overlap(stops: Sequence[Stop], server: "GeometricProcedures") -> dict[Stop, float]:
+def let_overlap(stops: Sequence[Stop], server: GeometricProcedures) -> dict[Stop, float]:
     """Lets motions begin before the one before has ended, where two robots then move apart; the overlaps [s]."""
     made: dict[Stop, float] = {}
     for stop in stops:
@@ -176,7 +173,7 @@ def let_overlap(stops: Sequence[Stop], server: "GeometricProcedures") -> dict[St
     return made
 
 
-def _independent(stop: Stop, after: Stop, server: "GeometricProcedures") -> bool:
+def _independent(stop: Stop, after: Stop, server: GeometricProcedures) -> bool:
     """Whether a node may begin while the one before still moves: other robots, other objects, nothing to wait for."""
     actions = stop.first.node.action, after.first.node.action
     if stop.call is None or after.call is None or actions[0] is None or actions[1] is None:

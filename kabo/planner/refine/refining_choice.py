@@ -9,7 +9,6 @@ asked anew, and the sum over the whole plan decides.
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
@@ -17,9 +16,7 @@ from kabo.geometry_server.situation import Situation
 from kabo.planner.refine.joining import segment_length
 from kabo.planner.refine.legs import proven
 from kabo.planner.refine.refining_stops import Stop
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.procedures import GeometricProcedures
 
 SOLUTIONS, BEAM = 3, 4  # of each task; of states that are kept
 ENDS, AGAIN = 2, 1  # of a stretch that are followed; solutions of what follows
@@ -57,7 +54,7 @@ class _Way:
 class AlternativeChoice:
     """Looks for shorter solutions along the stretches of a plan; `order` has each node before those that follow it."""
 
-    server: "GeometricProcedures"
+    server: GeometricProcedures
     order: Sequence[Stop]
     draft: PlanDraft
     samples: int

@@ -5,10 +5,8 @@ from heapq import heappop, heappush
 from itertools import count
 from math import inf
 
+from kabo import tuning
 from kabo.planner.search.search_graph import Graph, Move, Node, Parents, SearchOutcome, path_to
-
-PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: less than loading them takes
-
 
 # A node that waits, by what a way through it costs at least, then by how near an end seems, then the latest first:
 # both bounds, its order, whether it is bounded by itself and not by its parent, its cost, its key, the node.
@@ -31,7 +29,7 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node,
         _, bound, order, bounded, cost, waiting, node = heappop(queue)
         if cost > costs[waiting]:
             continue
-        if not bounded and len(closed) >= PLAIN_EXPANSIONS:
+        if not bounded and len(closed) >= tuning.EXPANSIONS_WITHOUT_BOUNDS:
             own = graph.bound(node)
             if own is None:
                 continue

@@ -8,14 +8,12 @@ speaks against it. So the packed searches see all that was learnt from geometry,
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from kabo import tuning
 from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
 from kabo.planner.search.skeleton import LearntRefusals, Pattern, Provenance
 
-SCALE = 10  # of costs: what an action costs beside the prices below
-AGAIN, DOUBTFUL, OFTEN, MOST_OFTEN = 7, 30, 2, 20  # another attempt; where something was in the way; each refusal
-MOST_WAYS = 48  # conditions of one call beside each other: with more, some are left out
 OTHER = 0  # the value of a lineage that nothing names
 
 Allowed = dict[int, frozenset[int]]  # variable: the values that it may have
@@ -68,7 +66,7 @@ class _Learnt:
         attempts: list[int] = []
         for plain in self.base.operators:
             call = self.actions[plain.owner].call
-            scaled = replace(plain, cost=plain.cost * SCALE)
+            scaled = replace(plain, cost=plain.cost * tuning.ACTION_PRICE)
             for operator, attempt in [(scaled, 0)] if call is None else self._with_call(scaled, call):
                 operators.append(operator)
                 attempts.append(attempt)
@@ -79,18 +77,18 @@ class _Learnt:
     def _with_call(self, plain: Operator, call: GroundCall) -> Iterable[tuple[Operator, int]]:
         """The operator for every attempt that is open, where it is not refused; first where nothing is in its way."""
         refusals = self.book.refusals.get(call, ())
-        often = min(OFTEN * len(refusals), MOST_OFTEN)
+        often = min(tuning.REFUSAL_PRICE * len(refusals), tuning.MAX_REFUSAL_PRICE)
         for attempt in range(self.book.attempts):
             before = [{}] if attempt == 0 else [self._holding(p) for p in self._leading(call, attempt - 1)]
             if not before:
                 return
             refused = [pattern for first, pattern in refusals if first <= attempt]
             effects = (*plain.effects, *self._effects(call, attempt))
-            cost = plain.cost + AGAIN * attempt + often
+            cost = plain.cost + tuning.RETRY_PRICE * attempt + often
             free = self._avoiding(before, refused)
             clear = self._avoiding(free, self.book.suspicions.get(call, ()))
             for allowed, price in [(each, 0) for each in clear] + [
-                (each, DOUBTFUL) for each in free if each not in clear
+                (each, tuning.SUSPICION_PRICE) for each in free if each not in clear
             ]:
                 conditions = tuple((n, tuple(sorted(values))) for n, values in sorted(allowed.items()))
                 made = replace(
@@ -127,8 +125,8 @@ class _Learnt:
         for pattern in sorted(dict.fromkeys(patterns), key=lambda p: (len(p), sorted(p))):
             split = [narrowed for way in found for narrowed in self._without(way, pattern)]
             found = _largest(split)
-            if len(found) > MOST_WAYS:
-                found, self.whole = found[:MOST_WAYS], False
+            if len(found) > tuning.MAX_CONDITIONS:
+                found, self.whole = found[: tuning.MAX_CONDITIONS], False
         return found
 
     def _without(self, way: Allowed, pattern: Pattern) -> list[Allowed]:

@@ -11,6 +11,7 @@ ancestors that stood in the way (see `nogoods.py`), and only those that need non
 
 from collections.abc import Callable, Generator, Hashable
 
+from kabo import tuning
 from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
 from kabo.options import Options, Search
@@ -35,14 +36,6 @@ from kabo.planner.search.skeleton import (
 )
 from kabo.planner.search.solved import Memo, Solved
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
-
-SECOND_OPINION = (
-    150  # expansions: what `best` solves with fewer is solved once more, and the smaller plan is taken
-)
-DEAD_ENDS = 200  # failed choices after which `best` starts over with other hopes
-PATIENCE = 500  # failed choices after which every node is looked at once, as far as that ends soon
-MORE_PATIENCE = 4  # times as many the next time
-LOOK_AT = 10_000  # nodes at least that are looked at before the search goes on
 
 Outcome = Solved | Nogood
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
@@ -93,17 +86,20 @@ def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Sea
 
     Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
     """
-    for assume_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
+    for assume_last in (True, False) if search == "best" else ():
         space = SearchSpace(task, geometry, may_wait, assume_last)
         try:
-            outcome = _run(_Contingent(space, SEARCHES[search], counter, dead_ends).solve(space.start, []))
+            outcome = _run(
+                _Contingent(space, SEARCHES[search], counter, tuning.MAX_FAILED_CHOICES).solve(space.start, [])
+            )
         except _TooManyDeadEnds:
             continue
         return outcome if isinstance(outcome, Nogood) else _smaller(outcome, space, counter)
     space = SearchSpace(task, geometry, may_wait)
     looking = _ExhaustiveCheck(task, may_wait, counter, takes_plans=geometry is None)
     try:
-        return _run(_Contingent(space, SEARCHES[search], counter, PATIENCE, looking).solve(space.start, []))
+        patience = tuning.FAILED_CHOICES_BEFORE_FIXPOINT
+        return _run(_Contingent(space, SEARCHES[search], counter, patience, looking).solve(space.start, []))
     except _OutcomeKnown as decided:
         return decided.outcome
 
@@ -114,12 +110,12 @@ def _smaller(found: Solved, space: SearchSpace, counter: Counter) -> Solved:
     With geometry a plan is only a proposal, and a second one would be asked for in vain.
     """
     spent = counter.expanded
-    if spent > SECOND_OPINION or space.geometry is not None:
+    if spent > tuning.SECOND_SEARCH_EXPANSIONS or space.geometry is not None:
         return found
     left = 2 * spent if counter.limits.expansions is None else min(2 * spent, counter.limits.expansions - spent)
     second = Counter(SearchLimits(left))  # so few that no clock need end it
     try:
-        other = _run(_Contingent(space, newest_first, second, DEAD_ENDS).solve(space.start, []))
+        other = _run(_Contingent(space, newest_first, second, tuning.MAX_FAILED_CHOICES).solve(space.start, []))
     except (BudgetSpent, _TooManyDeadEnds):
         other = found
     counter.add(second)
@@ -147,7 +143,7 @@ class _ExhaustiveCheck:
 
     def __init__(self, task: Task, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
         self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
-        self._patience = PATIENCE
+        self._patience = tuning.FAILED_CHOICES_BEFORE_FIXPOINT
         self._nodes: Fixpoint | None = None  # made when it is first needed
 
     def __call__(self) -> int | None:
@@ -157,14 +153,14 @@ class _ExhaustiveCheck:
             _Decided: it has.
         """
         self._nodes = self._nodes or Fixpoint(SearchSpace(self._task, None, self._may_wait), self._counter)
-        found = self._nodes.solve(max(LOOK_AT, self._counter.expanded))
+        found = self._nodes.solve(max(tuning.MIN_FIXPOINT_NODES, self._counter.expanded))
         if found is False:
             raise _OutcomeKnown(Nogood(frozenset()))
         if isinstance(found, Solved):
             if self._takes_plans:
                 raise _OutcomeKnown(found)
             return None
-        self._patience *= MORE_PATIENCE
+        self._patience *= tuning.FAILED_CHOICES_GROWTH
         return self._patience
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from kabo import tuning
 from kabo.arrays import Integers
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
 from kabo.knowledge import GroundAction, Query, Task
@@ -17,8 +18,6 @@ from kabo.knowledge.facts import Claim, open_entries
 from kabo.knowledge.progression import Effects, Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some, bits_of, union
 from kabo.language.formulas import GroundCall
-
-KEPT = 20_000  # estimates that are remembered
 
 
 class Relaxation:
@@ -54,7 +53,7 @@ class Relaxation:
         chosen = tuple(parts)
         known = self._known.get((state, chosen))
         if known is None:
-            if len(self._known) >= KEPT:
+            if len(self._known) >= tuning.MAX_REMEMBERED_ESTIMATES:
                 self._known.clear()
             known = self._known[state, chosen] = self._estimated(state, chosen)
         return known

@@ -5,10 +5,8 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import Generic
 
+from kabo import tuning
 from kabo.planner.search.search_graph import Graph, Move, Node, Parents, SearchOutcome, expanded, path_to
-
-SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
-PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
 
 
 def greedy(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
@@ -36,9 +34,9 @@ def serial(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Searc
         if graph.holds(wanted, node):
             continue
         arrived = _all_hold(graph, wanted)
-        step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached, newest=newest)
+        step = _greedy(node, graph, arrived, wanted, tuning.MAX_SERIAL_EXPANSIONS, kept=reached, newest=newest)
         if step is None or step.path is None:
-            step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, newest=newest)
+            step = _greedy(node, graph, arrived, wanted, tuning.MAX_SERIAL_EXPANSIONS, newest=newest)
         if step is None or step.path is None:
             return greedy(start, graph)
         reached = wanted
@@ -105,7 +103,7 @@ def _greedy(
             been[known] += 1
             if best is None or value < best:
                 best = value
-                promising.turns -= PREFERRED_TURNS
+                promising.turns -= tuning.PREFERRED_QUEUE_TURNS
             successors, target = graph.successors(node, among=preferred), promising
             every.push(value, (key, node, preferred, 0))
         else:

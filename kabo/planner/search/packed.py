@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from kabo import tuning
 from kabo.budgets import Spent
 from kabo.knowledge import Task, unreachable_goals
 from kabo.options import Search
@@ -24,8 +25,6 @@ from kabo.planner.search.skeleton import (
 if TYPE_CHECKING:  # loaded where a task without sensing needs them
     from kabo.finite_domain import CompiledTask
     from kabo.finite_domain import SearchResult as PackedResult
-
-CHEAPEST = 20_000  # expansions in which a plan of least cost is looked for: procedures cost more than the search
 
 
 class PackedTask:
@@ -107,7 +106,8 @@ def _searched(
 
     budget = Budget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best" and book is not None:
-        most = CHEAPEST if limits.expansions is None else min(CHEAPEST, limits.expansions)
+        most = tuning.MAX_CHEAPEST_EXPANSIONS
+        most = most if limits.expansions is None else min(most, limits.expansions)
         found = astar(compiled, forbidden=forbidden, budget=Budget(expansions=most, stop=limits.deadline))
         if found.status in ("solved", "unsolvable"):
             return found

@@ -7,6 +7,7 @@ when there is none. All are deterministic: successors are taken in the order in 
 from collections import Counter, deque
 from collections.abc import Hashable, Iterator
 
+from kabo import tuning
 from kabo.planner.search.astar import cheapest_first
 from kabo.planner.search.greedy_search import greedy, serial
 from kabo.planner.search.search_graph import (
@@ -19,8 +20,6 @@ from kabo.planner.search.search_graph import (
     expanded,
     path_to,
 )
-
-MORE_VISITS = 4  # times as many visits of each state of knowledge, depth-first, whenever fewer were too few
 
 
 def breadth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
@@ -55,7 +54,7 @@ def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Mo
         found, whole = _depth_first(start, graph, most)
         if found.path is not None or whole:
             return found
-        most *= MORE_VISITS
+        most *= tuning.VISITS_GROWTH
 
 
 def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:

@@ -6,13 +6,14 @@ leaves, with a single goal node [docs/plans.md#sharing].
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Protocol
+from typing import Any, Protocol
 
 from kabo.budgets import Spent
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
+from kabo.options import Search
 
-Trace = Hashable  # opaque: which procedures made the present geometric components
+Trace = Any  # opaque to the search, and hashable: which procedures made the present geometric components
 Provenance = tuple[int, int]  # a component, by its number, and which lineage its value has; 0: as at the start
 Pattern = frozenset[Provenance]
 
@@ -46,7 +47,10 @@ class LearntRefusals:
 class Geometry(Protocol):
     """Geometry as the search sees it: bookkeeping only, and optimistic where nothing has been evaluated."""
 
-    start: Trace
+    @property
+    def start(self) -> Trace:
+        """The trace of the initial state."""
+        ...
 
     def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
         """The attempts that may succeed, each with the trace after it; empty means refused."""
@@ -69,7 +73,11 @@ class Geometry(Protocol):
         ...
 
     def learnt(self) -> LearntRefusals | None:
-        """All that is known of geometry as it can be compiled into a task; None if it cannot be told so."""
+        """All that is known of geometry, for compiling it into the task; None if that is not possible."""
+        ...
+
+    def most_expansions(self, search: Search) -> float:
+        """The number of expansions after which the search should stop and geometry offer more answers."""
         ...
 
 

@@ -10,14 +10,13 @@ from fractions import Fraction
 from itertools import product
 from math import lcm
 
+from kabo import tuning
 from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
 from kabo.finite_domain.task import Conditions
 from kabo.knowledge import GroundAction, Query, Task
 from kabo.knowledge.facts import AtomBits, TermBits
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some
-
-ALTERNATIVES = 64  # a condition with more is left to the other searches
 
 
 class _NotFiniteDomain(Exception):
@@ -121,13 +120,13 @@ class _Converter:
             case All():
                 parts = [self._alternatives(part) for part in query.parts]
                 alternatives = []
-                if sum(len(part) > 1 for part in parts) > 4:
+                if sum(len(part) > 1 for part in parts) > tuning.MAX_DISJUNCTIONS:
                     raise _NotFiniteDomain
                 for chosen in product(*parts):
                     alternatives.append(tuple(condition for one in chosen for condition in one))
             case _:
                 raise _NotFiniteDomain
-        if len(alternatives) > ALTERNATIVES:
+        if len(alternatives) > tuning.MAX_ALTERNATIVES:
             raise _NotFiniteDomain
         return alternatives
 
@@ -212,7 +211,7 @@ class _Converter:
                     for number, values in other.conditions
                     if (others := self._others(number, values))
                 ]
-            if len(waiting) > ALTERNATIVES:
+            if len(waiting) > tuning.MAX_ALTERNATIVES:
                 raise _NotFiniteDomain
             yield from waiting
 

@@ -1,8 +1,9 @@
 """The ledger: refusals hold where what they rest on is the same, and only they tell search nodes apart."""
 
+from kabo import tuning
 from kabo.geometry_server import Refusal, Success
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.refusals import ATTEMPTS, RefusalTable
+from kabo.planner.geometry.refusals import RefusalTable
 from tests.planner.scripted import ScriptedServer, at, moved
 
 PICK = GroundCall("pick", ("r", "a"))
@@ -63,7 +64,7 @@ def test_attempts_are_bounded_and_the_bound_grows_with_the_effort() -> None:
     book = ledger()
     for attempt in range(20):
         book.record_refusal(PLACE, 0, refused("a"), [book.after(PICK, attempt, book.start)])
-    assert len(book.options(PICK, book.start)) == ATTEMPTS
+    assert len(book.options(PICK, book.start)) == tuning.ATTEMPTS_PER_EFFORT
     assert book.try_harder()
     assert not book.refusals
 

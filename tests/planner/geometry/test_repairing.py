@@ -2,10 +2,11 @@
 
 from types import SimpleNamespace
 
+from kabo import tuning
 from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import RefusedCall
-from kabo.planner.geometry.refusals import ATTEMPTS, RefusalTable
+from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.geometry.repairing import repaired
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 from tests.planner.scripted import ScriptedServer, at, moved
@@ -49,8 +50,8 @@ def test_where_nothing_that_was_sampled_is_to_blame_nothing_is_repaired() -> Non
 
 def test_repairs_end_with_the_attempts() -> None:
     book = ledger()
-    skeleton = Skeleton(act(PLACE, act(RELEASE, GOAL), ATTEMPTS - 1))
-    assert repaired(skeleton, [refusal(book, ATTEMPTS - 1, "a")], book) is None
+    skeleton = Skeleton(act(PLACE, act(RELEASE, GOAL), tuning.ATTEMPTS_PER_EFFORT - 1))
+    assert repaired(skeleton, [refusal(book, tuning.ATTEMPTS_PER_EFFORT - 1, "a")], book) is None
 
 
 def test_what_has_no_other_answer_is_not_asked_for_one_but_what_came_before_it() -> None:

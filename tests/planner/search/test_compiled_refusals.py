@@ -8,7 +8,8 @@ from kabo.finite_domain import FiniteTask, Operator, Variable, astar, breadth_fi
 from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.refusals import RefusalTable
-from kabo.planner.search.compiled_refusals import AGAIN, DOUBTFUL, OFTEN, SCALE, LearntTask, learnt_task
+from kabo.planner.search.compiled_refusals import LearntTask, learnt_task
+from kabo.tuning import ACTION_PRICE, REFUSAL_PRICE, RETRY_PRICE, SUSPICION_PRICE
 from tests.planner.scripted import ScriptedServer, at, moved
 
 PICK, PLACE, ASIDE = (GroundCall(name, ("r", "a")) for name in ("pick", "place", "aside"))
@@ -53,7 +54,7 @@ def plan(learnt: LearntTask) -> list[str]:
 def test_without_refusals_the_task_is_the_same_but_for_the_scale_of_its_costs() -> None:
     learnt = learnt_task(base(), ACTIONS, ledger().learnt())
     assert plan(learnt) == ["pick 0", "place 0"]
-    assert astar(learnt.compiled).cost == 2 * SCALE
+    assert astar(learnt.compiled).cost == 2 * ACTION_PRICE
     assert len(learnt.compiled.task.variables) == 1
 
 
@@ -63,7 +64,7 @@ def test_what_was_in_the_way_is_moved_before_another_grasp_is_tried() -> None:
     book.record_refusal(PLACE, 0, failure("a", "b", between=("a", "b")), [held])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert sorted(plan(learnt)) == ["clear 0", "pick 0", "place 0"]
-    assert astar(learnt.compiled).cost == 3 * SCALE + OFTEN
+    assert astar(learnt.compiled).cost == 3 * ACTION_PRICE + REFUSAL_PRICE
 
 
 def test_another_grasp_is_tried_where_nothing_movable_was_in_the_way() -> None:
@@ -72,7 +73,7 @@ def test_another_grasp_is_tried_where_nothing_movable_was_in_the_way() -> None:
     book.record_refusal(PLACE, 0, failure("a"), [held])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert plan(learnt) == ["pick 1", "place 0"]
-    assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + OFTEN
+    assert astar(learnt.compiled).cost == 2 * ACTION_PRICE + RETRY_PRICE + REFUSAL_PRICE
 
 
 def test_what_is_doubtful_is_done_where_there_is_no_other_way() -> None:
@@ -80,7 +81,7 @@ def test_what_is_doubtful_is_done_where_there_is_no_other_way() -> None:
     held = book.after(PICK, 0, book.start)
     book.record_refusal(PLACE, 0, failure("a", reason="out_of_reach"), [held])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
-    assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + DOUBTFUL + OFTEN
+    assert astar(learnt.compiled).cost == 2 * ACTION_PRICE + RETRY_PRICE + SUSPICION_PRICE + REFUSAL_PRICE
 
 
 def test_a_refusal_of_everything_leaves_nothing() -> None:

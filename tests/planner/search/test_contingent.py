@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from kabo import tuning
 from kabo.cli import main
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language import load_problem
 from kabo.language.problem import Function
-from kabo.planner.search import contingent
-from kabo.planner.search.contingent import DEAD_ENDS, _Contingent, find_skeleton
+from kabo.planner.search.contingent import _Contingent, find_skeleton
 from kabo.planner.search.nodes import Act, SearchSpace
 from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits, Unreachable
@@ -372,7 +372,7 @@ def doomed(given, *steps):
     for name in steps:
         act = next(action for action in space.task.actions if str(action) == name)
         node = space.after(node, Act(act, 0, None))
-    return _Contingent(space, SEARCHES["best"], Counter(SearchLimits()), DEAD_ENDS).is_doomed(node)
+    return _Contingent(space, SEARCHES["best"], Counter(SearchLimits()), tuning.MAX_FAILED_CHOICES).is_doomed(node)
 
 
 def washing(*, soap: bool, rules=()):
@@ -398,7 +398,9 @@ def test_nothing_is_called_doomed_where_outcomes_may_exclude_each_other():
 
 def test_only_the_best_search_judges_what_is_doomed():
     space = SearchSpace(ground(washing(soap=False)), None)
-    assert not _Contingent(space, SEARCHES["greedy"], Counter(SearchLimits()), DEAD_ENDS).is_doomed(space.start)
+    assert not _Contingent(
+        space, SEARCHES["greedy"], Counter(SearchLimits()), tuning.MAX_FAILED_CHOICES
+    ).is_doomed(space.start)
 
 
 # ------------------------------------------------------------------------------------------------ a second opinion
@@ -414,7 +416,7 @@ def coloured_balls(tmp_path):
 def test_a_small_problem_is_solved_twice_and_the_smaller_plan_taken(coloured_balls, monkeypatch):
     task = ground(coloured_balls)
     twice = find_skeleton(task)
-    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    monkeypatch.setattr(tuning, "SECOND_SEARCH_EXPANSIONS", 0)
     once = find_skeleton(task)
     sizes = [len(list(found.skeleton.nodes())) for found in (twice, once)]
     assert sizes[0] < sizes[1]
@@ -423,7 +425,7 @@ def test_a_small_problem_is_solved_twice_and_the_smaller_plan_taken(coloured_bal
 
 def test_a_second_opinion_stays_within_the_budget(coloured_balls, monkeypatch):
     task = ground(coloured_balls)
-    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    monkeypatch.setattr(tuning, "SECOND_SEARCH_EXPANSIONS", 0)
     once = find_skeleton(task)
     monkeypatch.undo()
     for more in (0, 1, 20):
@@ -436,5 +438,5 @@ def test_a_second_opinion_stays_within_the_budget(coloured_balls, monkeypatch):
 def test_geometry_is_given_one_proposal(coloured_balls, monkeypatch):
     task = ground(coloured_balls)
     with_geometry = find_skeleton(task, geometry=Scripted())
-    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    monkeypatch.setattr(tuning, "SECOND_SEARCH_EXPANSIONS", 0)
     assert with_geometry.statistics == find_skeleton(task, geometry=Scripted()).statistics

@@ -3,6 +3,7 @@
 import pytest
 from hypothesis import assume, event, given
 
+from kabo import tuning
 from kabo.knowledge import ground
 from kabo.planner.search import contingent
 from kabo.planner.search.fixpoint import Fixpoint
@@ -34,11 +35,11 @@ def test_it_agrees_with_the_search_and_its_plans_reach_the_goal(problem):
 @given(problem=branching_problems() | gambles())
 def test_where_the_search_turns_to_it_the_answer_stays(problem):
     task = ground(problem)
-    patience, contingent.PATIENCE = contingent.PATIENCE, 0
+    patience, tuning.FAILED_CHOICES_BEFORE_FIXPOINT = tuning.FAILED_CHOICES_BEFORE_FIXPOINT, 0
     try:
         soon = [contingent.find_skeleton(task, search=name) for name in ("greedy", "depth-first")]
     finally:
-        contingent.PATIENCE = patience
+        tuning.FAILED_CHOICES_BEFORE_FIXPOINT = patience
     late = contingent.find_skeleton(task, search="greedy")
     assert {type(found) for found in soon} == {type(late)} <= {FoundSkeleton, Unreachable}
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.planner.search import astar as cheapest_search
-from kabo.planner.search.greedy_search import SERIAL_EXPANSIONS, greedy, newest_first, serial
+from kabo import tuning
+from kabo.planner.search.greedy_search import greedy, newest_first, serial
 from kabo.planner.search.searches import SEARCHES, breadth_first, cheapest_first, depth_first, iterative_deepening
 from tests.conftest import PROPERTY_SCALE
 
@@ -281,7 +281,7 @@ def test_conjuncts_that_were_reached_are_kept_or_reached_again():
 
 
 def test_a_conjunct_that_is_far_away_is_given_up_for_the_goal_as_a_whole():
-    length = SERIAL_EXPANSIONS + 10
+    length = tuning.MAX_SERIAL_EXPANSIONS + 10
     arrows = {n: [n + 1] for n in range(length)}
     found = serial(0, Arrows(arrows, {length}, goals=[{length}]))
     assert len(found.path) == length
@@ -317,7 +317,7 @@ def bounded_arrows(seed):
 
 @pytest.mark.parametrize("plain", [0, 3])
 def test_astar_finds_the_least_cost_whatever_the_bounds(monkeypatch, plain):
-    monkeypatch.setattr(cheapest_search, "PLAIN_EXPANSIONS", plain)
+    monkeypatch.setattr(tuning, "EXPANSIONS_WITHOUT_BOUNDS", plain)
     found = 0
     for seed in range(max(200, round(5000 * PROPERTY_SCALE))):
         graph, least = bounded_arrows(seed)
@@ -333,7 +333,7 @@ def test_astar_finds_the_least_cost_whatever_the_bounds(monkeypatch, plain):
 
 
 def test_bounds_spare_expansions(monkeypatch):
-    monkeypatch.setattr(cheapest_search, "PLAIN_EXPANSIONS", 0)
+    monkeypatch.setattr(tuning, "EXPANSIONS_WITHOUT_BOUNDS", 0)
     grid = {(x, y): [(x + 1, y), (x, y + 1)] for x in range(9) for y in range(9)}
     blind = Arrows(grid, {(8, 0)})
     told = Arrows(grid, {(8, 0)}, bounds={(x, y): 8.0 - x if y == 0 else None for x, y in grid})
