@@ -5,6 +5,7 @@ from kabo.geometry_server.answers import Pair as Pair
 from kabo.geometry_server.answers import Refusal as Refusal
 from kabo.geometry_server.answers import Statistics as Statistics
 from kabo.geometry_server.answers import Success as Success
+from kabo.geometry_server.answers import owners as owners
 from kabo.geometry_server.answers import pair_text as pair_text
 from kabo.geometry_server.candidates import BATCH as BATCH
 from kabo.geometry_server.candidates import Candidate as Candidate

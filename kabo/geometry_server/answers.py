@@ -85,6 +85,11 @@ def pair_text(pair: Pair) -> str:
     return f"{pair[0]} – {pair[1]}"
 
 
+def owners(pair: Pair) -> tuple[str, str]:
+    """The robots or bodies that two things belong to: a link to its robot, a body to itself."""
+    return pair[0].partition(".")[0], pair[1].partition(".")[0]
+
+
 Answer = Success | Refusal
 
 

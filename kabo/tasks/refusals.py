@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from kabo.geometry_server import REASONS, Pair, Refusal
+from kabo.geometry_server import REASONS, Pair, Refusal, owners
 from kabo.scene import Scene
 from kabo.tasks.core import Stage
 from kabo.tasks.core.model.results import Refused
@@ -48,8 +48,8 @@ class Refusals:
 
     def movable(self, scene: Scene) -> frozenset[str]:
         """The components that were in the way of an attempt."""
-        owners = {name.partition(".")[0] for pair in self.pairs for name in pair}
-        return frozenset(owners & {*scene.robots, *scene.movable})
+        met = {owner for pair in self.pairs for owner in owners(pair)}
+        return frozenset(met & {*scene.robots, *scene.movable})
 
     def total(self, what: str, reads: frozenset[str], scene: Scene, *, again: bool = False) -> Refusal:
         """The refusal of a call whose attempts were all refused.

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from kabo import tuning
-from kabo.geometry_server import MAX_EFFORT, Refusal, Success
+from kabo.geometry_server import MAX_EFFORT, Refusal, Success, owners
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.geometry.procedure_server import ProcedureServer
@@ -258,8 +258,8 @@ class RefusalTable:
         """What was in the way, where it is; nothing, and so everywhere, if it was too far; None: only where it failed."""
         counts: Counter[int] = Counter()
         for pair, count in refusal.pairs:
-            owners = {self._index.get(name.partition(".")[0]) for name in pair} - {None, *self.moves(call)}
-            counts.update(dict.fromkeys((i for i in owners if i is not None), count))
+            met = {self._index.get(name) for name in owners(pair)} - {None, *self.moves(call)}
+            counts.update(dict.fromkeys((i for i in met if i is not None), count))
         total = sum(count for _, count in refusal.pairs)
         blockers = [i for i, count in sorted(counts.items()) if count >= tuning.BLOCKING_SHARE * total]
         if blockers:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Context, Refusal, Stream, way_to
+from kabo.geometry_server import Context, Refusal, Stream, pair_text, way_to
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.targets import Target
@@ -63,6 +63,15 @@ class MotionQuestion:
             found = way_to(workspace, path[0], path[-1], key, min(samples, FEW), keep)
             return not isinstance(found, Refusal)
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
+
+
+def hand_blocked(scene: TaskScene, robot: str, target: Target) -> Refusal | None:
+    """What the hand alone would hit where a target wants it, whatever the arm does; None: nothing."""
+    hit = target.blocked(scene)
+    if hit is None:
+        return None
+    asked = MotionQuestion(scene, robot, target=target)
+    return Refusal.collision(hit, f"the hand would hit: {pair_text(hit)}", question=asked)
 
 
 def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> MotionQuestion:

@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import FixedGroup, MovingGroup
-from kabo.geometry_server import Contacts, Pair, Refusal, Team
+from kabo.geometry_server import Contacts, Pair, Refusal, Team, pair_text
 from kabo.plan import Segment
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Solution
@@ -108,7 +108,7 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Refusal
         hit = _MovingBodies(now, team, owners, permitted).hit(path)
         if hit is not None:
             pair, k = hit
-            text = f"{pair[0]} – {pair[1]} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
+            text = f"{pair_text(pair)} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
             return Refusal.collision(pair, text, reads=reads)
         for robot in robots:
             now = now.at(robot, tracks[owners[robot]].at(robot, np.array([end]))[0])

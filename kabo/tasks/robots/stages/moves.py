@@ -16,7 +16,7 @@ from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.motion.paths import grip, length, way
-from kabo.tasks.robots.motion.questions import MotionQuestion, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.poses import pose_of
@@ -130,9 +130,9 @@ class MoveTo(RobotStage, Propagator):
         else:
             pose = pose_of(scene, goal["pose"])
         target, tried = pose_target(scene, name, frame, pose), 0
-        asked, hit = MotionQuestion(scene, name, target=target), target.blocked(scene)
-        if hit is not None:
-            yield Refusal.collision(hit, f"the hand would hit: {hit[0]} – {hit[1]}", question=asked)
+        blocked = hand_blocked(scene, name, target)
+        if blocked is not None:
+            yield blocked
             return
         for at in scene.context.drawn(target.batches()):
             tried += 1
@@ -140,9 +140,9 @@ class MoveTo(RobotStage, Propagator):
             if tried >= properties["max_ik_solutions"]:
                 return
         if not tried:
-            yield Refusal(
-                "out_of_reach", f"no configuration of {name} was found", reads=frozenset({name}), question=asked
-            )
+            asked = MotionQuestion(scene, name, target=target)
+            text = f"no configuration of {name} was found"
+            yield Refusal("out_of_reach", text, reads=frozenset({name}), question=asked)
 
 
 def _is_pose(goal: Any) -> bool:

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Candidate, Refusal, tool_frame
+from kabo.geometry_server import Candidate, Refusal, owners, tool_frame
 from kabo.tasks.core import INTERFACE, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
-from kabo.tasks.robots.motion.questions import MotionQuestion, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, along, hand_blocked
 from kabo.tasks.robots.motion.targets import PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -47,10 +47,9 @@ class ComputeIK(RobotStage, Wrapper):
         """The scene with the robot at each configuration found."""
         assert solution.end is not None
         scene, target = solution.end.scene, properties["target"]
-        hit = None if properties["ignore_collisions"] else target.blocked(scene)
-        asked = MotionQuestion(scene, properties["robot"], target=target)
-        if hit is not None:
-            yield Refusal.collision(hit, f"the hand would hit: {hit[0]} – {hit[1]}", question=asked)
+        blocked = None if properties["ignore_collisions"] else hand_blocked(scene, properties["robot"], target)
+        if blocked is not None:
+            yield blocked
             return
         yield from self._reached(scene, target, properties, solution)
 
@@ -96,9 +95,9 @@ class ComputeIK(RobotStage, Wrapper):
 
 def _is_movable(scene: TaskScene, robot: str, refused: Refusal) -> bool:
     """Whether what was in the way is another robot, or an object that this one does not hold."""
-    owners = {name.partition(".")[0] for pair, _ in refused.pairs for name in pair}
+    met = {owner for pair, _ in refused.pairs for owner in owners(pair)}
     others = {*scene.situation.robots, *scene.situation.objects} - {robot, *scene.situation.carried(robot)}
-    return not owners.isdisjoint(others)
+    return not met.isdisjoint(others)
 
 
 def _away(scene: TaskScene, name: str, at: Candidate) -> float:
