@@ -69,9 +69,7 @@ def solve(
     found: SolveOptions = {"memory": default_memory(), "epsilon": None if scene is None else scene.epsilon}
     chosen = Options.of(options, problem.options, found)
     asked = Procedures(problem, procedures or {}, chosen.geometry_order, chosen.seed)
-    replaced = procedures is not None and not (
-        procedures and problem.domain.procedures.keys() >= procedures.keys()
-    )
+    replaced = _stands_for_geometry(procedures, problem)
     has_geometry = scene is not None and chosen.geometry != "none" and not replaced
     if not has_geometry:
         chosen = replace(chosen, geometry="none")
@@ -85,10 +83,18 @@ def solve(
     if procedures is not None and not has_geometry:
         return _with_procedures(run, task, asked)
     result = _integrated(run, task) if has_geometry else _symbolic(run, task)
-    if procedures:
-        rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
-        result = replace(result, statistics={**result.statistics, "procedures": rows})
-    return result
+    return _with_figures(result, asked) if procedures else result
+
+
+def _stands_for_geometry(procedures: Mapping[str, Callable[..., bool]] | None, problem: Problem) -> bool:
+    """Whether the given functions answer for procedures of geometry, and not only for external ones."""
+    return procedures is not None and not (procedures and problem.domain.procedures.keys() >= procedures.keys())
+
+
+def _with_figures(result: Result, asked: Procedures) -> Result:
+    """The result with what the given functions were asked among its statistics."""
+    rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
+    return replace(result, statistics={**result.statistics, "procedures": rows})
 
 
 def _symbolic(run: Run, task: Task) -> Result:
