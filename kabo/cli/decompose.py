@@ -4,8 +4,8 @@ import argparse
 from typing import Any
 
 from kabo.cli import exit_codes, meshing
+from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import natural
 from kabo.cli.terminal import clean_standard_output
 
 NAME = "decompose"

@@ -4,8 +4,9 @@ import argparse
 from typing import Any
 
 from kabo.cli import exit_codes
+from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import add_options, add_problem_argument, chosen_options, natural
+from kabo.cli.solving import add_options, add_problem_argument, chosen_options
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 
 NAME = "explain"

@@ -15,8 +15,8 @@ from typing import Any
 
 import kabo
 from kabo.cli import exit_codes
+from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import natural, output_file
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
 NAME = "generate"

@@ -11,8 +11,8 @@ from typing import NoReturn
 
 from kabo import __version__
 from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, task, verify
+from kabo.cli.argument_types import require_writable
 from kabo.cli.limits import limited
-from kabo.cli.solving import require_writable
 from kabo.errors import CutOff, InputError, KaboError, ServiceError, missing_library
 
 COMMANDS: tuple[ModuleType, ...] = (

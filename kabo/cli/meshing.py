@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kabo.cli.solving import output_file
+from kabo.cli.argument_types import output_file
 from kabo.cli.terminal import print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
 

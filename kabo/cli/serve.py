@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 
 from kabo.cli import exit_codes
-from kabo.cli.solving import natural
+from kabo.cli.argument_types import natural
 from kabo.cli.terminal import tell
 
 NAME = "serve"

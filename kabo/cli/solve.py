@@ -2,7 +2,8 @@
 
 import argparse
 
-from kabo.cli.solving import add_search_arguments, chosen_options, finish, natural, told_cut_off
+from kabo.cli.argument_types import natural
+from kabo.cli.solving import add_search_arguments, chosen_options, finish, told_cut_off
 from kabo.cli.terminal import clean_standard_output, interruptible, tell
 
 NAME = "solve"

@@ -1,16 +1,14 @@
 """What `solve` and `request` share: the options of a search, and how its answer is shown and written."""
 
 import argparse
-import math
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
 from kabo.cli import exit_codes
+from kabo.cli.argument_types import bounded, natural, output_file, positive
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
-from kabo.errors import Diagnostic, InputError
 from kabo.options import OPTIONS, Option, SolveOptions
 
 TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
@@ -44,7 +42,7 @@ def add_options(parser: argparse.ArgumentParser, command: str, **defaults: objec
         elif option.kind is bool:
             given["action"] = argparse.BooleanOptionalAction
         else:
-            given |= {"type": _parser(option), "metavar": "N" if option.kind is int else option.name[0].upper()}
+            given |= {"type": _reader(option), "metavar": "N" if option.kind is int else option.name[0].upper()}
         parser.add_argument(argument_of(option), **given)
 
 
@@ -60,23 +58,13 @@ def _help(option: Option, default: object) -> str:
     return f"{option.help} (default: {first}{last})".replace("`", "").replace("%", "%%")
 
 
-def _parser(option: Option) -> Callable[[str], Any]:
-    """What reads the value of an option that is a number."""
+def _reader(option: Option) -> Callable[[str], Any]:
+    """The function that reads the value of an option that is a number."""
     if option.kind is int:
         return natural
     if option.at_least is None or option.at_most is None:
         return positive
-    least, most = option.at_least, option.at_most
-
-    def bounded(text: str) -> float:
-        value = float(positive(text))
-        if not least <= value <= most:
-            wanted = "a length" if option.unit == "m" else "a number"
-            span = f"{least:g} to {most:g} {option.unit}".rstrip()
-            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted} from {span}")
-        return value
-
-    return bounded
+    return bounded(option.at_least, option.at_most, option.unit)
 
 
 def add_problem_argument(parser: argparse.ArgumentParser) -> None:
@@ -173,46 +161,3 @@ def _no_plan(body: Mapping[str, Any]) -> str:
     details = reason["details"]
     more = ["  kabo explain says more, and what would help"] if len(details) > TOLD else []
     return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:TOLD]), *more])
-
-
-def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable[[str], Any]:
-    def parsed(text: str) -> float:
-        try:
-            value = kind(text)
-        except ValueError:
-            value = math.nan
-        if not (math.isfinite(value) and value >= least) or (kind is float and value == 0):
-            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}")
-        return value
-
-    return parsed
-
-
-def output_file(text: str) -> Path:
-    """A file to write, in a folder that exists: better said now than after the search."""
-    path = Path(text)
-    try:
-        fits = path.parent.is_dir() and not path.is_dir()
-    except (OSError, ValueError):  # too long a name, or a null byte in it
-        fits = False
-    if not fits:
-        raise argparse.ArgumentTypeError(f"{text!r} is no file in a folder that exists")
-    return path
-
-
-def require_writable(path: Path) -> None:
-    """Nothing, for a file that can be written: tried with an empty file beside it, which goes again.
-
-    Raises:
-        InputError: it cannot; says why.
-    """
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", suffix=".part" + 16 * "0"):
-            pass
-    except OSError as error:
-        hint = "name another file to write"
-        raise InputError([Diagnostic(str(path), 1, 1, f"cannot be written: {error.strerror}", hint)]) from None
-
-
-natural = _number(int, 0, "a whole number from 0 on")
-positive = _number(float, 0.0, "a number above 0")
