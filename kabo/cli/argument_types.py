@@ -51,7 +51,12 @@ def require_writable(path: Path) -> None:
         raise InputError([Diagnostic(str(path), 1, 1, f"cannot be written: {error.strerror}", hint)]) from None
 
 
-natural = _number(int, 0, "a whole number from 0 on")
+def whole(least: int) -> Callable[[str], Any]:
+    """Reads a whole number from a least one on."""
+    return _number(int, least, f"a whole number from {least} on")
+
+
+natural = whole(0)
 positive = _number(float, 0.0, "a number above 0")
 
 
@@ -62,8 +67,8 @@ def bounded(least: float, most: float, unit: str) -> Callable[[str], float]:
         value = float(positive(text))
         if not least <= value <= most:
             wanted = "a length" if unit == "m" else "a number"
-            span = f"{least:g} to {most:g} {unit}".rstrip()
-            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted} from {span}")
+            end = "on" if most == math.inf else f"to {most:g} {unit}".rstrip()
+            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted} from {least:g} {end}")
         return value
 
     return parsed

@@ -2,11 +2,12 @@
 
 import argparse
 from collections.abc import Callable, Mapping
+from math import inf
 from pathlib import Path
 from typing import Any, cast
 
 from kabo.cli import exit_codes
-from kabo.cli.argument_types import bounded, natural, output_file, positive
+from kabo.cli.argument_types import bounded, output_file, positive, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
 from kabo.options import OPTIONS, Option, SolveOptions
@@ -61,10 +62,10 @@ def _help(option: Option, default: object) -> str:
 def _reader(option: Option) -> Callable[[str], Any]:
     """The function that reads the value of an option that is a number."""
     if option.kind is int:
-        return natural
-    if option.at_least is None or option.at_most is None:
+        return whole(int(option.at_least or 0))
+    if not option.at_least and option.at_most is None:
         return positive
-    return bounded(option.at_least, option.at_most, option.unit)
+    return bounded(option.at_least or 0.0, inf if option.at_most is None else option.at_most, option.unit)
 
 
 def add_problem_argument(parser: argparse.ArgumentParser) -> None:
