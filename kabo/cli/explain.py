@@ -3,7 +3,7 @@
 import argparse
 from typing import Any
 
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import add_options, add_problem_argument, chosen_options
@@ -37,9 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the explanation; the exit codes are those of `solve`."""
-    from kabo.explain.explain import explanation_to_json
-    from kabo.requests import explain_file
-
     given: dict[str, Any] = {**chosen_options(options)}
     given["geometry"] = options.geometry != "none"
     if options.changes is not None:
@@ -47,11 +44,11 @@ def run(options: argparse.Namespace) -> int:
     with clean_standard_output(), interruptible() as stop:
         if options.timeout is not None:
             given["timeout"] = max(0.0, given["timeout"] - TELLING_S)
-        found, error = explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
+        found, error = rooms.explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
     if error is not None:
         tell(str(error))
     if options.json:
-        print_json(explanation_to_json(found))
+        print_json(rooms.explanation_to_json(found))
     elif found.verdict != "invalid":
         print(found)
     return EXIT_CODES[found.verdict]
@@ -61,9 +58,7 @@ def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
     """Shows that it was ended by force; the exit code."""
     said = f"Nothing is explained: {message}."
     if options.json:
-        from kabo.explain.explain import Explanation, explanation_to_json
-
-        print_json(explanation_to_json(Explanation("exhausted", (said,))))
+        print_json(rooms.explanation_to_json(rooms.Explanation("exhausted", (said,))))
     else:
         print(said)
     return exit_codes.NO_PLAN

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import kabo
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
 from kabo.errors import Diagnostic, InputError, did_you_mean
@@ -42,13 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the problem with paths relative to its file, and prints the file's path."""
-    from kabo.plan import write_atomically
-
     folder = domain_folder(options.domain)
     rule = _rule(folder)
     settings = dict(_setting(rule, options.domain, text) for text in options.set)
     text = rule(options.n, home_from(options.output.parent, folder), **settings)
-    write_atomically(options.output, text.encode())
+    rooms.write_atomically(options.output, text.encode())
     print(options.output)
     return exit_codes.DONE
 

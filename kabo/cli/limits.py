@@ -16,15 +16,12 @@ from math import inf, isfinite
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.budgets import default_memory, held_bytes, process_began
 from kabo.children import end_with_parent, ended_by
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.terminal import described, print_json, shown_text, tell
-
-if TYPE_CHECKING:
-    from kabo.planner.result import Progress
 
 GRACE_S = 0.15  # from a limit until what runs is ended by force
 INTERRUPTED_S = 2.0  # from Ctrl-C until then
@@ -92,7 +89,7 @@ class Door:
         return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[Progress], None] | None]":
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
         """A function that shows progress; None if nobody looks."""
         with shown_text() as show:
             yield None if show is None else lambda progress: show(described(progress))
@@ -109,8 +106,8 @@ class _ChildDoor(Door):
         self.began, self._channel = began, channel
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[Progress], None] | None]":
-        def report(progress: "Progress") -> None:
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
+        def report(progress: "rooms.Progress") -> None:
             self._channel.send(("doing", progress.doing, described(progress)))
 
         yield report

@@ -2,6 +2,7 @@
 
 import argparse
 
+from kabo.cli import rooms
 from kabo.cli.argument_types import natural
 from kabo.cli.solving import add_search_arguments, chosen_options, finish, told_cut_off
 from kabo.cli.terminal import clean_standard_output, interruptible, tell
@@ -18,11 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solves, shows the plan or why there is none, and writes the plan file only if there is one."""
-    from kabo.requests import solve_file
-
     try:
         with clean_standard_output(), options.door.reporting() as report, interruptible() as stop:
-            answer = solve_file(
+            answer = rooms.solve_file(
                 options.problem,
                 chosen_options(options),
                 domain=options.domain,

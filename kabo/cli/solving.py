@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, cast
 
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.argument_types import bounded, output_file, positive, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
@@ -109,9 +109,7 @@ def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
     """Shows that a search was ended by force before there was a plan; the exit code."""
     said = f"{message}; no file was written"
     if options.json:
-        from kabo.planner.result import Reason, Result, result_to_json
-
-        print_json(result_to_json(Result("exhausted", None, {}, Reason(None, spent, said))))
+        print_json(rooms.result_to_json(rooms.Result("exhausted", None, {}, rooms.Reason(None, spent, said))))
     tell(f"kabo: {said}")
     return exit_codes.NO_PLAN
 
@@ -122,16 +120,12 @@ def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namesp
     Without `--json` the plan's tree goes to standard output, and why there is no plan to standard error.
     """
     if plan is not None:
-        from kabo.plan import write_atomically
-
-        write_atomically(options.output, plan)
+        rooms.write_atomically(options.output, plan)
         body = {**body, "plan": str(options.output)}
     if options.json:
         print_json(body)
     elif plan is not None:
-        from kabo.plan import describe, plan_from_json
-
-        print(describe(plan_from_json(plan)).rstrip("\n"))
+        print(rooms.describe(rooms.plan_from_json(plan)).rstrip("\n"))
         tell(f"{options.output}: {_size(body['statistics'])}")
         gaps = body["statistics"].get("certificate_gaps", ())
         if gaps:
