@@ -43,7 +43,7 @@ def solve_file(
     within: Path | None = None,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
-    keep: Callable[[Mapping[str, Any], bytes], None] | None = None,
+    on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
 ) -> Answer:
     """Solves the problem in a file; bad input is an answer, too (status "invalid").
 
@@ -55,13 +55,14 @@ def solve_file(
         within: if given, no file outside of this folder is opened.
         progress: called now and then.
         cancelled: asked now and then; True ends planning soon, with status "exhausted", or with the plan that was found.
-        keep: given the object and the plan file's bytes once a plan is found, before it is refined and certified.
+        on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
+            certified.
     """
     from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
 
     try:
         problem = read_problem(path, within, domain)
-        found = None if keep is None else lambda result: keep(result_to_json(result), plan_to_json(result.plan))
+        found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
         result = solve(problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
     except InputError as error:
         return Answer(invalid_to_json(error), error=error)

@@ -1,4 +1,4 @@
-"""The values of arguments: what reads a text from the command line, and says what it should have been."""
+"""Types of arguments: functions that turn the text of an argument into its value, or say what was expected."""
 
 import argparse
 import math
@@ -11,7 +11,7 @@ from kabo.errors import Diagnostic, InputError
 
 
 def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable[[str], Any]:
-    """Reads a finite number of a kind, from `least` on; a float 0 is refused."""
+    """A reader of finite numbers of `kind` that are at least `least`; a float must also differ from 0."""
 
     def parsed(text: str) -> float:
         try:
@@ -26,7 +26,7 @@ def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable
 
 
 def output_file(text: str) -> Path:
-    """A file to write, in a folder that exists: checked before the work, not after it."""
+    """The path of a file to write; its folder must exist, which is checked before the work begins."""
     path = Path(text)
     try:
         fits = path.parent.is_dir() and not path.is_dir()
@@ -38,7 +38,7 @@ def output_file(text: str) -> Path:
 
 
 def require_writable(path: Path) -> None:
-    """Checks that a file can be written, by writing an empty one beside it and removing that again.
+    """Checks that a file can be written, by writing an empty file beside it and removing that again.
 
     Raises:
         InputError: it cannot be written; says why.
@@ -52,7 +52,7 @@ def require_writable(path: Path) -> None:
 
 
 def whole(least: int) -> Callable[[str], Any]:
-    """Reads a whole number from a least one on."""
+    """A reader of whole numbers that are at least `least`."""
     return _number(int, least, f"a whole number from {least} on")
 
 
@@ -61,7 +61,7 @@ positive = _number(float, 0.0, "a number above 0")
 
 
 def bounded(least: float, most: float, unit: str) -> Callable[[str], float]:
-    """Reads a number above 0 within two bounds."""
+    """A reader of numbers above 0 that lie within two bounds."""
 
     def parsed(text: str) -> float:
         value = float(positive(text))

@@ -1,4 +1,4 @@
-"""`kabo bound`: a mesh with fewer vertices that encloses the given one, or lies within it, no farther than epsilon."""
+"""`kabo bound`: simplifies a mesh to one that encloses it, or lies within it, at most epsilon away."""
 
 import argparse
 from typing import Any
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the bounding mesh, read back and compared, and shows its figures."""
+    """Writes the bounding mesh, compares it with what is read back, and shows its figures."""
     chosen: Any = {} if options.cost is None else {"cost": meshing.one_of("--cost", options.cost, COSTS)}
     loaded = meshing.load(options, borders=options.borders)
     mesh, epsilon = loaded.mesh, loaded.epsilon

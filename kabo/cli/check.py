@@ -1,4 +1,4 @@
-"""`kabo check`: everything that is wrong in files of any kind, all at once."""
+"""`kabo check`: reports everything that is wrong in files of any kind, all at once."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`kabo decompose`: convex parts whose union covers a mesh, no farther than epsilon."""
+"""`kabo decompose`: covers a mesh with convex parts that stick out by at most epsilon."""
 
 import argparse
 from typing import Any
@@ -19,12 +19,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--vertices-per-part", type=meshing.at_least(4), metavar="N", help="aim at N vertices a part"
     )
-    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random choices (default: 0)")
+    parser.add_argument(
+        "--seed", type=natural, default=0, metavar="N", help="the seed of all random choices (default: 0)"
+    )
     add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the parts as meshes, read back and compared, and shows their figures."""
+    """Writes the parts as meshes, compares them with what is read back, and shows their figures."""
     loaded = meshing.load(options)
     mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():

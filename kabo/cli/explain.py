@@ -1,4 +1,4 @@
-"""`kabo explain`: why a problem has no plan, what would help, and what in it is of no use."""
+"""`kabo explain`: says why a problem has no plan, what would help, and what in it is of no use."""
 
 import argparse
 from typing import Any
@@ -12,8 +12,8 @@ from kabo.cli.terminal import clean_standard_output, interruptible, print_json, 
 NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
 
-SAMPLES = 40_000  # that `explain` draws if nobody says how many
-TELLING_S = 0.1  # of a time limit: for saying what was found
+SAMPLES = 40_000  # drawn at most, if neither the command line nor the problem limits them
+REPORT_S = 0.1  # seconds of the time limit that are kept for writing the explanation
 EXIT_CODES = {
     "solvable": exit_codes.DONE,
     "proved": exit_codes.PROVEN_NO_PLAN,
@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
         given["changes"] = options.changes
     with clean_standard_output(), interruptible() as stop:
         if options.timeout is not None:
-            given["timeout"] = max(0.0, given["timeout"] - TELLING_S)
+            given["timeout"] = max(0.0, given["timeout"] - REPORT_S)
         found, error = rooms.explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
     if error is not None:
         tell(str(error))
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
-    """Shows that it was ended by force; the exit code."""
+    """Reports that the command was ended by force, and returns the exit code."""
     said = f"Nothing is explained: {message}."
     if options.json:
         print_json(rooms.explanation_to_json(rooms.Explanation("exhausted", (said,))))

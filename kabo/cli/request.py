@@ -1,4 +1,4 @@
-"""`kabo request`: `kabo solve` on a server; the same options, output and files."""
+"""`kabo request`: `kabo solve` on a server, with the same options, output and files."""
 
 import argparse
 import uuid
@@ -11,7 +11,7 @@ from kabo.cli.terminal import tell
 from kabo.errors import Diagnostic, InputError
 
 NAME = "request"
-HELP = "ask a server to solve a problem file; the same answer as from `kabo solve`"
+HELP = "ask a server to solve a problem file; the answer is that of `kabo solve`"
 DEADLINE_S = 3600.0
 
 
@@ -43,11 +43,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _asked(problem: "service.ProblemFor", identifier: str, options: argparse.Namespace) -> "service.Reply":
-    """The reply; Ctrl-C cancels the job on the server, too."""
-    deadline_s = min(DEADLINE_S, options.door.left(options.timeout) or DEADLINE_S)
+    """The server's reply; Ctrl-C also cancels the job on the server."""
+    deadline_s = min(DEADLINE_S, options.surrounding.left(options.timeout) or DEADLINE_S)
     with (
         service.Client(service.client_config(options.connect, options.config)) as client,
-        options.door.reporting() as report,
+        options.surrounding.reporting() as report,
     ):
         show = None if report is None else lambda body: report(rooms.Progress(**body))
         chosen = chosen_options(options) | ({} if options.timeout is None else {"timeout": deadline_s})

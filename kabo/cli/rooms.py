@@ -1,4 +1,4 @@
-"""What commands call of the rooms below, each loaded when it is first used: `--help` loads none of them.
+"""What the commands call of the rooms below; each name loads its room when it is first used, so `--help` loads none.
 
 The names stand in the stub beside this file, a line each.
 """

@@ -1,4 +1,4 @@
-"""What `solve` and `request` share: the options of a search, and how its answer is shown and written."""
+"""What `solve`, `request` and `explain` have in common: their options, and how an answer is shown and written."""
 
 import argparse
 from collections.abc import Callable, Mapping
@@ -12,15 +12,15 @@ from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
 from kabo.options import OPTIONS, Option, SolveOptions
 
-TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
+SHOWN_DETAILS = 2  # of the reason why there is no plan: the first ones say most
 
 
 def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve") -> None:
-    """The options that say how to search; each that is not given is left to the problem and the scene."""
+    """The arguments of `solve` and `request`; options that are not given are left to the problem and the scene."""
     add_problem_argument(parser)
     add_options(parser, command)
     add_limits(parser, "the problem's, else 600")
-    parser.set_defaults(cut_off=told_cut_off)
+    parser.set_defaults(cut_off=report_cut_off)
     parser.add_argument(
         "-o",
         dest="output",
@@ -33,7 +33,7 @@ def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve"
 
 
 def add_options(parser: argparse.ArgumentParser, command: str, **defaults: object) -> None:
-    """The options of a solve that a command has, from the table; `defaults` are those that differ for this command."""
+    """Adds the options of the table that a command has; `defaults` are those that differ for this command."""
     for option in OPTIONS.values():
         if command not in option.commands:
             continue
@@ -53,7 +53,7 @@ def argument_of(option: Option) -> str:
 
 
 def _help(option: Option, default: object) -> str:
-    """What an option means, and what it is if it is not given."""
+    """The help text of an option: its meaning and its default."""
     last = option.otherwise or ("yes" if default is True else f"{default}")
     first = "" if option.problem_key is None else "the problem's, else "
     return f"{option.help} (default: {first}{last})".replace("`", "").replace("%", "%%")
@@ -69,7 +69,7 @@ def _reader(option: Option) -> Callable[[str], Any]:
 
 
 def add_problem_argument(parser: argparse.ArgumentParser) -> None:
-    """The problem, in one file or two."""
+    """The arguments for a problem in one file, or in two."""
     parser.add_argument(
         "problem",
         type=Path,
@@ -81,7 +81,7 @@ def add_problem_argument(parser: argparse.ArgumentParser) -> None:
 
 
 class _OneOrTwo(argparse.Action):
-    """Takes one file or two: `problem`, and `domain` or None."""
+    """Stores one or two files: as `problem`, and as `domain` or None."""
 
     def __call__(
         self,
@@ -97,16 +97,16 @@ class _OneOrTwo(argparse.Action):
 
 
 def chosen_options(options: argparse.Namespace) -> SolveOptions:
-    """The options of a solve that were given; `timeout` is what is left of it."""
+    """The options of the table that were given; `timeout` is the rest of it."""
     given = {name: getattr(options, name, None) for name in OPTIONS}
     chosen = {name: value for name, value in given.items() if value is not None}
     if options.timeout is not None:
-        chosen["timeout"] = options.door.left(options.timeout)
+        chosen["timeout"] = options.surrounding.left(options.timeout)
     return cast("SolveOptions", chosen)
 
 
-def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
-    """Shows that a search was ended by force before there was a plan; the exit code."""
+def report_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
+    """Reports that a search was ended by force before there was a plan, and returns the exit code."""
     said = f"{message}; no file was written"
     if options.json:
         print_json(rooms.result_to_json(rooms.Result("exhausted", None, {}, rooms.Reason(None, spent, said))))
@@ -117,7 +117,7 @@ def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
 def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namespace) -> int:
     """Writes the plan if there is one, shows the answer, and returns the exit code.
 
-    Without `--json` the plan's tree goes to standard output, and why there is no plan to standard error.
+    Without `--json` the tree of the plan goes to standard output, and the reason why there is none to standard error.
     """
     if plan is not None:
         rooms.write_atomically(options.output, plan)
@@ -154,5 +154,5 @@ def _no_plan(body: Mapping[str, Any]) -> str:
     }.get(body["status"], "")
     said = "no plan found, " if reason.get("budget") == "reasoning" else said
     details = reason["details"]
-    more = ["  kabo explain says more, and what would help"] if len(details) > TOLD else []
-    return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:TOLD]), *more])
+    more = ["  kabo explain says more, and what would help"] if len(details) > SHOWN_DETAILS else []
+    return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:SHOWN_DETAILS]), *more])

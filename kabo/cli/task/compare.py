@@ -1,4 +1,4 @@
-"""`kabo task compare`: two reports beside each other, stage by stage, and what differs by more than chance."""
+"""`kabo task compare`: shows two reports side by side, stage by stage, and what differs by more than chance."""
 
 import argparse
 from pathlib import Path

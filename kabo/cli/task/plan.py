@@ -31,13 +31,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="values of the properties that the task declares",
     )
     parser.add_argument(
-        "--max-solutions", type=natural, metavar="N", help="how many (default: the file's, else all)"
+        "--max-solutions", type=natural, metavar="N", help="stop after N solutions (default: the file's, else all)"
     )
-    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random samples (default: 0)")
     parser.add_argument(
-        "--repeat", type=natural, default=1, metavar="N", help="runs, with the seeds from --seed on (default: 1)"
+        "--seed", type=natural, default=0, metavar="N", help="the seed of all random samples (default: 0)"
     )
-    parser.add_argument("--workers", type=natural, metavar="N", help="processes; does not change the solutions")
+    parser.add_argument(
+        "--repeat",
+        type=natural,
+        default=1,
+        metavar="N",
+        help="number of runs, with the seeds from --seed on (default: 1)",
+    )
+    parser.add_argument(
+        "--workers", type=natural, metavar="N", help="processes; solutions do not depend on their number"
+    )
     add_stages_argument(parser)
     add_limits(parser, "the file's, for each run, else none")
     parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the report, as JSON")
@@ -57,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
                 options.seed,
                 max(1, options.repeat),
                 options.workers or None,
-                StopFlag(options.door.left(options.timeout) or inf, options.memory or inf, stop),
+                StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop),
             )
             with blamed(options.stages):
                 runs = rooms.plan_file(file, arguments, scene, settings)
@@ -74,10 +82,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def read_task_file(options: argparse.Namespace) -> "rooms.TaskFile":
-    """The task file that was named, with the stages of one's own; its warnings are told.
+    """The task file, read after the files with user-defined stages; prints its warnings.
 
     Raises:
-        InputError: all that is wrong in it, or a file with stages that cannot be executed.
+        InputError: all that is wrong in the file; or a file with stages cannot be executed.
     """
     execute(options.stages)
     file = rooms.load_task_file(options.file)
@@ -91,7 +99,7 @@ def given_arguments(file: "rooms.TaskFile", given: list[str]) -> dict[str, Any]:
     """The values of `--set name=value`, as the task declares them.
 
     Raises:
-        InputError: a property is unknown, or a text is none of its type; all of them.
+        InputError: properties are unknown, or texts are not of their type; names all of them.
     """
     declared = {each.name: each for each in file.inputs}
     values: dict[str, Any] = {}

@@ -18,15 +18,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo task show`."""
     parser.add_argument("file", type=Path, metavar="FILE", help="a task file, or a report (.json)")
     parser.add_argument(
-        "--comments", type=natural, default=3, metavar="N", help="of each stage at most (default: 3)"
+        "--comments",
+        type=natural,
+        default=3,
+        metavar="N",
+        help="show at most N comments of each stage (default: 3)",
     )
-    parser.add_argument("--html", type=output_file, metavar="OUT", help="write a page that needs no other file")
+    parser.add_argument("--html", type=output_file, metavar="OUT", help="write a self-contained HTML page")
     add_stages_argument(parser)
     parser.add_argument("--json", action="store_true", help="print it as one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the tree; bad input is told with its place, and a structure that does not fit together as well."""
+    """Prints the tree; reports bad input with its place, and stages that do not fit together."""
     if options.file.suffix.lower() == ".json":
         return _show_report(options)
     if options.html is not None:
@@ -72,7 +76,7 @@ def _show_structure(options: argparse.Namespace) -> int:
 
 
 def describe_inputs(file: "rooms.TaskFile") -> str:
-    """The task's signature, and how much it asks for: `pick(robot, object, grasp = any); 1 solution`."""
+    """The task's signature and limits: `pick(robot, object, grasp = any); 1 solution`."""
     given = (
         each.name if each.required else f"{each.name} = {rooms.shown(rooms.default_of(each))}"
         for each in file.inputs

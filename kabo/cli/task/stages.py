@@ -13,13 +13,13 @@ HELP = "list the stages that task files may name, or the properties of one"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo task stages`."""
-    parser.add_argument("name", nargs="?", metavar="NAME", help="of a stage, to see its properties")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="the stage whose properties are shown")
     add_stages_argument(parser)
     parser.add_argument("--json", action="store_true", help="print them as one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the stages, or one."""
+    """Prints all stages, or the properties of one."""
     from kabo.tasks.files import registry
 
     with clean_standard_output():
