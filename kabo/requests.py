@@ -7,7 +7,7 @@ arrives, and how its answer is shown, is the door's business.
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import kabo
 from kabo import language, meshes, planner
@@ -15,7 +15,9 @@ from kabo import plan as plans
 from kabo.errors import Diagnostic, InputError
 from kabo.options import SolveOptions
 from kabo.tasks import files as task_files
-from kabo.verify.report import Report
+
+if TYPE_CHECKING:  # `kabo.verify` is the function: its room cannot be spoken of as a name
+    from kabo.verify import Report
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ def verify_file(
     domain: Path | None = None,
     knowledge_only: bool = False,
     paranoid: bool = False,
-) -> Report:
+) -> "Report":
     """Verifies the plan in a file for the problem in a file; `paranoid`: its certificate in exact arithmetic.
 
     Raises:

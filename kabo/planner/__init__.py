@@ -7,4 +7,4 @@ search is loaded with it, and not by whoever speaks of a `Result`.
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)
