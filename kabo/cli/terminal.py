@@ -9,9 +9,10 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import kabo
+if TYPE_CHECKING:
+    from kabo.planner.result import Progress
 
 
 def tell(text: str) -> None:
@@ -79,7 +80,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def described(progress: "kabo.Progress") -> str:
+def described(progress: "Progress") -> str:
     """Progress in a line, as `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
     done = f"{progress.doing}: {progress.expanded} nodes expanded, {progress.generated} generated"
     return f"{done}, {progress.procedure_calls} procedure calls" if progress.procedure_calls else done
