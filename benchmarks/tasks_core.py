@@ -100,8 +100,8 @@ def _calls(task: Task) -> int:
 def law_table(trees: int) -> Table:
     """Random trees of all containers and kinds of stages: each strategy against definition, and each by turns unpruned."""
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
-    from tests.oracles_tasks import by_definition
-    from tests.random_tasks import Rich, Trees
+    from tests.support.oracles_tasks import by_definition
+    from tests.support.random_tasks import Rich, Trees
 
     table = Table("Every strategy finds all that is a solution by definition, random trees")
     rows = {name: Counter() for name in STRATEGIES}
@@ -137,8 +137,8 @@ def _fewer(calls: list[int]) -> str:
 
 
 def _exhausted(task: Task, pruning: bool, how: dict[str, Any]) -> tuple[Counter[Any] | None, int]:
-    from tests.inline_workers import InlineWorkers
-    from tests.random_tasks import canonical
+    from tests.support.inline_workers import InlineWorkers
+    from tests.support.random_tasks import canonical
 
     task.reset()
     task.pruning, task.lazy, task.depth_first = pruning, how.get("lazy", False), how.get("depth_first", 0)

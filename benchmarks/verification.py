@@ -2,8 +2,8 @@
 
     python benchmarks/verification.py [--colliding 200] [--seconds 3600] [--seed 0] [--cases NAME ...] [--output FILE]
 
-Right plans are made for a few scenarios and spoilt (tests/motion_mutations.py) until so many mutants collide by the
-oracle: many moments of the spoilt motions, exact meshes, python-fcl (tests/oracles_motions.py). Every one of these
+Right plans are made for a few scenarios and spoilt (tests/support/motion_mutations.py) until so many mutants collide by the
+oracle: many moments of the spoilt motions, exact meshes, python-fcl (tests/support/oracles_motions.py). Every one of these
 must be refused; and of what is refused for a collision, the two bodies must come nearer than twice epsilon. Every
 twentieth mutant is also verified whole, from the problem; the verdicts must agree.
 
@@ -43,8 +43,8 @@ from kabo.verify.structure import check_structure
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.motion_mutations import Case, Mutant, mutants  # noqa: E402
-from tests.oracles_motions import Hit, Judge, replay_of, states_of  # noqa: E402
+from tests.support.motion_mutations import Case, Mutant, mutants  # noqa: E402
+from tests.support.oracles_motions import Hit, Judge, replay_of, states_of  # noqa: E402
 
 CASES = {
     "force sensing": "force_sensing/n2.yaml",

@@ -28,13 +28,9 @@ EDGES = {
 }
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
 REMEMBERED = {
-    "kabo/compilation.py": {
-        "_sources_digest",
-        "_numba",
-        "_links",
-        "_private_folder",
-        "_warn_of",
-    },  # of this installation
+    "kabo/compilation/cache.py": {"_private_folder", "_warn_of"},  # of this installation
+    "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
+    "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},
     "kabo/finite_domain/search/blind_search.py": {"_kernels"},  # loaded code
     "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},
     "kabo/finite_domain/search/novelty_search.py": {"_compiled"},
@@ -48,7 +44,6 @@ REMEMBERED = {
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
     "kabo/language/yaml/syntax.py": {"_parser"},
-    "kabo/linking.py": {"whole_compiler", "part_compiler"},
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts
     "kabo/tasks/binding.py": {"library_task"},  # of this installation
@@ -117,6 +112,11 @@ def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
     prints = [node.lineno for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
     assert not prints or relative(path).startswith("kabo/cli/")
+
+
+def test_no_named_tuple_is_generic_which_python_3_10_does_not_know():
+    pattern = re.compile(r"^class (\w+)\(.*\bNamedTuple\b.*,|^class (\w+)\(.*, *NamedTuple\b", re.MULTILINE)
+    assert not {relative(path) for path in SOURCES if pattern.search(path.read_text())}
 
 
 def test_only_the_outer_edges_catch_every_exception():

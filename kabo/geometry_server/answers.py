@@ -50,7 +50,7 @@ Answer = Success | Failure
 
 @dataclass
 class Statistics:
-    """What the geometry did, in counts (LANGUAGE section 7); the only thing of the server that changes."""
+    """What the geometry did, in counts (docs/plans.md#the-result); the only thing of the server that changes."""
 
     inverse_kinematics_calls: int = 0
     inverse_kinematics_s: float = 0.0

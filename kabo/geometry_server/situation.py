@@ -1,6 +1,6 @@
 """A situation: for every component of the geometric state, the values it may have.
 
-Where branches of a plan have met, components that nobody moves there may have several values (LANGUAGE section 6);
+Where branches of a plan have met, components that nobody moves there may have several values (docs/plans.md#sharing);
 a procedure answers for all of them at once. With one value each, a situation is a geometric state.
 """
 

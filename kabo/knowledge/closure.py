@@ -1,4 +1,4 @@
-"""The closure of knowledge after every change: entries, last values and update rules, to a fixpoint [DESIGN 3; P].
+"""The closure of knowledge after every change: entries, last values and update rules, to a fixpoint [docs/knowledge.md; P].
 
 Inference is by unit propagation: polynomial, sound, and no case is split. With a trace, every step notes what it
 wrote and why, so that what follows can be explained (see `regression.py`).

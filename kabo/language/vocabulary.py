@@ -1,4 +1,4 @@
-"""The names that formulas may use: types, and what a domain, a problem and a quantifier declare beside them.
+"""The names that formulas may use: types, and what is declared beside them [docs/files.md#rules].
 
 In YAML files predicates, functions, objects and variables share one namespace; in PDDL and PKS objects and variables
 have one each, and any name may have to be spelled otherwise in kabo. A name that could not be declared properly is kept

@@ -1,6 +1,6 @@
 """The plan room: a plan as data, its canonical file, its statistics, its views as policy, as tree and for people.
 
-It knows the format `kabo-plan/1` (LANGUAGE section 6) and nothing else: not who made a plan, nor if it is right.
+It knows the format `kabo-plan/1` (docs/plans.md) and nothing else: not who made a plan, nor if it is right.
 Plans that a search makes go through `PlanBuilder`, which gives equal continuations one node.
 """
 

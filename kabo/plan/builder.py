@@ -1,4 +1,4 @@
-"""Builds a plan from its leaves: equal content becomes one node, so 2^n branches may share few nodes [LANGUAGE 6].
+"""Builds a plan from its leaves: equal content becomes one node, so 2^n branches may share few nodes [docs/plans.md].
 
 Nodes are handed in bottom-up with the handles of their successors; `build` numbers what the root reaches.
 """

@@ -1,4 +1,4 @@
-"""The plan as data: a branched DAG of action, sense, branch and goal nodes with motions (LANGUAGE section 6).
+"""The plan as data: a branched DAG of action, sense, branch and goal nodes with motions (docs/plans.md).
 
 Poses are in the frame of the parent, metres and radians, quaternions (x, y, z, w).
 """

@@ -1,7 +1,7 @@
 """The canonical file of a plan: equal plans have equal bytes, so that a hash says whether two plans are the same.
 
 Keys sorted, no blanks, one line feed; numbers as Python's `repr`; joints rounded to 1e-9, times to 1e-6, never
--0.0 or NaN (LANGUAGE section 6). What is written has been rounded before, so verification sees what executors see.
+-0.0 or NaN (docs/plans.md). What is written has been rounded before, so verification sees what executors see.
 """
 
 import hashlib

@@ -1,7 +1,7 @@
 """What planning answers: a plan, a proof that there is none, or the budget that ended the search.
 
 All three are results, not errors. `result_to_json` is the one object that `kabo solve --json`, the service and
-the schema `kabo-result-1` speak of (LANGUAGE section 7), whichever door the request came through.
+the schema `kabo-result-1` speak of (docs/plans.md#the-result), whichever door the request came through.
 """
 
 from collections.abc import Iterable, Mapping

@@ -69,6 +69,9 @@ def verify_plan(
     )
 
 
+verify = verify_plan  # as `kabo` calls it
+
+
 def _left_out(plan: Plan) -> str:
     if plan.start is None:
         return WITHOUT_GEOMETRY

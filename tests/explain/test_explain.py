@@ -15,7 +15,7 @@ from kabo.language import load_problem
 from kabo.language.problem import Function
 from kabo.plan import schema
 from kabo.planner.solve import solve
-from tests.small_problems import (
+from tests.support.small_problems import (
     FUEL,
     action,
     add,

@@ -5,7 +5,7 @@ import pytest
 
 from kabo.geometry import Enclosure, FixedGroup, MovingGroup
 from kabo.geometry.parts import COLUMNS, poses_of
-from tests.strategies import IDENTITY
+from tests.support.strategies import IDENTITY
 
 TRIANGLE = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
 

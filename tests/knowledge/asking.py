@@ -5,7 +5,7 @@ A step is an action, `name(arguments)`, or an outcome of a branching, `fact: out
 
 from kabo.knowledge import ground
 from kabo.language import formulas as f
-from tests.small_problems import problem
+from tests.support.small_problems import problem
 
 
 def then(conditions, outcomes):

@@ -1,4 +1,4 @@
-"""Entries of Kx (exactly one member holds) and Kor (at least one): what they say, when they go [contract 1 to 3]."""
+"""Entries of Kx (exactly one member holds) and Kor (at least one): what they say, when they go [docs/knowledge.md]."""
 
 import pytest
 
@@ -6,7 +6,21 @@ from kabo.errors import InputError
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from tests.knowledge.asking import holds, outcomes, state_after, then
-from tests.small_problems import COLOUR, action, add, app, atom, cmp, delete, know, lit, no, problem, var, when
+from tests.support.small_problems import (
+    COLOUR,
+    action,
+    add,
+    app,
+    atom,
+    cmp,
+    delete,
+    know,
+    lit,
+    no,
+    problem,
+    var,
+    when,
+)
 
 Q, R, X, Y = lit("q"), lit("r"), lit("p", "x"), lit("p", "y")
 NOT_Q, NOT_R, NOT_X, NOT_Y = no("q"), no("r"), no("p", "x"), no("p", "y")

@@ -1,9 +1,9 @@
-"""Local closed worlds, and conjunctions whose truth will be known at run time [contract 7]."""
+"""Local closed worlds, and conjunctions whose truth will be known at run time [docs/knowledge.md#databases]."""
 
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from tests.knowledge.asking import branching_on, holds, outcomes, state_after
-from tests.small_problems import action, add, atom, delete, know, lit, no, problem, var
+from tests.support.small_problems import action, add, atom, delete, know, lit, no, problem, var
 
 Z = var("z")
 PZ, Q, R = lit("p", Z), lit("q"), lit("r")

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from kabo.knowledge import ground
 from kabo.knowledge.queries import bits_of, conjunction, disjunction, negation, split
 from kabo.language import formulas as f
-from tests import oracles_knowledge as oracles
 from tests.knowledge.asking import holds
-from tests.small_problems import (
+from tests.support import oracles_knowledge as oracles
+from tests.support.small_problems import (
     BELOW,
     COLOUR,
     X,

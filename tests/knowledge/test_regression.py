@@ -14,8 +14,8 @@ from kabo.knowledge.queries import bits_of, union
 from kabo.language import load_problem
 from tests.conftest import PROPERTY_SCALE
 from tests.knowledge.asking import branching_on, state_after
-from tests.random_knowledge import random_problem
-from tests.small_problems import COLOUR, action, add, app, atom, cmp, know, lit, no, problem, when
+from tests.support.random_knowledge import random_problem
+from tests.support.small_problems import COLOUR, action, add, app, atom, cmp, know, lit, no, problem, when
 
 SEEDS = range(max(20, round(400 * PROPERTY_SCALE)))
 STATES = 40

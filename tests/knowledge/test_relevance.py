@@ -3,7 +3,7 @@
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from tests.knowledge.asking import state_after
-from tests.small_problems import action, add, atom, know, lit, no, problem, var
+from tests.support.small_problems import action, add, atom, know, lit, no, problem, var
 
 A = var("a")
 ONCE = [

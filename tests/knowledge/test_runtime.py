@@ -1,10 +1,24 @@
-"""Run-time variables: `c: {value_of: f(s)}` means the term wherever the action says c [contract 8]."""
+"""Run-time variables: `c: {value_of: f(s)}` means the term wherever the action says c [docs/knowledge.md#actions]."""
 
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language.problem import Action, Function, Parameter
 from tests.knowledge.asking import applicable, holds, outcomes, state_after, then
-from tests.small_problems import COLOUR, FUEL, Y, action, add, app, cmp, delete, know, lit, problem, var, when
+from tests.support.small_problems import (
+    COLOUR,
+    FUEL,
+    Y,
+    action,
+    add,
+    app,
+    cmp,
+    delete,
+    know,
+    lit,
+    problem,
+    var,
+    when,
+)
 
 SHADE = Function("shade", (), values=("u", "v", "w"))
 LEVEL = Function("level", ())

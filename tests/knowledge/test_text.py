@@ -2,7 +2,7 @@
 
 from kabo.knowledge.text import formula_text
 from kabo.language import formulas as f
-from tests.small_problems import app, atom, cmp, know, lit, no, var
+from tests.support.small_problems import app, atom, cmp, know, lit, no, var
 
 Z = var("z")
 

@@ -1,7 +1,7 @@
 """Both sides of the bounded predicates [K Def. 1, Table 4.1]: no collision overlooked, nothing refused beyond epsilon.
 
 At a configuration distances are known by construction, also of needles, plates, slivers and points. Along a segment
-the judges are pinocchio's kinematics and coal's distances, sampled where they could contradict (tests/oracles.py).
+the judges are pinocchio's kinematics and coal's distances, sampled where they could contradict (tests/support/oracles.py).
 """
 
 from dataclasses import dataclass, replace
@@ -17,8 +17,8 @@ from kabo.scene import PRISMATIC
 from tests.conftest import PROPERTY_SCALE
 from tests.geometry.worlds import one_joint, slide
 from tests.kinematics.trees import placement, twin
-from tests.oracles import COAL_TOLERANCE, coal_distance, fcl_distance, healthy_hull, least_on_segment
-from tests.strategies import IDENTITY, gaps_about, healthy_part, rational_placements, touching_pairs
+from tests.support.oracles import COAL_TOLERANCE, coal_distance, fcl_distance, healthy_hull, least_on_segment
+from tests.support.strategies import IDENTITY, gaps_about, healthy_part, rational_placements, touching_pairs
 
 COUNT = max(20, round(1000 * PROPERTY_SCALE))
 ROUNDING = 1e-12  # metres: of the construction of gaps, at a hundred metres

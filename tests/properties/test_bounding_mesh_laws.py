@@ -6,9 +6,9 @@ from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 
 from kabo.geometry import bounding_mesh
-from tests import oracles_meshes as oracles
 from tests.conftest import PROPERTY_SCALE
-from tests.shapes import Shape, shapes
+from tests.support import oracles_meshes as oracles
+from tests.support.shapes import Shape, shapes
 
 SIDES = ("outer", "inner")
 PLACES = st.sampled_from([(1.0, 0.0), (1.0, 0.0), (1.0, 1.0), (2.0**-10, 0.0), (2.0**10, 0.0), (2.0**-10, 1.0)])

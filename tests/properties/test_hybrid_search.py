@@ -9,12 +9,13 @@ import pytest
 
 from kabo.geometry_server import Success
 from kabo.knowledge import ground
+from kabo.options import Options
 from kabo.planner.geometry import eager as interleaved
 from kabo.planner.geometry import refusals as ledger
 from kabo.planner.rounds import Rounds
-from kabo.planner.run import Options, Run
+from kabo.planner.run import Run
 from tests.conftest import PROPERTY_SCALE
-from tests.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
+from tests.support.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
 
 COUNT = max(20, round(500 * PROPERTY_SCALE))  # of each kind; 1,200 more were run once: docs/decisions/017
 EXPANSIONS = 30_000

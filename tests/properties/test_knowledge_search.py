@@ -1,4 +1,4 @@
-"""Laws of the contingent search [DESIGN section 3]: every leaf fulfils the goal, and "no plan" is a proof."""
+"""Laws of the contingent search [docs/knowledge.md]: every leaf fulfils the goal, and "no plan" is a proof."""
 
 import os
 import subprocess
@@ -12,8 +12,8 @@ from kabo.knowledge import ground
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Found, Unreachable
-from tests import oracles_knowledge as oracles
-from tests.small_problems import branching_problems, gambles, problems
+from tests.support import oracles_knowledge as oracles
+from tests.support.small_problems import branching_problems, gambles, problems
 
 ANY = st.one_of(gambles(), branching_problems(), problems())
 
@@ -70,7 +70,7 @@ PROGRAM = """
 from hypothesis import HealthCheck, given, settings
 from kabo.knowledge import ground
 from kabo.planner.search.contingent import find_skeleton
-from tests.small_problems import branching_problems
+from tests.support.small_problems import branching_problems
 
 @settings(max_examples=40, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck))
 @given(problem=branching_problems())

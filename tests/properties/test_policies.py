@@ -14,9 +14,9 @@ from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.relevance import Relevance
 from tests.conftest import PROPERTY_SCALE
 from tests.domains.families import generated
-from tests.linked_worlds import all_worlds, linked_groups
 from tests.properties.test_plan import branches, built, trees, unfolded
-from tests.random_knowledge import random_problem
+from tests.support.linked_worlds import all_worlds, linked_groups
+from tests.support.random_knowledge import random_problem
 
 COUNT = max(60, round(1000 * PROPERTY_SCALE))
 

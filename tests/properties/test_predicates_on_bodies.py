@@ -1,6 +1,6 @@
 """Both sides of [K Table 4.1] for bodies, what they sweep, and containers: gaps and depths known by construction.
 
-Shapes are as bad as they get: points, needles, plates, slivers (tests/strategies.py); parts may stick out of the
+Shapes are as bad as they get: points, needles, plates, slivers (tests/support/strategies.py); parts may stick out of the
 bodies by all that the budget allows, and inner meshes may lie that deep.
 """
 
@@ -23,7 +23,7 @@ from kabo.geometry import (
 )
 from tests.conftest import PROPERTY_SCALE
 from tests.geometry.worlds import one_joint, slide
-from tests.strategies import IDENTITY, KINDS, gaps_about, rational_placements, shape, touching_pairs
+from tests.support.strategies import IDENTITY, KINDS, gaps_about, rational_placements, shape, touching_pairs
 
 COUNT = max(20, round(1000 * PROPERTY_SCALE))
 ROUNDING = 1e-12  # metres: of the construction of gaps, at a hundred metres

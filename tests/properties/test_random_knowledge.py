@@ -13,8 +13,8 @@ from kabo.plan import plan_to_json
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
 from tests.conftest import PROPERTY_SCALE
-from tests.oracles_worlds import verdict
-from tests.random_knowledge import random_problem
+from tests.support.oracles_worlds import verdict
+from tests.support.random_knowledge import random_problem
 
 #: 10,000 problems in the whole run, 150 in the usual one.
 COUNT = 10_000 if PROPERTY_SCALE >= 1.0 else max(20, round(1500 * PROPERTY_SCALE))

@@ -19,8 +19,8 @@ from kabo.scene import PRISMATIC
 from tests.conftest import PROPERTY_SCALE
 from tests.geometry.worlds import box
 from tests.kinematics.trees import placement, twin
-from tests.oracles import COAL_TOLERANCE, coal_distance, healthy_hull, least_on_segment
 from tests.properties.test_bounded_predicates import body, matrix, row_of
+from tests.support.oracles import COAL_TOLERANCE, coal_distance, healthy_hull, least_on_segment
 
 COUNT = max(20, round(1000 * PROPERTY_SCALE))
 

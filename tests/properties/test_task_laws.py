@@ -6,10 +6,10 @@ import pytest
 from hypothesis import assume, event, given
 from hypothesis import strategies as st
 
-from tests.inline_workers import InlineWorkers
-from tests.oracles_alive import at_rest, audit
-from tests.oracles_tasks import by_definition
-from tests.random_tasks import Rich, Trees, canonical
+from tests.support.inline_workers import InlineWorkers
+from tests.support.oracles_alive import at_rest, audit
+from tests.support.oracles_tasks import by_definition
+from tests.support.random_tasks import Rich, Trees, canonical
 
 JOBS = 400  # trees that need more are not followed to the end, and compared with nothing
 STRATEGIES = {

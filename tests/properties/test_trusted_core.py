@@ -1,7 +1,8 @@
 """Worlds judge as brute force does: random contingent problems, plans as they are found, and plans that are tampered with.
 
-`tests/oracles_judging.py` writes every world down and walks the plan as a tree; kabo's worlds leave open what nobody looks
-at, share nodes and forget. Besides, whatever kabo's own inference finds right, somebody who reasons perfectly does, too.
+`tests/support/oracles_judging.py` writes every world down and walks the plan as a tree; kabo's worlds leave open what
+nobody looks at, share nodes and forget. Besides, whatever kabo's own inference finds right, somebody who reasons perfectly
+does, too.
 """
 
 import tempfile
@@ -30,9 +31,9 @@ from kabo.verify.knowledge.worlds.needs import Needs
 from kabo.verify.knowledge.worlds.world import Unknowns
 from kabo.verify.structure import check_structure
 from tests.conftest import PROPERTY_SCALE
-from tests.oracles_judging import Unjudged, accepts
-from tests.oracles_worlds import find_plan, ground_actions, has_world
-from tests.random_knowledge import random_problem
+from tests.support.oracles_judging import Unjudged, accepts
+from tests.support.oracles_worlds import find_plan, ground_actions, has_world
+from tests.support.random_knowledge import random_problem
 
 SEEDS = range(max(120, round(1500 * PROPERTY_SCALE)))
 TAMPERED, AIMLESS = 6, 6  # plans for one problem

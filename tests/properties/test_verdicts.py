@@ -18,9 +18,9 @@ from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Exhausted, Limits
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
-from tests import oracles_planning as oracles
 from tests.conftest import PROPERTY_SCALE
-from tests.random_beliefs import own_files, pddl, random_small
+from tests.support import oracles_planning as oracles
+from tests.support.random_beliefs import own_files, pddl, random_small
 
 #: 2,000 problems for each search in the whole run, 200 in the usual one.
 COUNT = max(20, round(2000 * PROPERTY_SCALE))

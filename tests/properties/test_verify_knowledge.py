@@ -1,4 +1,4 @@
-"""Two readings of DESIGN section 3 agree: what the planner finds, the verifier's own interpreter accepts."""
+"""Two readings of docs/knowledge.md agree: what the planner finds, the verifier's own interpreter accepts."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
-from tests import small_problems
+from tests.support import small_problems
 
 
 @given(problem=st.one_of(small_problems.problems(), small_problems.branching_problems()))

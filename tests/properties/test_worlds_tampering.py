@@ -22,8 +22,8 @@ from kabo.verify import verify_plan
 from kabo.verify.knowledge.replay.draft import ContradictionError
 from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.structure import check_structure
-from tests.oracles_worlds import find_plan, ground_actions, has_world
-from tests.random_knowledge import random_problem
+from tests.support.oracles_worlds import find_plan, ground_actions, has_world
+from tests.support.random_knowledge import random_problem
 
 SCALE = float(os.environ.get("KABO_PROPERTY_SCALE", "0.1"))
 EXAMPLES = settings(max_examples=max(60, round(2000 * SCALE)))

@@ -13,7 +13,7 @@ from kabo.scene import Robot, link_poses
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import transform, unflat
 from kabo.scene.urdf import load_robot
-from tests.small_robots import write_arm
+from tests.support.small_robots import write_arm
 
 GRIPPER = GripperDescription(
     joints=("finger",), open={"finger": 0.04}, closed={"finger": 0.0}, touch_links=("left", "right")

@@ -26,7 +26,7 @@ from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.surfaces import Surface, surface
 from kabo.verify.motion.sweep import Path as Course
 from kabo.verify.motion.sweep import Thing
-from tests.small_robots import write_arm
+from tests.support.small_robots import write_arm
 from tests.verify.counter import Counter
 
 CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])

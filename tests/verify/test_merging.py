@@ -11,7 +11,7 @@ from kabo.verify.knowledge.replay.interpreter import Interpreter
 from kabo.verify.knowledge.replay.merging import meet, more_never_hurts
 from kabo.verify.knowledge.replay.states import Knowledge
 from kabo.verify.structure import check_structure
-from tests.small_problems import COLOUR, problem
+from tests.support.small_problems import COLOUR, problem
 from tests.verify.hand_made import GOAL, do, look, plan_of, problem_of
 
 OBJECTS = dict.fromkeys("abcd", "thing")

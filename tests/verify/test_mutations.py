@@ -7,8 +7,8 @@ import pytest
 
 from kabo.scene import load_scene
 from kabo.verify import verify_plan
-from tests.motion_mutations import Case, mutants
-from tests.oracles_motions import Judge, replay_of, states_of
+from tests.support.motion_mutations import Case, mutants
+from tests.support.oracles_motions import Judge, replay_of, states_of
 from tests.verify import bench as by_hand
 
 PLANS = {

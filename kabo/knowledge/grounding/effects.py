@@ -1,4 +1,4 @@
-"""Effect trees to updates on bits: what add and del mean for each database [DESIGN section 3, PKS]."""
+"""Effect trees to updates on bits: what add and del mean for each database [docs/knowledge.md, PKS]."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Constraints between features: their rules [LANGUAGE 4, K Table 5.1], and whose features they may name."""
+"""Constraints between features: their rules [K Table 5.1, docs/sampling.md], and whose features they may name."""
 
 import math
 from collections.abc import Mapping, Sequence

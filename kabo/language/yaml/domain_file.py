@@ -1,4 +1,4 @@
-"""Domain files: types, constants, predicates, functions, procedures, update rules and actions [LANGUAGE 2]."""
+"""Domain files: types, constants, predicates, functions, procedures, update rules and actions [docs/files.md#domain]."""
 
 import os
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""Paths in files: relative to the file that names them, or `package://NAME/…` [LANGUAGE 1.7].
+"""Paths in files: relative to the file that names them, or `package://NAME/…` [docs/files.md#rules].
 
 `packages: {NAME: installed}` is the folder `share/NAME` that an installed package has brought along, such as
 example-robot-data of the extra `robots`.

@@ -1,4 +1,4 @@
-"""Poses and the frames they chain through [LANGUAGE 4]."""
+"""Poses and the frames they chain through [docs/files.md#scene]."""
 
 import math
 import re

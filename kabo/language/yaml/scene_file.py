@@ -1,4 +1,4 @@
-"""Scene files, and what a problem adds to them [LANGUAGE 4].
+"""Scene files, and what a problem adds to them [docs/files.md#scene].
 
 Features are known before the constraints that name them: first robots, shapes and features, then families.
 """

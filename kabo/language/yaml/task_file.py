@@ -1,4 +1,4 @@
-"""Task files: declared properties, and the tree of stages, as plain data with places [T 3.7, LANGUAGE 5].
+"""Task files: declared properties, and the tree of stages, as plain data with places [T 3.7, docs/tasks.md#task-files].
 
 Which stages there are and what their properties mean is not known here; the task room checks that.
 """

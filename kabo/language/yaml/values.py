@@ -8,15 +8,18 @@ import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from kabo.language.findings import Findings
 from kabo.language.names import NAME, RESERVED, proper_name
-from kabo.language.scene_description import FARTHEST, LARGEST_EPSILON, SMALLEST_EPSILON
+from kabo.language.scene_description import FARTHEST
 from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _LARGEST_WHOLE = 10**18
 SMALLEST_SIZE = 1e-6  # m
+_Word = TypeVar("_Word", bound=str)
 
 
 @dataclass(frozen=True)
@@ -168,10 +171,14 @@ class Reader:
 
     def epsilon(self, node: Node | None, what: str) -> float | None:
         """A tolerance that geometric predicates can keep [m]."""
+        return self.between(node, what, SMALLEST_EPSILON, LARGEST_EPSILON, "m")
+
+    def between(self, node: Node | None, what: str, least: float, most: float, unit: str) -> float | None:
+        """A number above zero within two bounds."""
         value = self.positive(node, what)
-        if value is not None and node is not None and not SMALLEST_EPSILON <= value <= LARGEST_EPSILON:
-            span = f"between {SMALLEST_EPSILON:g} and {LARGEST_EPSILON:g} m"
-            self.findings.add(node.place, f"{what} must lie {span}, this is {value:g} m")
+        if value is not None and node is not None and not least <= value <= most:
+            span = f"between {least:g} and {most:g} {unit}"
+            self.findings.add(node.place, f"{what} must lie {span}, this is {value:g} {unit}")
             return None
         return value
 
@@ -230,17 +237,18 @@ class Reader:
             return None
         return scalar.text == "true"
 
-    def choice(self, node: Node | None, options: Collection[str], what: str) -> str | None:
+    def choice(self, node: Node | None, options: Collection[_Word], what: str) -> _Word | None:
         """One of some words."""
         scalar = self.scalar(node, what)
         if scalar is None:
             return None
-        if scalar.text not in options:
-            hint = self.findings.near(scalar.text, options)
-            message = f'{what} must be one of {", ".join(options)}, not "{_short(scalar.text)}"'
-            self.findings.add(scalar.place, message, hint)
-            return None
-        return scalar.text
+        for option in options:
+            if scalar.text == option:
+                return option
+        hint = self.findings.near(scalar.text, options)
+        message = f'{what} must be one of {", ".join(options)}, not "{_short(scalar.text)}"'
+        self.findings.add(scalar.place, message, hint)
+        return None
 
     def numbers(
         self, node: Node | None, what: str, count: int | None = None, *, angle: bool = False

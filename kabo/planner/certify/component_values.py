@@ -1,7 +1,7 @@
 """The values that components of the geometric state can have at the nodes of a plan, by following `after` from `start`.
 
 A component is one robot's configuration or one object's parent and pose. Where branches have met, one may have several
-values [LANGUAGE section 6]; components that decide a place together are followed together.
+values [docs/plans.md#sharing]; components that decide a place together are followed together.
 """
 
 from collections.abc import Sequence

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
 from kabo.language.formulas import GroundCall
+from kabo.options import Search
 from kabo.planner.geometry.evaluation import answered
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ class Interleaved:
     def learnt(self) -> None:
         """Nothing that could be compiled."""
 
-    def most_expansions(self, search: str) -> float:
+    def most_expansions(self, search: Search) -> float:
         """How far to look before more answers are asked for; as far as may be for the thesis' strategies [K 6.2]."""
         return ROUND * 4**self.effort if search in ("best", "greedy", "astar") else inf
 

@@ -2,7 +2,7 @@
 
 Branches meet in the nodes of the skeleton. Where they meet, components that nothing from there on moves may have
 several values, and a procedure answers for all of them at once; components that are moved must have one value, so
-the node is evaluated once for each [LANGUAGE 6].
+the node is evaluated once for each [docs/plans.md#sharing].
 """
 
 from collections import Counter

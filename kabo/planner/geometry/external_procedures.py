@@ -19,6 +19,7 @@ from kabo.knowledge import Task
 from kabo.language.answers import checked_answer
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Answer, Answers, Problem
+from kabo.options import GeometryOrder, Search
 from kabo.planner.search.skeleton import Skeleton, Trace
 
 Function = Callable[..., Any]  # true or false of tests, a value of others
@@ -47,7 +48,7 @@ class Procedures:
 
     problem: Problem
     functions: Mapping[str, Function]
-    order: str
+    order: GeometryOrder
     seed: int = 0
     counted: dict[str, Counted] = field(default_factory=dict)
     seconds: float = 0.0
@@ -86,7 +87,7 @@ class Procedures:
     def learnt(self) -> None:
         """Nothing beside that."""
 
-    def most_expansions(self, search: str) -> float:
+    def most_expansions(self, search: Search) -> float:
         """As many as may be."""
         return inf
 

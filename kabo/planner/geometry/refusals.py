@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from kabo.geometry_server import MAX_EFFORT, Failure, Success
 from kabo.language.formulas import GroundCall
+from kabo.options import Search
 from kabo.planner.search.skeleton import Entry, LearntBook, Origin, Pattern
 from kabo.scene import Component
 
@@ -117,7 +118,7 @@ class Ledger:
             everywhere for _, everywhere in rows
         )
 
-    def most_expansions(self, search: str) -> float:
+    def most_expansions(self, search: Search) -> float:
         """As many as may be."""
         return inf
 
@@ -281,8 +282,8 @@ class Ledger:
     def in_vain(self) -> bool:
         """Whether so many calls along finished plans were refused that asking while searching is the better way."""
         counted = self.server.statistics
-        calls = sum(row["calls"] for row in counted.procedures.values())
-        failures = sum(sum(row["failures"].values()) for row in counted.procedures.values())
+        calls = sum(counted.calls.values())
+        failures = sum(sum(reasons.values()) for reasons in counted.failures.values())
         return failures >= IN_VAIN and failures >= OFTEN * calls
 
     def proved(self) -> bool:

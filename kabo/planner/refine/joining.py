@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Context, Refused, Situation, candidate, tool_frame, way_to
 from kabo.kinematics import stream_key
 from kabo.motion import shortcut
@@ -22,7 +22,6 @@ from kabo.tasks.robots.motion.keeping import keep_of
 from kabo.tasks.robots.motion.smoothing import Part
 from kabo.tasks.robots.scenes import configuration
 
-Array = npt.NDArray[np.float64]
 GAIN = 1e-3  # rad: less is not worth a change
 SHARES = (0.5, 0.25, 0.75, 1.0)  # of a run, where one act may end and the next begin, if it has to move in it
 
@@ -228,6 +227,7 @@ def _shorter(context: Context, path: Array, ways: Sequence[Part], robot: str, ef
         return path[[0, -1]]
     keep = keep_of(part.scene, robot, part.stretch.constraint)
     project = None if keep is None else keep.pull_planned(hand)
+    key: tuple[str | int | float, ...]
     key = context.seed, "joined", robot, *map(float, path[0]), *map(float, path[-1])
     found = [path]
     for number in range(effort.ways if keep is None else min(1, effort.ways)):  # keeping one is slow

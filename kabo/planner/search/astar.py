@@ -4,23 +4,15 @@ from collections.abc import Hashable
 from heapq import heappop, heappush
 from itertools import count
 from math import inf
-from typing import Generic, NamedTuple
 
 from kabo.planner.search.search_graph import Graph, Move, Node, Parents, Search, path_to
 
 PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: less than loading them takes
 
 
-class _Waiting(NamedTuple, Generic[Node]):
-    """A node by what a way through it costs at least, then by how near an end seems, then the latest first."""
-
-    total: float
-    bound: float
-    order: int
-    bounded: bool  # by itself, not by its parent
-    cost: float
-    key: Hashable
-    node: Node
+# A node that waits, by what a way through it costs at least, then by how near an end seems, then the latest first:
+# both bounds, its order, whether it is bounded by itself and not by its parent, its cost, its key, the node.
+_Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 
 
 def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
@@ -34,7 +26,7 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     parents: Parents[Move, Node] = {root: None}
     costs: dict[Hashable, float] = {root: 0.0}
     closed: dict[Hashable, float] = {}
-    queue = [_Waiting(0.0, 0.0, 0, False, 0.0, root, start)]
+    queue: list[_Waiting[Node]] = [(0.0, 0.0, 0, False, 0.0, root, start)]
     while queue:
         _, bound, order, bounded, cost, waiting, node = heappop(queue)
         if cost > costs[waiting]:
@@ -44,7 +36,7 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
             if own is None:
                 continue
             if own > bound:
-                heappush(queue, _Waiting(cost + own, own, order, True, cost, waiting, node))
+                heappush(queue, (cost + own, own, order, True, cost, waiting, node))
                 continue
         key = graph.settled(node)
         if key is None or closed.get(key, inf) <= cost:
@@ -60,5 +52,5 @@ def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
             if total < costs.get(child_key, inf):
                 costs[child_key], parents[child_key] = total, (key, move, child)
                 left = max(0.0, bound - price)
-                heappush(queue, _Waiting(total + left, left, -next(numbers), False, total, child_key, child))
+                heappush(queue, (total + left, left, -next(numbers), False, total, child_key, child))
     return Search(None, parents.keys())

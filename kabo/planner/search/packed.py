@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from kabo.budgets import Spent
 from kabo.knowledge import Task, unreachable_goals
+from kabo.options import Search
 from kabo.planner.search.skeleton import (
     Exhausted,
     Found,
@@ -40,7 +41,7 @@ class PackedTask:
 
         return classical_task(self.task)
 
-    def skeleton(self, search: str, geometry: Geometry | None, limits: Limits) -> SearchResult | None:
+    def skeleton(self, search: Search, geometry: Geometry | None, limits: Limits) -> SearchResult | None:
         """The answer of a packed search.
 
         None if the task cannot be said in finite domains, or not with all that geometry has refused.
@@ -96,7 +97,7 @@ def _spent(found: "PackedResult", limits: Limits) -> Spent:
 
 def _searched(
     compiled: "CompiledTask",
-    search: str,
+    search: Search,
     forbidden: "list[int] | None",
     limits: Limits,
     book: LearntBook | None = None,

@@ -1,7 +1,8 @@
 """What searches for one way to an end go through, and what they give back."""
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 Node = TypeVar("Node")
 Move = TypeVar("Move")
@@ -58,7 +59,8 @@ class Graph(Protocol[Node, Made]):
         ...
 
 
-class Search(NamedTuple, Generic[Node, Move]):
+@dataclass(frozen=True)  # no NamedTuple: before Python 3.11 these cannot be generic
+class Search(Generic[Node, Move]):
     """`path` to an end, without the start, or None; `visited` are the keys seen when there is none."""
 
     path: list[tuple[Move, Node]] | None

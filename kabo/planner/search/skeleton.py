@@ -1,7 +1,7 @@
 """What the symbolic search gives and takes: skeletons, limits, results, and geometry as the search may see it.
 
 A skeleton is a contingent plan without motions: a DAG whose equal continuations are one object, shared from the
-leaves, with a single goal node [LANGUAGE section 6].
+leaves, with a single goal node [docs/plans.md#sharing].
 """
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence

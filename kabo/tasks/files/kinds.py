@@ -1,4 +1,4 @@
-"""The types of a task's declared properties, as types that values have: what a caller may give [LANGUAGE 5].
+"""The types of a task's declared properties, as types that values have: what a caller may give [docs/tasks.md#task-files].
 
 The names of things in a scene are text; which kind of thing is meant is kept for whoever checks a call.
 """

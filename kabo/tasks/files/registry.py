@@ -5,6 +5,7 @@ from importlib.util import find_spec
 from typing import TypeVar
 
 from kabo.errors import did_you_mean
+from kabo.lazy import names_of
 from kabo.tasks.core import Alternatives, Fallbacks, Limit, Serial, Stage, TaskError
 
 _Kind = TypeVar("_Kind", bound=type[Stage])
@@ -49,8 +50,8 @@ def names() -> list[str]:
     return sorted({*_CONTAINERS, *_registered, *_robot_names()})
 
 
-def _robot_names() -> tuple[str, ...]:
-    return getattr(import_module(_ROBOTS), "NAMES", ()) if find_spec(_ROBOTS) is not None else ()
+def _robot_names() -> list[str]:
+    return names_of(import_module(f"{_ROBOTS}.stages")) if find_spec(_ROBOTS) is not None else []
 
 
 def _robot_stages() -> dict[str, type[Stage]]:

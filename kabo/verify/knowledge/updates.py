@@ -1,4 +1,4 @@
-"""What effects say: the updates that fire in a knowledge state, ground [DESIGN section 3].
+"""What effects say: the updates that fire in a knowledge state, ground [docs/knowledge.md].
 
 All conditions, values and arguments are read in the state before. What the updates then do to knowledge is said in
 `replay/transition.py`, what they do to the world in `worlds/acts.py`.

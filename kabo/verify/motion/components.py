@@ -2,7 +2,7 @@
 
 A component is one robot's configuration, or one object's parent and pose. Where branches have met, a component may
 have several values; values of several components at once are followed together, so that what occurs together is
-exact [LANGUAGE section 6]. Work grows with the possibilities of the components that are asked for, not with all.
+exact [docs/plans.md#sharing]. Work grows with the possibilities of the components that are asked for, not with all.
 """
 
 from collections.abc import Mapping, Sequence

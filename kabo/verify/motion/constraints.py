@@ -1,7 +1,7 @@
 """What the constraints of a scene measure, in plain numpy: lengths and angles between features, and their bounds.
 
 Every constraint becomes measures, each a length or an angle with bounds. Lines and planes coincide and are
-parallel in either sense; `aligned` and `opposed` fix the sense [LANGUAGE section 4; K Table 5.1].
+parallel in either sense; `aligned` and `opposed` fix the sense [docs/sampling.md#which-constraints; K Table 5.1].
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,11 +9,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.language.scene_description import Constraint, Feature, FeatureName
-
-Array = npt.NDArray[np.float64]
 
 LENGTH, ANGLE = 1e-3, 1e-3  # what a constraint may be missed by [m], [rad]
 

@@ -12,9 +12,9 @@ from kabo.errors import MeshError
 from kabo.geometry import bounding_mesh, hausdorff_bound
 from kabo.geometry.bounding.bounding_mesh import COSTS
 from kabo.meshes import Mesh
-from tests import oracles_meshes as oracles
 from tests.geometry.surfaces import distances_to_surface
-from tests.shapes import joined
+from tests.support import oracles_meshes as oracles
+from tests.support.shapes import joined
 
 SIDES = ("outer", "inner")
 TINY = pytest.mark.xfail(

@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 from kabo.geometry import Budget, CollisionView, Enclosure, ExactView, FixedGroup, MovingGroup
 from kabo.geometry.collision.views import FREE
 from tests.geometry.worlds import box, move, rng_rows, slide, three_joints
-from tests.strategies import IDENTITY
+from tests.support.strategies import IDENTITY
 
 BUDGET = Budget.share(0.01)
 PAIRS = np.array([[0, 2], [0, 3], [1, 3], [2, 3], [1, 4], [2, 4]])

@@ -20,7 +20,7 @@ from kabo.geometry import (
 )
 from tests.geometry.collision.test_predicates import container, cup
 from tests.geometry.worlds import box, move, slide, three_joints
-from tests.strategies import IDENTITY
+from tests.support.strategies import IDENTITY
 
 BUDGET = Budget.share(0.01)
 

@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 from kabo.geometry import Enclosure, FixedGroup, penetration, signed_distance
 from tests.geometry.worlds import box, move
-from tests.strategies import healthy_part, rational_placements
+from tests.support.strategies import healthy_part, rational_placements
 
 
 def placed(points, pose):

@@ -17,7 +17,7 @@ from kabo.geometry import (
     sweep_collides,
 )
 from tests.geometry.worlds import box, move, slide, three_joints
-from tests.strategies import IDENTITY
+from tests.support.strategies import IDENTITY
 
 BUDGET = Budget.share(0.01)
 

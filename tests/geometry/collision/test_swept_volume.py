@@ -6,7 +6,7 @@ import trimesh
 
 from kabo.geometry import Enclosure, Motion, MovingGroup, swept_volume
 from tests.geometry.worlds import box, move, slide, three_joints
-from tests.strategies import IDENTITY
+from tests.support.strategies import IDENTITY
 
 BAR = Enclosure((box([0.15, 0.03, 0.03]),), 0.0)
 

@@ -10,7 +10,7 @@ from kabo.geometry.collision.kernels.check import first_hit
 from kabo.geometry.collision.views import FREE
 from kabo.scene import PRISMATIC
 from tests.geometry.worlds import box, move, one_joint, rng_rows, slide, three_joints
-from tests.strategies import IDENTITY
+from tests.support.strategies import IDENTITY
 
 BUDGET = Budget.share(0.01)
 CUBE = Enclosure((box([0.1, 0.1, 0.1]),), 0.0)

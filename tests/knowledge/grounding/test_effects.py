@@ -5,7 +5,7 @@ import pytest
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from tests.knowledge.asking import holds, state_after
-from tests.small_problems import (
+from tests.support.small_problems import (
     BELOW,
     COLOUR,
     FUEL,

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from kabo.knowledge import ground, relaxed_reach, unreachable_goals
 from kabo.language import formulas as f
 from tests.knowledge.asking import applicable, state_after
-from tests.small_problems import (
+from tests.support.small_problems import (
     COLOUR,
     FUEL,
     action,

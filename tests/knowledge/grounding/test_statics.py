@@ -6,7 +6,21 @@ from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language.problem import Function
 from tests.knowledge.asking import applicable, then
-from tests.small_problems import COLOUR, action, add, app, atom, cmp, delete, know, lit, no, problem, var, when
+from tests.support.small_problems import (
+    COLOUR,
+    action,
+    add,
+    app,
+    atom,
+    cmp,
+    delete,
+    know,
+    lit,
+    no,
+    problem,
+    var,
+    when,
+)
 
 A, B, C = var("a"), var("b"), var("c")
 NEAR = {"predicates": {"near": ("thing", "thing"), "link": ("thing", "thing", "thing")}}

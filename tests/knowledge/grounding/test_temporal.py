@@ -3,7 +3,7 @@
 from kabo.knowledge import ground, unreachable_goals
 from kabo.language import formulas as f
 from tests.knowledge.asking import holds, then
-from tests.small_problems import COLOUR, action, add, app, atom, cmp, delete, know, lit, no, problem, when
+from tests.support.small_problems import COLOUR, action, add, app, atom, cmp, delete, know, lit, no, problem, when
 
 Q, R, X, E = lit("q"), lit("r"), lit("p", "x"), lit("p", "y")
 NOT_Q, NOT_R, NOT_X, NOT_E = no("q"), no("r"), no("p", "x"), no("p", "y")

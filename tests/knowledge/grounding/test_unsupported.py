@@ -8,7 +8,7 @@ from kabo.errors import InputError
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language.problem import Parameter
-from tests.small_problems import COLOUR, FUEL, action, add, app, atom, cmp, know, lit, problem, var
+from tests.support.small_problems import COLOUR, FUEL, action, add, app, atom, cmp, know, lit, problem, var
 
 PLACE = f.Place("domain.yaml", 7, 5, 3)
 NESTED = f.Literal(atom("p", app("colour")), True, PLACE)

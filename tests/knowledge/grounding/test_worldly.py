@@ -1,4 +1,4 @@
-"""World effects `when C then E`: what is known of E after them, and what E then tells about C [contract 4].
+"""World effects `when C then E`: what is known of E after them, and what E then tells about C [docs/knowledge.md#actions].
 
 q, r, p(x) are causes and never change unless a test says so; p(y) is the outcome.
 """
@@ -8,7 +8,21 @@ import pytest
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from tests.knowledge.asking import holds, outcomes, state_after, then
-from tests.small_problems import COLOUR, FUEL, action, add, app, atom, cmp, delete, know, lit, no, problem, when
+from tests.support.small_problems import (
+    COLOUR,
+    FUEL,
+    action,
+    add,
+    app,
+    atom,
+    cmp,
+    delete,
+    know,
+    lit,
+    no,
+    problem,
+    when,
+)
 
 Q, R, X, E = lit("q"), lit("r"), lit("p", "x"), lit("p", "y")
 NOT_Q, NOT_R, NOT_X, NOT_E = no("q"), no("r"), no("p", "x"), no("p", "y")

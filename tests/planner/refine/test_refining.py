@@ -15,7 +15,7 @@ from kabo.planner.refine.refining import _independent
 from kabo.planner.refine.refining_stops import Stop
 from kabo.planner.result import result_to_json
 from tests.domains.scenes import DOMAINS, problem_of, scene_of
-from tests.oracles_motions import collisions
+from tests.support.oracles_motions import collisions
 
 BOTH_ARMS = """problem: both_arms
 domain: {home}/domain.yaml

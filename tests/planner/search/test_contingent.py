@@ -16,9 +16,23 @@ from kabo.planner.search.nodes import Act, Space
 from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Exhausted, Found, Limits, Unreachable
 from kabo.planner.search.weak_plans import Counter
-from tests import oracles_knowledge as oracles
 from tests.planner.scripted_geometry import Scripted
-from tests.small_problems import COLOUR, FUEL, action, add, app, atom, cmp, delete, know, lit, no, problem, var
+from tests.support import oracles_knowledge as oracles
+from tests.support.small_problems import (
+    COLOUR,
+    FUEL,
+    action,
+    add,
+    app,
+    atom,
+    cmp,
+    delete,
+    know,
+    lit,
+    no,
+    problem,
+    var,
+)
 
 DOMAINS = Path(__file__).parents[3] / "domains"
 

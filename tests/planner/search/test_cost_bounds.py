@@ -13,8 +13,8 @@ from kabo.language import load_problem
 from kabo.planner.search.cost_bounds import CostBounds
 from kabo.planner.search.delete_relaxation import Relaxation
 from tests.conftest import PROPERTY_SCALE
-from tests.random_knowledge import random_problem
-from tests.small_problems import action, add, atom, delete, know, lit, no, problem
+from tests.support.random_knowledge import random_problem
+from tests.support.small_problems import action, add, atom, delete, know, lit, no, problem
 
 COSTS = (0.0, 0.25, 1.0, 1.0, 2.5)
 STATES = 300

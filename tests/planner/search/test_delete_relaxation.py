@@ -9,8 +9,8 @@ from kabo.language import load_problem
 from kabo.planner.search.delete_relaxation import Relaxation
 from tests.conftest import PROPERTY_SCALE
 from tests.knowledge.asking import state_after, then
-from tests.random_knowledge import random_problem
-from tests.small_problems import COLOUR, action, add, app, atom, cmp, delete, know, lit, no, problem, when
+from tests.support.random_knowledge import random_problem
+from tests.support.small_problems import COLOUR, action, add, app, atom, cmp, delete, know, lit, no, problem, when
 
 Q, R, X = lit("q"), lit("r"), lit("p", "x")
 NOT_Q, NOT_R, NOT_X = no("q"), no("r"), no("p", "x")

@@ -10,8 +10,8 @@ from kabo.planner.search.nodes import Space
 from kabo.planner.search.skeleton import Found, Limits, Skeleton, Unreachable
 from kabo.planner.search.solved import Solved
 from kabo.planner.search.weak_plans import BudgetSpent, Counter
-from tests import oracles_knowledge as oracles
-from tests.small_problems import branching_problems, gambles
+from tests.support import oracles_knowledge as oracles
+from tests.support.small_problems import branching_problems, gambles
 
 
 @given(problem=branching_problems() | gambles())
@@ -57,7 +57,7 @@ def test_the_budget_ends_it():
 def _ring(count):
     from kabo.language import formulas as f
     from kabo.language.problem import Function
-    from tests.small_problems import action, add, app, cmp, know, problem
+    from tests.support.small_problems import action, add, app, cmp, know, problem
 
     at = app("at")
     steps = [

@@ -4,7 +4,7 @@ from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Act, Decide, Space
-from tests.small_problems import action, add, atom, delete, know, lit, no, problem, when
+from tests.support.small_problems import action, add, atom, delete, know, lit, no, problem, when
 
 CALL = f.ProcedureCall("do")
 

@@ -7,7 +7,7 @@ from kabo.language import formulas as f
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.nogoods import Failure, Failures
 from kabo.planner.search.skeleton import Unreachable
-from tests.small_problems import action, add, atom, know, lit, no, problem, when
+from tests.support.small_problems import action, add, atom, know, lit, no, problem, when
 
 
 def test_a_failure_without_ancestors_holds_for_states_that_know_less():

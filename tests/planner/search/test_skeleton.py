@@ -2,7 +2,7 @@
 
 from kabo.knowledge import ground
 from kabo.planner.search.skeleton import Skeleton, SkeletonBuilder
-from tests.small_problems import action, add, atom, lit, problem
+from tests.support.small_problems import action, add, atom, lit, problem
 
 TASK = ground(problem(actions=[action("do", effects=[add(lit("q"))]), action("look", sense=[atom("r")])]))
 DO, LOOK = TASK.actions

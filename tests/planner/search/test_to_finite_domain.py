@@ -15,7 +15,7 @@ from kabo.planner.search.skeleton import Exhausted, Found, Limits, Unreachable
 from kabo.planner.search.to_finite_domain import classical_task
 from tests.conftest import PROPERTY_SCALE
 from tests.knowledge.asking import then
-from tests.small_problems import (
+from tests.support.small_problems import (
     COLOUR,
     FUEL,
     action,

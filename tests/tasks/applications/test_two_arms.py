@@ -14,8 +14,8 @@ from kabo.scene import Scene, load_scene
 from kabo.tasks import Task, load_task_file
 from kabo.tasks.files.running import first_scene
 from kabo.tasks.robots import segments
-from tests import oracles_coal
-from tests.oracles_motions import replay_of, states_of
+from tests.support import oracles_coal
+from tests.support.oracles_motions import replay_of, states_of
 
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLE = ROOT / "examples" / "two_arms"

@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from kabo.tasks.core import Failure, Result, Task, connector, forward, generator, monitor, wrapper
-from tests.random_tasks import Trees, canonical
+from tests.support.random_tasks import Trees, canonical
 
 
 @generator()

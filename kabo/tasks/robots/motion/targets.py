@@ -1,7 +1,7 @@
 """Targets: what inverse kinematics is to reach, as a stream of configurations by projection on constraints.
 
 A target is a value that a sampler writes as the interface property `target`. Its stream is keyed by what is sampled,
-never by where the robot stands, so that the same candidates come in the same order from any start [LANGUAGE 6].
+never by where the robot stands, so that the same candidates come in the same order from any start [docs/plans.md#sharing].
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,8 +10,8 @@ from itertools import chain, repeat
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import (
     BATCH,
     WORLD,
@@ -29,7 +29,6 @@ from kabo.scene import Configuration, Robot
 from kabo.scene.transforms import inverse
 from kabo.tasks.robots.scenes import TaskScene
 
-Array = npt.NDArray[np.float64]
 FEW = (16, 48, 192)  # samples of the first batches for one pose: mostly a few will do
 
 

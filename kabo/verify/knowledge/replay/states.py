@@ -1,4 +1,4 @@
-"""Knowledge as dictionaries and sets [DESIGN section 3; P].
+"""Knowledge as dictionaries and sets [docs/knowledge.md; P].
 
 Written to be obvious, and on its own: the planner's bit sets must agree with it, not it with them.
 """

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.geometry.collision.kernels.oriented import faces_near, relative
-from tests.strategies import IDENTITY, placement_of
+from tests.support.strategies import IDENTITY, placement_of
 
 MARGIN = 1e-3
 INTEGERS = st.tuples(*[st.integers(-3, 3)] * 4).filter(any)  # quaternions

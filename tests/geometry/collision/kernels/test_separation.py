@@ -5,7 +5,7 @@ import pytest
 
 from kabo.geometry.collision.kernels import separation
 from kabo.geometry.parts import Enclosure
-from tests.strategies import KINDS, placement_of, touching
+from tests.support.strategies import KINDS, placement_of, touching
 
 OFFSET = 64.0  # at least twice every |vertex|
 PLACEMENT = placement_of((1, 2, 2, 0), np.zeros(3))

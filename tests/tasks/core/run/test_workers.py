@@ -8,7 +8,7 @@ import pytest
 
 from kabo.tasks.core import Result, Task, connector, forward, generator
 from kabo.tasks.core.run.workers import Workers
-from tests.random_tasks import Rich, Trees, canonical
+from tests.support.random_tasks import Rich, Trees, canonical
 
 
 @pytest.fixture(autouse=True)

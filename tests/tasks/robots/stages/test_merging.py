@@ -17,8 +17,8 @@ from kabo.scene.transforms import transform
 from kabo.tasks.core import Failure, InitialisationError, Result, Serial, Solution, State, Task
 from kabo.tasks.core.model.properties import Resolver
 from kabo.tasks.robots import STAGES, Details, TaskScene, check_meaning, segments
-from tests import oracles_coal
 from tests.conftest import PROPERTY_SCALE
+from tests.support import oracles_coal
 
 ROOT = Path(__file__).resolve().parents[4]
 BASES = {"left": (-0.30, 0.65, 0.0), "right": (-0.30, -0.65, 0.0), "far": (0.75, 0.0, 0.0)}

@@ -16,7 +16,7 @@ from kabo.verify.knowledge.replay.draft import ContradictionError
 from kabo.verify.knowledge.replay.interpreter import GroundAction, Interpreter
 from kabo.verify.knowledge.replay.states import Knowledge
 from kabo.verify.knowledge.terms import symbol_of
-from tests.linked_worlds import all_worlds, linked_groups
+from tests.support.linked_worlds import all_worlds, linked_groups
 
 Grounded = tuple[GroundAction, dict[str, "str | ValueOf"]]
 

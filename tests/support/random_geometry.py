@@ -17,7 +17,7 @@ from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.scene import GeometricState
 from tests.planner.scripted import at
-from tests.small_problems import action, add, know, problem
+from tests.support.small_problems import action, add, know, problem
 
 ROBOTS, OBJECTS = ("r", "s"), ("a", "b")
 COMPONENTS = (*ROBOTS, *OBJECTS)

@@ -11,7 +11,7 @@ from itertools import product
 from typing import NamedTuple
 
 from kabo.tasks.core import Alternatives, Fallbacks, Flow, Limit, Merger, Result, Serial, Wrapper
-from tests.random_tasks import Watch, chance, outcomes, too_dear
+from tests.support.random_tasks import Watch, chance, outcomes, too_dear
 
 ROUNDS = 8  # of triggers; where they do not settle, fallbacks depend on what they bring about themselves
 MOST = 3_000  # solutions of all stages; a tree with more is compared with nothing

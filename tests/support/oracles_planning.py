@@ -8,7 +8,7 @@ Shares no code with kabo.
 
 from itertools import product
 
-from tests.random_beliefs import Act, Formula, Small
+from tests.support.random_beliefs import Act, Formula, Small
 
 World = frozenset
 Belief = frozenset

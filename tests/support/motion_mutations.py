@@ -13,7 +13,7 @@ from kabo.language.problem import Problem
 from kabo.language.scene_description import BodyDescription, PoseDescription, Shape
 from kabo.plan import Node, ObjectPose, Plan, Segment
 from kabo.scene import Scene, load_scene
-from tests.oracles_motions import Judge, Moment, replay_of, states_of
+from tests.support.oracles_motions import Judge, Moment, replay_of, states_of
 
 
 @dataclass(frozen=True)

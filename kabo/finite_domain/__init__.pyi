@@ -1,0 +1,14 @@
+from kabo.finite_domain.compiled_task import Budget as Budget
+from kabo.finite_domain.compiled_task import CompiledTask as CompiledTask
+from kabo.finite_domain.heuristics.relaxation import Estimate as Estimate
+from kabo.finite_domain.heuristics.relaxation import RelaxedOperator as RelaxedOperator
+from kabo.finite_domain.heuristics.relaxation import RelaxedTask as RelaxedTask
+from kabo.finite_domain.result import SearchResult as SearchResult
+from kabo.finite_domain.search.blind_search import breadth_first as breadth_first
+from kabo.finite_domain.search.novelty_search import bfws as bfws
+from kabo.finite_domain.search.optimal_search import astar as astar
+from kabo.finite_domain.task import Effect as Effect
+from kabo.finite_domain.task import FiniteTask as FiniteTask
+from kabo.finite_domain.task import Operator as Operator
+from kabo.finite_domain.task import Variable as Variable
+from kabo.finite_domain.task import validate as validate

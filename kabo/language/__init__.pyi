@@ -1,0 +1,15 @@
+from kabo.language.problem import Action as Action
+from kabo.language.problem import Domain as Domain
+from kabo.language.problem import Function as Function
+from kabo.language.problem import Parameter as Parameter
+from kabo.language.problem import Problem as Problem
+from kabo.language.reading import check_files as check_files
+from kabo.language.reading import is_imported as is_imported
+from kabo.language.reading import load_problem as load_problem
+from kabo.language.scene_description import SceneDescription as SceneDescription
+from kabo.language.spelling import spell as spell
+from kabo.language.spelling import spell_number as spell_number
+from kabo.language.task_description import Property as Property
+from kabo.language.yaml.loading import load_scene_description as load_scene_description
+from kabo.language.yaml.loading import own_task_files as own_task_files
+from kabo.language.yaml.procedures import Procedures as Procedures

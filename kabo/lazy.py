@@ -1,0 +1,73 @@
+"""Lazy faces of rooms: public names that are written once, in a stub, and load their file when they are first used.
+
+Beside such a room's `__init__.py` stands an `__init__.pyi`, in which each name has a line of its own:
+
+    from kabo.room.file import name as name
+
+Type checkers read the stub as any other; `lazy_names` reads the same lines when the room is imported. A line
+`from kabo.room import *` offers every name of a room that is light to import [PEP 484, stubs; PEP 562].
+"""
+
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from types import ModuleType
+
+FORM = "from module import name as name"
+
+
+def lazy_names(
+    room: str, file: str, *, rooms: Sequence[str] = ()
+) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
+    """The `__getattr__`, `__dir__` and `__all__` of a room whose names stand in the stub beside `file`.
+
+    Args:
+        room: its `__name__`.
+        file: its `__file__`.
+        rooms: names of the stub that are also called like a room inside this one. These rooms are imported now: Python
+            binds a package to its name at the first import only, so that later imports leave the name what the stub
+            says.
+
+    Raises:
+        SyntaxError: an import of the stub is not written in one of the two forms.
+    """
+    homes = _homes(file + "i")
+    for name in rooms:
+        import_module(f"{room}.{name}")
+        delattr(sys.modules[room], name)
+
+    def load(name: str) -> object:
+        if name not in homes:
+            where = sys.modules[room]
+            raise AttributeError(f"module {room!r} has no attribute {name!r}", name=name, obj=where)
+        value = getattr(import_module(homes[name]), name)
+        setattr(sys.modules[room], name, value)
+        return value
+
+    public = sorted(homes)
+    return load, lambda: sorted({*vars(sys.modules[room]), *public}), public
+
+
+def names_of(room: ModuleType) -> list[str]:
+    """The public names of a lazy room, none of which is loaded for that; stubs have no `__all__`."""
+    return list(room.__all__)
+
+
+def _homes(stub: str) -> dict[str, str]:
+    """For every name that a stub offers, the module that has it.
+
+    Lines are compared, not parsed: importing `ast` takes as long as importing kabo.
+    """
+    homes: dict[str, str] = {}
+    with open(stub, encoding="utf-8") as lines:
+        for number, line in enumerate(lines, 1):
+            words = line.split("#")[0].split()
+            if not words or words[0] not in ("from", "import"):
+                continue
+            if words[::2] == ["from", "import"] and words[3] == "*":
+                homes |= dict.fromkeys(names_of(import_module(words[1])), words[1])
+            elif words[::2] == ["from", "import", "as"] and words[3] == words[5]:
+                homes[words[5]] = words[1]
+            else:
+                raise SyntaxError(f"{stub}:{number}: an import here is written `{FORM}`, in a line of its own")
+    return homes
