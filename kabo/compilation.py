@@ -119,7 +119,7 @@ def _teach_window() -> None:
     from numba.extending import lower_builtin, type_callable
     from numba.np.arrayobj import make_array, populate_array
 
-    @type_callable(window)  # type: ignore[untyped-decorator]  # numba has no types
+    @type_callable(window)
     def _(_: Any) -> Any:
         return lambda flat, start, shape: types.Array(flat.dtype, len(shape), "C")
 
@@ -145,10 +145,12 @@ def _compiled(function: _Function, **options: Any) -> _Function:
         return function
     options = {**_OPTIONS, **options}
     if not _links():
-        return numba.njit(cache=True, **options)(function)
+        compiled: _Function = numba.njit(cache=True, **options)(function)
+        return compiled
     from kabo.linking import linked
 
-    return linked(function, options, stored=True)
+    whole: _Function = linked(function, options, stored=True)
+    return whole
 
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -185,7 +187,8 @@ def lean_kernel(function: _Function) -> _Function:
 
 def leaf_kernel(function: _Function) -> _Function:
     """As `kernel`, for small functions that every caller inlines."""
-    return _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)
+    inlined: _Function = _numba().njit(cache=True, nogil=True, error_model="numpy", inline="always")(function)
+    return inlined
 
 
 def reduction_kernel(function: _Function) -> _Function:

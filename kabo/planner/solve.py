@@ -95,9 +95,7 @@ def solve(
     """
     given = problem.options
     asked = Procedures(problem, procedures or {}, geometry_order, _first(seed, given.seed, 0))
-    replaced = procedures is not None and not (
-        procedures and problem.domain.procedures.keys() >= procedures.keys()
-    )
+    replaced = _stands_for_geometry(procedures, problem)
     has_geometry = problem.scene is not None and (geometry or given.geometry) != "none" and not replaced
     scene_epsilon = problem.scene.epsilon if has_geometry and problem.scene is not None else None
     options = Options(
@@ -122,10 +120,18 @@ def solve(
     if procedures is not None and not has_geometry:
         return _with_procedures(run, task, asked)
     result = _integrated(run, task) if has_geometry else _symbolic(run, task)
-    if procedures:
-        rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
-        result = replace(result, statistics={**result.statistics, "procedures": rows})
-    return result
+    return _with_figures(result, asked) if procedures else result
+
+
+def _stands_for_geometry(procedures: Mapping[str, Callable[..., bool]] | None, problem: Problem) -> bool:
+    """Whether the given functions answer for procedures of geometry, and not only for external ones."""
+    return procedures is not None and not (procedures and problem.domain.procedures.keys() >= procedures.keys())
+
+
+def _with_figures(result: Result, asked: Procedures) -> Result:
+    """The result with what the given functions were asked among its statistics."""
+    rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
+    return replace(result, statistics={**result.statistics, "procedures": rows})
 
 
 def _first(*values: Any) -> Any:

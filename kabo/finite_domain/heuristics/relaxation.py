@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.arrays import Integers
 from kabo.finite_domain.heuristics.plain_relaxation import PlainTables, relaxed_plan
 
 Facts = Sequence[int] | NDArray[Any] | int  # an int is a set of bits: bit i says that fact i is true
@@ -93,7 +94,7 @@ class RelaxedTask:
         """(facts,) which facts can become true if nothing ever becomes false."""
         return self.layers(true) >= 0
 
-    def layers(self, true: Facts) -> NDArray[np.int64]:
+    def layers(self, true: Facts) -> Integers:
         """(facts,) after how many rounds of all operators at once a fact is reached; axioms take none; -1: never."""
         return self._core.layers(list(_numbers(true)))
 
@@ -172,7 +173,7 @@ class _Core:
         names = self._names
         return Estimate(value, tuple([names[w] for w in sorted(owners)]), tuple(made))
 
-    def layers(self, true: list[int]) -> NDArray[np.int64]:
+    def layers(self, true: list[int]) -> Integers:
         tables = self._plain
         found = np.full(self.facts, -1, np.int64)
         waiting = list(tables.waiting)
