@@ -77,15 +77,14 @@ def measured(path: Path) -> str:
 
 def page() -> str:
     """The whole page."""
-    parts, missing = [HEAD], []
+    parts = [HEAD]
     for script, question in questions().items():
-        found = results(script)
-        if found:
-            parts += [f"## {script}", f"{question}\n", *map(measured, found)]
-        else:
-            missing.append(f"| `python benchmarks/{script}.py` | {question} |")
-    if missing:
-        parts += ["## Not measured here yet\n", "| command | question |\n|---|---|", *missing, ""]
+        found = [measured(path) for path in results(script)]
+        parts += [
+            f"## {script}\n",
+            f"{question}\n",
+            *(found or [f"`python benchmarks/{script}.py`: not measured here yet.\n"]),
+        ]
     return "\n".join(parts)
 
 
