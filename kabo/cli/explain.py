@@ -3,6 +3,8 @@
 import argparse
 from typing import Any
 
+import kabo
+from kabo import requests
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import add_options, add_problem_argument, chosen_options, natural
@@ -36,9 +38,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the explanation; the exit codes are those of `solve`."""
-    from kabo.explain.explain import explanation_to_json
-    from kabo.requests import explain_file
-
     given: dict[str, Any] = {**chosen_options(options)}
     given["geometry"] = options.geometry != "none"
     if options.changes is not None:
@@ -46,23 +45,27 @@ def run(options: argparse.Namespace) -> int:
     with clean_standard_output(), interruptible() as stop:
         if options.timeout is not None:
             given["timeout"] = max(0.0, given["timeout"] - TELLING_S)
-        found, error = explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
+        found, error = requests.explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
     if error is not None:
         tell(str(error))
     if options.json:
-        print_json(explanation_to_json(found))
+        _print_json(found)
     elif found.verdict != "invalid":
         print(found)
     return EXIT_CODES[found.verdict]
+
+
+def _print_json(found: "kabo.Explanation") -> None:
+    from kabo.explain.explain import explanation_to_json  # loads the planner, which the help does without
+
+    print_json(explanation_to_json(found))
 
 
 def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
     """Shows that it was ended by force; the exit code."""
     said = f"Nothing is explained: {message}."
     if options.json:
-        from kabo.explain.explain import Explanation, explanation_to_json
-
-        print_json(explanation_to_json(Explanation("exhausted", (said,))))
+        _print_json(kabo.Explanation("exhausted", (said,)))
     else:
         print(said)
     return exit_codes.NO_PLAN

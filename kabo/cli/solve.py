@@ -2,6 +2,7 @@
 
 import argparse
 
+from kabo import requests
 from kabo.cli.solving import add_search_arguments, chosen_options, finish, natural, told_cut_off
 from kabo.cli.terminal import clean_standard_output, interruptible, tell
 
@@ -17,11 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solves, shows the plan or why there is none, and writes the plan file only if there is one."""
-    from kabo.requests import solve_file
-
     try:
         with clean_standard_output(), options.door.reporting() as report, interruptible() as stop:
-            answer = solve_file(
+            answer = requests.solve_file(
                 options.problem,
                 chosen_options(options),
                 domain=options.domain,

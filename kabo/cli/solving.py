@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from kabo import plan as plans
+from kabo import planner
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
@@ -21,7 +23,7 @@ def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve"
     add_problem_argument(parser)
     add_options(parser, command)
     add_limits(parser, "the problem's, else 600")
-    parser.set_defaults(cut_off=told_cut_off)
+    parser.set_defaults(cut_off=told_cut_off, finish=finish)
     parser.add_argument(
         "-o",
         dest="output",
@@ -120,9 +122,8 @@ def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
     """Shows that a search was ended by force before there was a plan; the exit code."""
     said = f"{message}; no file was written"
     if options.json:
-        from kabo.planner.result import Reason, Result, result_to_json
-
-        print_json(result_to_json(Result("exhausted", None, {}, Reason(None, spent, said))))
+        reason = planner.Reason(None, spent, said)
+        print_json(planner.result_to_json(planner.Result("exhausted", None, {}, reason)))
     tell(f"kabo: {said}")
     return exit_codes.NO_PLAN
 
@@ -133,16 +134,12 @@ def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namesp
     Without `--json` the plan's tree goes to standard output, and why there is no plan to standard error.
     """
     if plan is not None:
-        from kabo.plan import write_atomically
-
-        write_atomically(options.output, plan)
+        plans.write_atomically(options.output, plan)
         body = {**body, "plan": str(options.output)}
     if options.json:
         print_json(body)
     elif plan is not None:
-        from kabo.plan import describe, plan_from_json
-
-        print(describe(plan_from_json(plan)).rstrip("\n"))
+        print(plans.describe(plans.plan_from_json(plan)).rstrip("\n"))
         tell(f"{options.output}: {_size(body['statistics'])}")
         gaps = body["statistics"].get("certificate_gaps", ())
         if gaps:

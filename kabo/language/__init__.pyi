@@ -1,3 +1,5 @@
+from kabo.language.files import geometry_files as geometry_files
+from kabo.language.findings import Findings as Findings
 from kabo.language.problem import Action as Action
 from kabo.language.problem import Domain as Domain
 from kabo.language.problem import Function as Function
