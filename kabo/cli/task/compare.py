@@ -1,12 +1,11 @@
-"""`kabo task compare`: two reports beside each other, stage by stage, and what differs by more than chance."""
+"""`kabo task compare`: shows two reports side by side, stage by stage, and what differs by more than chance."""
 
 import argparse
 from pathlib import Path
 
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json
-from kabo.tasks import files
 
 NAME = "compare"
 HELP = "compare two reports of runs: calls, seconds, costs and failures of every stage"
@@ -22,10 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the comparison."""
-    first, second = (files.read_report(path.read_bytes(), str(path)) for path in (options.first, options.second))
-    found = files.compare(first, second)
+    first, second = (rooms.read_report(path.read_bytes(), str(path)) for path in (options.first, options.second))
+    found = rooms.compare(first, second)
     if options.json:
         print_json(found)
     else:
-        print(files.describe_comparison(found))
+        print(rooms.describe_comparison(found))
     return exit_codes.DONE
