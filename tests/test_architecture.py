@@ -114,6 +114,11 @@ def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
     assert not prints or relative(path).startswith("kabo/cli/")
 
 
+def test_files_stay_small():
+    lengths = {relative(path): len(path.read_text().splitlines()) for path in SOURCES}
+    assert not {name: length for name, length in lengths.items() if length > 400}
+
+
 def test_no_named_tuple_is_generic_which_python_3_10_does_not_know():
     pattern = re.compile(r"^class (\w+)\(.*\bNamedTuple\b.*,|^class (\w+)\(.*, *NamedTuple\b", re.MULTILINE)
     assert not {relative(path) for path in SOURCES if pattern.search(path.read_text())}
