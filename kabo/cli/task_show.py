@@ -72,7 +72,7 @@ def _show_structure(options: argparse.Namespace) -> int:
         print(describe_inputs(file))
         print(tree(task, flows))
     if errors:
-        error = file.told(InitialisationError(errors, tree(task, flows)))
+        error = file.located(InitialisationError(errors, tree(task, flows)))
         if not options.json:
             tell(str(error))
         return exit_codes.BAD_INPUT

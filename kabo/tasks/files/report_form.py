@@ -1,4 +1,4 @@
-"""The form of a report, `kabo-task/1`: the keys of each of its objects, and the check of a file against them."""
+"""The format of reports, `kabo-task/1`: the keys of each object, and the check of a file against them."""
 
 from collections.abc import Iterator
 from typing import Any, Literal, TypedDict
@@ -8,8 +8,8 @@ import msgspec
 from kabo.errors import Diagnostic, InputError
 
 FORMAT = "kabo-task/1"
-MOST, DEEPEST = 2**53, 1000  # of a count, of a stage's depth: more is no report
-SHOWN = 60  # characters of a path in a message
+MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
+MAX_PATH_CHARACTERS = 60  # characters of a path in a message
 
 
 class Told(TypedDict):
@@ -112,15 +112,15 @@ class Report(TypedDict):
 
 
 def report_bytes(report: Report) -> bytes:
-    """The file of a report: keys in their order, a line feed at the end."""
+    """The report as the bytes of a file: keys in their order, a line feed at the end."""
     return msgspec.json.format(msgspec.json.encode(report), indent=1) + b"\n"
 
 
 def read_report(content: bytes, file: str) -> Report:
-    """The report that the bytes of `file` hold.
+    """The report in the bytes of `file`.
 
     Raises:
-        InputError: it is none; says what does not fit, and where.
+        InputError: it is no report; says what is wrong, and where.
     """
     hint = "kabo task plan FILE -o REPORT.json writes one"
     try:
@@ -147,14 +147,14 @@ def read_report(content: bytes, file: str) -> Report:
 
 
 def _counts(report: Report) -> Iterator[tuple[str, int, int]]:
-    """Every whole number of a report: where it stands, its value, and the most that it can be."""
+    """Every integer of a report: where it is, its value, and its upper bound."""
     for stage in report["stages"]:
-        yield f'the depth of "{stage["path"][:SHOWN]}"', stage["depth"], DEEPEST
+        yield f'the depth of "{stage["path"][:MAX_PATH_CHARACTERS]}"', stage["depth"], MAX_DEPTH
     for number, run in enumerate(report["runs"]):
         for path, figures in run["stages"].items():
             tables = (figures["failures"], figures["mismatches"])
             for count in (figures["calls"], figures["successes"], *(n for each in tables for n in each.values())):
-                yield f'a count of runs[{number}] for "{path[:SHOWN]}"', count, MOST
+                yield f'a count of runs[{number}] for "{path[:MAX_PATH_CHARACTERS]}"', count, MAX_COUNT
 
 
 def schema() -> dict[str, Any]:
