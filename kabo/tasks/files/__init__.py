@@ -5,4 +5,4 @@ The language room reads the files; here names and types are checked against the 
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)

@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from statistics import fmean
 from typing import Any, TypedDict
 
-from kabo.tasks.files.report_form import Figures, Report, RunReport
+from kabo.tasks.files.report_form import Report, RunReport, StageFigures
 
 FORMAT = "kabo-task-comparison/1"
 SIGNIFICANCE = 0.05  # level of the tests, after correction
 
-_FIGURES: dict[str, Callable[[Figures], list[float]]] = {
+_FIGURES: dict[str, Callable[[StageFigures], list[float]]] = {
     "calls": lambda f: [float(f["calls"])],
     "seconds": lambda f: [f["seconds"]],
     "successes": lambda f: [float(f["successes"])],

@@ -5,7 +5,7 @@ from html import escape
 
 from kabo.tasks.core import shown
 from kabo.tasks.files.describing import added, counted, counts, describe_report, duration, explain, number, said
-from kabo.tasks.files.report_form import Figures, Report, RunReport, StageReport, Whole
+from kabo.tasks.files.report_form import Report, RunReport, StageFigures, StageReport, Whole
 
 _STYLE = """
 :root { color-scheme: light dark; --line: #8884; --good: #1f6f3b; --bad: #b3402e; --dim: #666; }
@@ -76,7 +76,7 @@ def _tree(stages: Sequence[StageReport], runs: Sequence[RunReport]) -> Iterator[
     yield "</details>\n" * (depth + 1)
 
 
-def _summary(stage: StageReport, figures: Sequence[Figures], total: float) -> str:
+def _summary(stage: StageReport, figures: Sequence[StageFigures], total: float) -> str:
     successes, calls = sum(f["successes"] for f in figures), sum(f["calls"] for f in figures)
     failures, mismatches = added(f["failures"] for f in figures), added(f["mismatches"] for f in figures)
     failed = sum(failures.values())
@@ -100,7 +100,7 @@ def _summary(stage: StageReport, figures: Sequence[Figures], total: float) -> st
     return " ".join(parts)
 
 
-def _stage(stage: StageReport, figures: Sequence[Figures]) -> Iterator[str]:
+def _stage(stage: StageReport, figures: Sequence[StageFigures]) -> Iterator[str]:
     given = dict(stage["properties"])
     if stage["monitors"]:
         given["monitors"] = stage["monitors"]

@@ -9,6 +9,13 @@ from kabo.errors import Diagnostic, InputError
 
 FORMAT = "kabo-task/1"
 MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
+# The names in the published schema of objects whose classes are called otherwise here.
+_SCHEMA_NAMES = {
+    "FailureReport": "Refusal",
+    "PhaseReport": "Part",
+    "SolutionTime": "Found",
+    "StageFigures": "Figures",
+}
 MAX_PATH_CHARACTERS = 60  # characters of a path in a message
 
 
@@ -20,7 +27,7 @@ class Told(TypedDict):
     changes: list[str]
 
 
-class Refusal(TypedDict):
+class FailureReport(TypedDict):
     """A failure of one stage; failures with the same reason are counted together."""
 
     reason: str
@@ -28,7 +35,7 @@ class Refusal(TypedDict):
     changes: list[str]
 
 
-class Part(TypedDict):
+class PhaseReport(TypedDict):
     """One phase of a whole solution, in order of time."""
 
     stage: str
@@ -42,10 +49,10 @@ class Whole(TypedDict):
 
     comment: str
     cost: float
-    parts: list[Part]
+    parts: list[PhaseReport]
 
 
-class Figures(TypedDict):
+class StageFigures(TypedDict):
     """What a stage did in one run: all is counted, some is told."""
 
     calls: int
@@ -55,7 +62,7 @@ class Figures(TypedDict):
     mismatches: dict[str, int]
     costs: list[float]
     solutions: list[Told]
-    refusals: list[Refusal]
+    refusals: list[FailureReport]
 
 
 class Why(TypedDict):
@@ -68,7 +75,7 @@ class Why(TypedDict):
     examples: list[str]
 
 
-class Found(TypedDict):
+class SolutionTime(TypedDict):
     """When a whole solution came, and at what cost."""
 
     seconds: float
@@ -82,9 +89,9 @@ class RunReport(TypedDict):
     seconds: float
     exhausted: bool
     stopped: bool
-    found: list[Found]
+    found: list[SolutionTime]
     solutions: list[Whole]
-    stages: dict[str, Figures]
+    stages: dict[str, StageFigures]
     explanation: Why | None
 
 
@@ -159,5 +166,8 @@ def _counts(report: Report) -> Iterator[tuple[str, int, int]]:
 
 def schema() -> dict[str, Any]:
     """The JSON Schema of a report."""
-    content = msgspec.json.schema(Report)
+    text = msgspec.json.encode(msgspec.json.schema(Report)).decode()
+    for ours, name in _SCHEMA_NAMES.items():
+        text = text.replace(f'"{ours}"', f'"{name}"').replace(f'/{ours}"', f'/{name}"')
+    content = msgspec.json.decode(text)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": FORMAT, **content}

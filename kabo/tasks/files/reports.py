@@ -24,10 +24,10 @@ from kabo.tasks.core import (
 from kabo.tasks.files.building import TaskFile, default_of
 from kabo.tasks.files.changes import scene_change
 from kabo.tasks.files.report_form import (
-    Figures,
-    Part,
+    PhaseReport,
     Report,
     RunReport,
+    StageFigures,
     StageReport,
     Told,
     Whole,
@@ -131,7 +131,7 @@ def _why(task: Task, paths: Mapping[int, str]) -> Why:
     }
 
 
-def _stage(task: Task, stage: Stage) -> Figures:
+def _stage(task: Task, stage: Stage) -> StageFigures:
     figures = task.figures(stage)
     solutions, failures = task.found(stage)
     return {
@@ -159,7 +159,7 @@ def _solution(solution: Solution) -> Told:
 
 
 def _whole(solution: Solution, paths: Mapping[int, str]) -> Whole:
-    parts: list[Part] = [{"stage": paths[id(part.stage)], **_solution(part)} for part in phases(solution)]
+    parts: list[PhaseReport] = [{"stage": paths[id(part.stage)], **_solution(part)} for part in phases(solution)]
     return {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
 
 
