@@ -48,7 +48,7 @@ from kabo.tasks.files.report_form import read_report as read_report
 from kabo.tasks.files.report_form import report_bytes as report_bytes
 from kabo.tasks.files.reports import report as report
 from kabo.tasks.files.reports import structure as structure
-from kabo.tasks.files.running import Settings as Settings
+from kabo.tasks.files.running import PlanningOptions as PlanningOptions
 from kabo.tasks.files.running import check_things as check_things
 from kabo.tasks.files.running import needs_scene as needs_scene
 from kabo.tasks.files.running import plan_file as plan_file

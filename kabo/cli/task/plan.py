@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         arguments = given_arguments(file, options.given)
         scene = _scene(file, arguments, options.scene)
         with interruptible() as stop:
-            settings = rooms.Settings(
+            settings = rooms.PlanningOptions(
                 options.max_solutions or file.max_solutions,
                 file.timeout if options.timeout is None else None,
                 options.seed,
