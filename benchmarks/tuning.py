@@ -2,8 +2,9 @@
 
     python benchmarks/tuning.py [--rounds 1] [--only NAME] [--output tuning.json]
 
-Every setting solves the same small problems in a process of its own. Rows are ratios to the constants as they are: expansions, samples and processor time, each
-summed over the problems that the constant can concern, and how many of their plans are others or missing.
+Every setting solves the same small problems in a process of its own. Rows are ratios to the constants as they are:
+expansions, samples and processor time, each summed over the problems that the constant can concern, and how many of
+their plans are others or missing.
 """
 
 import argparse
@@ -180,6 +181,7 @@ def main() -> None:
     noise = Table("the constants as they are, twice: the noise")
     base: dict[str, list[Row]] = {}
     for key, problems in every.items():
+        child(None, None, problems)  # compiles what is not compiled yet
         base[key] = child(None, None, problems)
         for _ in range(options.rounds):
             again = child(None, None, problems)
