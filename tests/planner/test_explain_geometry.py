@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from kabo.explain.explain import Explanation, explain, explanation_to_json
-from kabo.explain.scene_changes import BaseMoved, BodyRemoved, SmallerEpsilon, changed, removable
+from kabo.explain.findings import BaseMoved, BodyRemoved, SmallerEpsilon
+from kabo.explain.scene_changes import changed, removable
 from kabo.plan import schema
 from kabo.planner.solve import solve
 from kabo.scene import load_scene

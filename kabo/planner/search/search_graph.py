@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 Node = TypeVar("Node")
 Move = TypeVar("Move")
@@ -10,6 +10,13 @@ Made = TypeVar("Made")
 
 
 Parents = dict[Hashable, tuple[Hashable, Move, Node] | None]
+
+
+class HeuristicValue(NamedTuple):
+    """How far a goal seems (None: it is out of reach), and the indices of the actions that seem to lead there."""
+
+    value: int | None
+    preferred: frozenset[int]
 
 
 class Graph(Protocol[Node, Made]):
@@ -46,8 +53,8 @@ class Graph(Protocol[Node, Made]):
         """Whether these conjuncts of the goal hold."""
         ...
 
-    def estimate(self, node: Node, parts: Sequence[int]) -> "tuple[int | None, frozenset[int]]":
-        """How far these conjuncts seem (None: out of reach), and which actions seem to lead there."""
+    def estimate(self, node: Node, parts: Sequence[int]) -> HeuristicValue:
+        """How far these conjuncts seem, and which actions seem to lead there."""
         ...
 
     def cost(self, move: Made) -> float:
