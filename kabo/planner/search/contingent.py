@@ -15,16 +15,16 @@ from kabo import tuning
 from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
 from kabo.options import Options, Search
+from kabo.planner.search.algorithms import ALGORITHMS
+from kabo.planner.search.algorithms.best import newest_first
+from kabo.planner.search.algorithms.graph import Algorithm
 from kabo.planner.search.fixpoint import Fixpoint
-from kabo.planner.search.greedy_search import newest_first
 from kabo.planner.search.heuristics import DEFAULT_HEURISTIC
 from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Failure, Failures
 from kabo.planner.search.packed import PackedTask
 from kabo.planner.search.regression import Explanation
-from kabo.planner.search.search_graph import Algorithm
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import (
     Exhausted,
     FoundSkeleton,
@@ -56,7 +56,7 @@ def find_skeleton(
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a key of `SEARCHES`; None is the best all-round one.
+        search: how weak plans are found, a word of `Search`; None is the best all-round one.
         geometry: what may be refused and which attempts there are; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called now and then with the statistics so far.
@@ -95,7 +95,7 @@ def _attempts(
         space = SearchSpace(task, geometry, may_wait, assume_last, heuristic)
         try:
             outcome = _run(
-                _Contingent(space, SEARCHES[search], counter, tuning.MAX_FAILED_CHOICES).solve(space.start, [])
+                _Contingent(space, ALGORITHMS[search], counter, tuning.MAX_FAILED_CHOICES).solve(space.start, [])
             )
         except _TooManyDeadEnds:
             continue
@@ -104,7 +104,7 @@ def _attempts(
     looking = _ExhaustiveCheck(task, may_wait, counter, takes_plans=geometry is None)
     try:
         patience = tuning.FAILED_CHOICES_BEFORE_FIXPOINT
-        return _run(_Contingent(space, SEARCHES[search], counter, patience, looking).solve(space.start, []))
+        return _run(_Contingent(space, ALGORITHMS[search], counter, patience, looking).solve(space.start, []))
     except _OutcomeKnown as decided:
         return decided.outcome
 
@@ -290,7 +290,7 @@ class _Contingent:
         Judged only where nothing is inferred: there every single outcome is a possible world.
         """
         task, state = self.space.task, node[0]
-        if not task.closure.is_empty or self.search not in (SEARCHES["best"], newest_first):
+        if not task.closure.is_empty or self.search not in (ALGORITHMS["best"], newest_first):
             return False
         parts = range(len(task.goal))
         return any(

@@ -11,8 +11,8 @@ from math import floor
 from kabo.finite_domain.heuristics.landmark_bound import LandmarkBound
 from kabo.knowledge import Task
 from kabo.language.formulas import GroundCall
+from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.delete_relaxation import Relaxation
-from kabo.planner.search.search_graph import HeuristicValue
 
 UNITS = 1000  # of cost 1: costs are rounded down to such parts, so that bounds stay bounds
 

@@ -5,7 +5,7 @@ from typing import Protocol
 
 from kabo.knowledge import Task
 from kabo.language.formulas import GroundCall
-from kabo.planner.search.search_graph import HeuristicValue
+from kabo.planner.search.algorithms.graph import HeuristicValue
 
 
 class Heuristic(Protocol):

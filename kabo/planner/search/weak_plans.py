@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kabo.knowledge import GroundAction
+from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Choice, Failures
-from kabo.planner.search.search_graph import HeuristicValue
 from kabo.planner.search.skeleton import SearchLimits, SearchStatistics, Trace
 
 DEADLINE_EVERY = 64  # expansions between two looks at the deadline

@@ -6,14 +6,14 @@ from itertools import count
 from math import inf
 
 from kabo import tuning
-from kabo.planner.search.search_graph import Graph, Move, Node, Parents, SearchOutcome, path_to
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, SearchOutcome, path_to
 
 # A node that waits, by what a way through it costs at least, then by how near an end seems, then the latest first:
 # both bounds, its order, whether it is bounded by itself and not by its parent, its cost, its key, the node.
 _Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 
 
-def cheapest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
+def astar(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """A way of least cost to an end.
 
     Nodes are bounded when their turn comes; until then what bounds their parents bounds them, as in the compiled
