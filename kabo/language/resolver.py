@@ -152,11 +152,13 @@ class Resolver:
         """What a word or call in the place of a term is, whether or not it may stand there."""
         if node.kind == "call":
             return self.find(node.text)
-        number = node.kind == "number"
-        symbol = self.scope.get(node.text)
+        name = node.text
+        symbol = self.scope.get(name)
         if symbol is None and not (wanted == NUMBERS and self.dialect.only_numbers):
-            symbol = self.vocabulary.objects.get(node.text)
-        return self.vocabulary.symbols.get(node.text) if symbol is None and not number else symbol
+            symbol = self.vocabulary.objects.get(name)
+        if symbol is None and node.kind != "number":
+            symbol = self.vocabulary.symbols.get(name)
+        return symbol
 
     def visible(self, *roles: Role) -> dict[str, tuple[str, f.Place | None]]:
         """Signature and place of every name of one namespace with one of the roles (of all, without any)."""
@@ -172,18 +174,18 @@ class Resolver:
         symbol = self._find_value(node, wanted)
         if symbol is None:
             return self._undeclared(node, wanted)
-        if symbol.role == "predicate" or symbol.kind == TEST:
-            self.dialect.no_value(self, node, symbol)
-            return None
-        if symbol.role in ("function", "procedure"):
+        role = symbol.role
+        if role in ("function", "procedure") and symbol.kind != TEST:
             return self._application(node, symbol)
-        if node.kind == "call":
+        if role in ("predicate", "procedure"):
+            self.dialect.no_value(self, node, symbol)
+        elif node.kind == "call":
             self.report(node.name, f'"{node.text}" is {symbol.description} and takes no arguments')
-            return None
-        if symbol.role == "run-time variable" and self.in_update:
+        elif role == "run-time variable" and self.in_update:
             self._report_run_time_variable(node, symbol)
-            return None
-        return symbol.term(self.place(node)), symbol.kind
+        else:
+            return symbol.term(self.place(node)), symbol.kind
+        return None
 
     def _undeclared(self, node: Expression, wanted: Kind) -> Typed | None:
         if node.kind == "number":
@@ -258,12 +260,15 @@ class Resolver:
             self.dialect.wrong_count(self, node, symbol)
             return None
         found = [self.term(part, kind) for part, kind in zip(node.parts, wanted, strict=True)]
+        terms: list[f.Term] = []
         for number, (each, kind) in enumerate(zip(found, wanted, strict=True)):
-            if each is not None and not types.fits(each[1], kind):
+            if each is None:
+                continue
+            if not types.fits(each[1], kind):
                 self.dialect.wrong_argument(self, node, number, symbol, each[1])
                 return None
-        terms = tuple(each[0] for each in found if each is not None)
-        return terms if len(terms) == len(found) else None
+            terms.append(each[0])
+        return tuple(terms) if len(terms) == len(found) else None
 
     def application(self, node: Expression) -> f.Application | None:
         """A function with its arguments, as Kv takes it."""

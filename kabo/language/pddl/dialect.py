@@ -10,6 +10,7 @@ from kabo.language.tree_algebra import nodes
 from kabo.language.vocabulary import Symbol, Vocabulary
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?")
+_KINDS = {"?": "variable", **dict.fromkeys("+-.0123456789", "number")}  # by what a word begins with
 _MOST_OPERANDS = 30
 _MOST_OPERATORS = 60
 
@@ -86,10 +87,11 @@ def resolver_of(document: Document, vocabulary: Vocabulary, where: str) -> Resol
 def expression_of(vocabulary: Vocabulary, node: Node) -> Expression:
     """A word or form as a term; a function may have the name of an operator."""
     if isinstance(node, Word):
-        text = node.text
-        number = text[0] in "+-.0123456789" and _NUMBER.fullmatch(text) is not None
-        kind = "number" if number else "variable" if text[0] == "?" else "name"
-        return Expression(kind, text, node.start, node.end)
+        text, start = node.text, node.start
+        kind = _KINDS.get(text[0], "name")
+        if kind == "number" and _NUMBER.fullmatch(text) is None:
+            kind = "name"
+        return Expression(kind, text, start, start + len(text))
     called = _called(vocabulary, node)
     if called.text in ARITHMETIC and vocabulary.function(called.text) is None:
         called.kind = called.text
@@ -102,7 +104,7 @@ def _called(vocabulary: Vocabulary, node: Node) -> Expression:
         return Expression("call", node.text, node.start, node.end)
     parts = [expression_of(vocabulary, each) for each in node.rest]
     name_at = node.items[0].start if node.items else None
-    return Expression("call", node.head, node.start, node.end, parts, name_at=name_at)
+    return Expression("call", node.head, node.start, node.end, parts, (), name_at)
 
 
 def read_term(here: Resolver, node: Node) -> Typed | None:

@@ -1,5 +1,7 @@
 """The words in which PKS files are told what is wrong with names and types, and how their variables are bound."""
 
+from collections.abc import Sequence
+
 from kabo.language.expressions import Expression
 from kabo.language.pks.markup import Markup
 from kabo.language.resolver import Dialect, Resolver
@@ -51,7 +53,7 @@ def resolver_of(
     return Resolver(markup.source, markup.text, vocabulary, where, PKS, free=free)
 
 
-def bind(here: Resolver, variables: list[tuple[Expression, Expression | None]]) -> dict[str, Symbol]:
+def bind(here: Resolver, variables: Sequence[tuple[Expression, Expression | None]]) -> dict[str, Symbol]:
     """The variables of a parameter list or quantifier, by their names in the file."""
     vocabulary, found = here.vocabulary, dict[str, Symbol]()
     for word, kind_word in variables:

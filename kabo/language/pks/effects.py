@@ -1,6 +1,6 @@
 """PKS effects as kabo's updates: databases, conditions of knowledge, quantifiers, assignments of numbers."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -110,7 +110,7 @@ def _change(here: Resolver, node: Expression) -> f.Change | None:
     return f.Change("add" if node.text == "add" else "del", name, tuple(facts), place) if facts else None
 
 
-def _facts(here: Resolver, database: str, nodes: list[Expression]) -> list[f.Fact]:
+def _facts(here: Resolver, database: str, nodes: Sequence[Expression]) -> list[f.Fact]:
     """The facts of an update; none if one of them is wrong."""
     if database == "Kx":
         nodes = [part for node in nodes for part in (node.parts if node.kind in ("or", "xor") else [node])]

@@ -123,7 +123,7 @@ class _Parser:
             if length > MAX_DEPTH:
                 raise Broken(self._next, f"at most {MAX_DEPTH} signs in one chain")
             right = self.expression(own if operator == "=>" else own + 1)
-            if left.kind == operator and operator in ("and", "or"):
+            if left.kind == operator and operator in ("and", "or") and isinstance(left.parts, list):
                 left.parts.append(right)
                 left.end = right.end
             else:
