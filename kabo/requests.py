@@ -4,23 +4,24 @@ The command line and the workers of the service call these functions, so every d
 arrives, and how its answer is shown, is the door's business.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from kabo.errors import Diagnostic, InputError
 from kabo.language import check_files as findings_in
-from kabo.language import is_imported, load_problem
+from kabo.language import is_imported, load_problem, load_scene_description, own_task_files
 from kabo.language.files import geometry_files
+from kabo.language.findings import Findings
+from kabo.language.problem import Problem
 from kabo.options import SolveOptions
+from kabo.plan import load_plan, plan_to_json
 from kabo.planner.result import Progress, invalid_to_json, result_to_json
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # for the same reason
     from kabo.explain.explain import Explanation
-    from kabo.language.problem import Problem
-    from kabo.language.scene_description import SceneDescription
-    from kabo.scene import Scene
     from kabo.verify import Report
 
 
@@ -42,7 +43,7 @@ def solve_file(
     within: Path | None = None,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
-    keep: Callable[[Mapping[str, Any], bytes], None] | None = None,
+    on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
 ) -> Answer:
     """Solves the problem in a file; bad input is an answer, too (status "invalid").
 
@@ -54,21 +55,21 @@ def solve_file(
         within: if given, no file outside of this folder is opened.
         progress: called now and then.
         cancelled: asked now and then; True ends planning soon, with status "exhausted", or with the plan that was found.
-        keep: given the object and the plan file's bytes once a plan is found, before it is refined and certified.
+        on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
+            certified.
     """
-    from kabo.plan import plan_to_json
-    from kabo.planner.solve import solve
+    from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
 
     try:
         problem = read_problem(path, within, domain)
-        found = None if keep is None else lambda result: keep(result_to_json(result), plan_to_json(result.plan))
+        found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
         result = solve(problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
     except InputError as error:
         return Answer(invalid_to_json(error), error=error)
     return Answer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
 
 
-def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> "Problem":
+def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> Problem:
     """The problem in a file, with every file that it names inside the folder `within` (if given).
 
     Raises:
@@ -81,7 +82,7 @@ def read_problem(path: Path, within: Path | None = None, domain: Path | None = N
     return problem
 
 
-def _refuse_outside(problem: "Problem", folder: Path) -> None:
+def _refuse_outside(problem: Problem, folder: Path) -> None:
     """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
 
     Raises:
@@ -109,8 +110,7 @@ def verify_file(
         InputError: all that is wrong in the problem's files, or in the form of the plan.
         OSError: the plan file cannot be read.
     """
-    from kabo.plan import load_plan
-    from kabo.verify import verify_plan
+    from kabo.verify import verify_plan  # nobody who only checks or solves pays for it
 
     return verify_plan(
         load_problem(problem, domain), load_plan(plan), knowledge_only=knowledge_only, paranoid=paranoid
@@ -122,6 +122,7 @@ def explain_file(
     *,
     domain: Path | None = None,
     geometry: bool = True,
+    timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     **options: Any,
 ) -> "tuple[Explanation, InputError | None]":
@@ -131,13 +132,17 @@ def explain_file(
         path: the problem file.
         domain: the problem's domain file, where formats have one that the problem does not name.
         geometry: whether to look for motions, too.
+        timeout: seconds after which it gives up, those for reading included.
         cancelled: asked now and then; True ends it soon, with what was found so far.
         options: of `kabo.explain`.
     """
-    from kabo.explain.explain import explain, invalid_explanation
+    from kabo.explain.explain import explain, invalid_explanation  # as the planner
 
+    began = perf_counter()
     try:
-        return explain(load_problem(path, domain), geometry=geometry, cancelled=cancelled, **options), None
+        problem = load_problem(path, domain)
+        left = None if timeout is None else max(0.0, timeout - (perf_counter() - began))
+        return explain(problem, geometry=geometry, timeout=left, cancelled=cancelled, **options), None
     except InputError as error:
         return invalid_explanation(error), error
 
@@ -156,13 +161,10 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
 
 def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
     """What is wrong in the task files that a domain or problem may call, or in a task file itself: stages, values."""
-    from kabo.language import own_task_files
-
     called = own_task_files(path)
     if not called:
         return ()
-    from kabo.language.findings import Findings
-    from kabo.tasks.files import find_task_file
+    from kabo.tasks.files import find_task_file  # most problems call no task file
 
     findings = Findings()
     for name in called:
@@ -171,51 +173,11 @@ def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
-    from kabo.language import load_scene_description
-
+    """What is wrong or odd in the meshes and URDFs of a scene, or of a problem's scene."""
     try:
         description = load_scene_description(path)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
         return ()
-    from kabo.scene import load_scene
+    from kabo.scene.findings import findings_in_scene  # files without a scene are checked without mesh libraries
 
-    try:
-        scene = load_scene(description)
-    except InputError as error:
-        return error.diagnostics
-    return (*_unit_warnings(scene, description), *_turned_warnings(description))
-
-
-def _turned_warnings(description: "SceneDescription") -> Iterator[Diagnostic]:
-    """Mesh files with components that are inside out, which are turned whenever they are loaded."""
-    from kabo.meshes import FORMATS, load_mesh, outwards
-
-    for path in dict.fromkeys(geometry_files(description)):
-        if path.suffix.lower().removeprefix(".") in FORMATS:
-            done = outwards(load_mesh(path))[1]
-            if done is not None:
-                fix = "export it with its normals outwards; kabo plans and verifies with the turned mesh"
-                yield Diagnostic(str(path), 1, 1, done, fix, severity="warning")
-
-
-def _unit_warnings(scene: "Scene", description: "SceneDescription") -> tuple[Diagnostic, ...]:
-    """Bodies and robots whose meshes are so large that they may be given in millimetres."""
-    from kabo.meshes import units_warning
-
-    found = [
-        units_warning(body.mesh, description.bodies[name].shape.place)
-        for name, body in scene.bodies.items()
-        if body.mesh.path is not None
-    ]
-    found += [
-        units_warning(
-            link.mesh,
-            description.robots[name].place,
-            named=f'link "{link_name}" of robot "{name}"',
-            fix='then scale it in the URDF: <mesh scale="0.001 0.001 0.001" …/>',
-        )
-        for name, robot in scene.robots.items()
-        for link_name, link in robot.links.items()
-        if link.mesh is not None
-    ]
-    return tuple(warning for warning in found if warning is not None)
+    return findings_in_scene(description)

@@ -16,7 +16,7 @@ SOURCES = sorted((REPOSITORY / "kabo").rglob("*.py"))
 HEAVY = ("numpy", "numba", "scipy", "trimesh", "pinocchio", "coal", "zenoh", "rich", "yaml", "lark", "msgspec")
 EDGES = {
     "kabo/cli/main.py",
-    "kabo/cli/own_stages.py",
+    "kabo/cli/task/own_stages.py",
     "kabo/service/server.py",
     "kabo/service/worker.py",
     "kabo/children.py",
@@ -112,6 +112,11 @@ def test_a_module_says_why_it_exists_and_prints_only_in_cli(path):
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
     prints = [node.lineno for node in calls if isinstance(node.func, ast.Name) and node.func.id == "print"]
     assert not prints or relative(path).startswith("kabo/cli/")
+
+
+def test_files_stay_small():
+    lengths = {relative(path): len(path.read_text().splitlines()) for path in SOURCES}
+    assert not {name: length for name, length in lengths.items() if length > 400}
 
 
 def test_no_named_tuple_is_generic_which_python_3_10_does_not_know():

@@ -1,4 +1,6 @@
 from kabo.service.client import Client as Client
+from kabo.service.client import ProblemFor as ProblemFor
+from kabo.service.client import Reply as Reply
 from kabo.service.inline import pack_problem as pack_problem
 from kabo.service.inline import problem_for as problem_for
 from kabo.service.server import Server as Server

@@ -30,7 +30,7 @@ def library_task(name: str) -> TaskFile:
 
 
 @dataclass(frozen=True)
-class Bound:
+class BoundCall:
     """A ground call bound to its task: arguments by name, and the components that it moves and reads."""
 
     file: TaskFile
@@ -55,7 +55,7 @@ class Bound:
         return text
 
 
-class _Looked:
+class _InspectedTask:
     """A task of a file that is only looked at: one call after the other is bound to it."""
 
     def __init__(self, file: TaskFile) -> None:
@@ -103,8 +103,8 @@ class Bindings:
 
     def __init__(self, scene: Scene, folder: Path | None) -> None:
         self._scene, self._folder = scene, folder
-        self._bound: dict[GroundCall, Bound] = {}
-        self._looked: dict[str, _Looked] = {}
+        self._bound: dict[GroundCall, BoundCall] = {}
+        self._looked: dict[str, _InspectedTask] = {}
         self._files: dict[str, TaskFile] = {}
 
     @property
@@ -112,19 +112,19 @@ class Bindings:
         """Every call that was bound."""
         return tuple(self._bound)
 
-    def bind(self, call: GroundCall) -> Bound:
+    def bind(self, call: GroundCall) -> BoundCall:
         """The task of a call with its arguments by name."""
         if call not in self._bound:
             file = self._file(call.procedure)
             arguments = self._arguments(file, call)
             if call.procedure not in self._looked:
-                self._looked[call.procedure] = _Looked(file)
+                self._looked[call.procedure] = _InspectedTask(file)
                 self._looked[call.procedure].check(arguments, self._scene)
             stages = self._looked[call.procedure].stages(arguments)
             components = {*self._scene.robots, *self._scene.movable}
             moves = dict.fromkeys(name for stage in stages for name in stage.moves() if name in components)
             reads = dict.fromkeys(name for name in _read(stages) if name in components)
-            self._bound[call] = Bound(file, arguments, tuple(moves), tuple(reads))
+            self._bound[call] = BoundCall(file, arguments, tuple(moves), tuple(reads))
         return self._bound[call]
 
     def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingType
+from math import inf
 from typing import Any, cast
 
 from kabo.language import formulas as f
@@ -117,9 +118,11 @@ def _read_option(reader: Reader, option: Option, node: Node | None, what: str) -
         return reader.whole(node, what, option.problem_least)
     if option.kind is bool:
         return reader.boolean(node, what)
-    if option.at_least is None or option.at_most is None:
+    if not option.at_least and option.at_most is None:
         return reader.positive(node, what)
-    return reader.between(node, what, option.at_least, option.at_most, option.unit)
+    return reader.between(
+        node, what, option.at_least or 0.0, inf if option.at_most is None else option.at_most, option.unit
+    )
 
 
 # -------------------------------------------------------------------------------------- objects and their things

@@ -5,4 +5,4 @@ Files are read by the language room; here their names and types are checked agai
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)

@@ -28,7 +28,7 @@ _WHOLE: dict[str, Callable[[RunReport], list[float]]] = {
 }
 
 
-class Compared(TypedDict):
+class FigureComparison(TypedDict):
     """One figure of both: how many samples, their means, U and p (None where a side has no samples)."""
 
     samples: list[int]
@@ -38,18 +38,18 @@ class Compared(TypedDict):
     adjusted: float | None
 
 
-class Comparison(TypedDict):
+class ReportComparison(TypedDict):
     """All figures of two reports: of the whole runs, and of each stage that both have."""
 
     format: str
     tasks: list[str]
     runs: list[int]
-    whole: dict[str, Compared]
-    stages: dict[str, dict[str, Compared]]
+    whole: dict[str, FigureComparison]
+    stages: dict[str, dict[str, FigureComparison]]
     only: list[list[str]]  # the paths of stages that only the first, only the second report has
 
 
-def compare(first: Report, second: Report) -> Comparison:
+def compare(first: Report, second: Report) -> ReportComparison:
     """The comparison of two reports, stage by stage."""
     both = [first, second]
     paths = [[stage["path"] for stage in report["stages"]] for report in both]
@@ -78,7 +78,7 @@ def compare(first: Report, second: Report) -> Comparison:
     }
 
 
-def _compared(first: Sequence[float], second: Sequence[float]) -> Compared:
+def _compared(first: Sequence[float], second: Sequence[float]) -> FigureComparison:
     means = [fmean(values) if values else None for values in (first, second)]
     u = p = None
     if first and second:
@@ -92,7 +92,7 @@ def _compared(first: Sequence[float], second: Sequence[float]) -> Compared:
     return {"samples": [len(first), len(second)], "means": means, "u": u, "p": p, "adjusted": None}
 
 
-def _adjust(tests: Sequence[Compared]) -> None:
+def _adjust(tests: Sequence[FigureComparison]) -> None:
     """Fills in Holm's correction of p over all tests."""
     ordered = sorted((each for each in tests if each["p"] is not None), key=lambda each: each["p"] or 0.0)
     least = 0.0
@@ -101,7 +101,7 @@ def _adjust(tests: Sequence[Compared]) -> None:
         each["adjusted"] = least
 
 
-def describe_comparison(found: Comparison) -> str:
+def describe_comparison(found: ReportComparison) -> str:
     """The comparison as a table; what differs clearly is marked."""
     header = f"{found['tasks'][0]} ({found['runs'][0]} runs) and {found['tasks'][1]} ({found['runs'][1]} runs)"
     rows: list[tuple[str, ...]] = [("", "first", "second", "ratio", "U", "p", "")]
@@ -126,7 +126,7 @@ def describe_comparison(found: Comparison) -> str:
     return "\n".join(lines)
 
 
-def _row(name: str, each: Compared) -> tuple[str, ...]:
+def _row(name: str, each: FigureComparison) -> tuple[str, ...]:
     first, second = each["means"]
     ratio = "" if not first or second is None else f"{second / first:.2f}"
     u = "" if each["u"] is None else f"{each['u']:g}"

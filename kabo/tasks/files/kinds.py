@@ -15,27 +15,27 @@ class _Kind(type):
         return isinstance(value, str)
 
 
-class Robot(metaclass=_Kind):
+class RobotName(metaclass=_Kind):
     """The name of a robot."""
 
 
-class Body(metaclass=_Kind):
+class BodyName(metaclass=_Kind):
     """The name of a body."""
 
 
-class Region(metaclass=_Kind):
+class RegionName(metaclass=_Kind):
     """The name of a region."""
 
 
-class Grasp(metaclass=_Kind):
+class GraspName(metaclass=_Kind):
     """The name of a grasp family, or `any`."""
 
 
-class Placement(metaclass=_Kind):
+class PlacementName(metaclass=_Kind):
     """The name of a placement, or `any`."""
 
 
-class MotionConstraint(metaclass=_Kind):
+class MotionConstraintName(metaclass=_Kind):
     """The name of a motion constraint."""
 
 
@@ -49,12 +49,12 @@ class Anything(metaclass=_Anything):
 
 
 KIND_TYPES: dict[str, Any] = {
-    "robot": Robot,
-    "body": Body,
-    "region": Region,
-    "grasp": Grasp,
-    "placement": Placement,
-    "motion_constraint": MotionConstraint,
+    "robot": RobotName,
+    "body": BodyName,
+    "region": RegionName,
+    "grasp": GraspName,
+    "placement": PlacementName,
+    "motion_constraint": MotionConstraintName,
     "name": str,
     "number": float,
     "boolean": bool,

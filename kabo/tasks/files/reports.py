@@ -33,12 +33,14 @@ from kabo.tasks.files.report_form import (
     Whole,
     Why,
 )
-from kabo.tasks.files.running import Run
+from kabo.tasks.files.running import TaskRun
 
 KEPT = 100  # solutions and failures of a stage that a report tells in full; all are counted
 
 
-def report(runs: Sequence[Run], *, file: str | None = None, arguments: Mapping[str, Any] | None = None) -> Report:
+def report(
+    runs: Sequence[TaskRun], *, file: str | None = None, arguments: Mapping[str, Any] | None = None
+) -> Report:
     """The report of runs of one task."""
     task = runs[0].task
     return {
@@ -102,7 +104,7 @@ def _depth(stage: Stage) -> int:
     return depth
 
 
-def _run(run: Run) -> RunReport:
+def _run(run: TaskRun) -> RunReport:
     task = run.task
     stages = list(named_stages(task))
     paths = {id(stage): path for path, stage in stages}

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.errors import CutOff, InputError, did_you_mean
 from kabo.language.findings import Findings
+from kabo.language.scene_description import SceneDescription
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
 
 if TYPE_CHECKING:
-    from kabo.language.scene_description import SceneDescription
-    from kabo.scene import Scene
+    from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
 Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True)
-class Run:
+class TaskRun:
     """One planning run: its task with all that was found, and when each whole solution came, and at what cost."""
 
     task: Task
@@ -29,7 +29,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Settings:
+class PlanningOptions:
     """How to plan: seeds one after the other from `seed`, each as far as `max_solutions` and `timeout` [s] say."""
 
     max_solutions: int | None = None
@@ -41,15 +41,18 @@ class Settings:
 
 
 def plan_file(
-    file: TaskFile, arguments: Mapping[str, Any], scene: "Scene | None" = None, settings: Settings | None = None
-) -> list[Run]:
+    file: TaskFile,
+    arguments: Mapping[str, Any],
+    scene: "Scene | None" = None,
+    settings: PlanningOptions | None = None,
+) -> list[TaskRun]:
     """The runs of a task with its arguments, on a scene if it has robot stages.
 
     Raises:
         InputError: the arguments do not fit, or the stages do not fit together; told where they stand.
     """
-    settings = Settings() if settings is None else settings
-    runs: list[Run] = []
+    settings = PlanningOptions() if settings is None else settings
+    runs: list[TaskRun] = []
     for seed in range(settings.seed, settings.seed + settings.repeat):
         if runs and settings.stop():
             break
@@ -57,17 +60,22 @@ def plan_file(
     return runs
 
 
-def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: Settings) -> Run:
+def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: PlanningOptions) -> TaskRun:
     began = perf_counter()
 
     def late() -> bool:
         return settings.stop() or (settings.timeout is not None and perf_counter() - began >= settings.timeout)
 
-    first = None if scene is None else first_scene(scene, seed, late)
+    first: Any = None
     found: list[tuple[float, float]] = []
+    if scene is not None:
+        # Loads the geometry server with its kernels, which tasks without robots do not need.
+        from kabo.tasks.files.first_scenes import check_against_scene, first_scene
+
+        first = first_scene(scene, seed, late)
     try:
         if scene is not None:
-            _check(task, scene, first)
+            check_against_scene(task, first)
         while settings.max_solutions is None or len(found) < settings.max_solutions:
             try:
                 solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
@@ -84,7 +92,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
         raise told from error
     finally:
         task.close()
-    return Run(task, seed, perf_counter() - began, tuple(found), late())
+    return TaskRun(task, seed, perf_counter() - began, tuple(found), late())
 
 
 def told_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
@@ -106,15 +114,6 @@ def _asked(error: Exception) -> Stage | None:
     return found
 
 
-def first_scene(scene: "Scene", seed: int, stop: Stop) -> Any:
-    """The scene in which a task is asked from the command line: the first state of a scene file."""
-    from kabo.geometry_server import GeometryServer
-    from kabo.tasks.robots import TaskScene
-
-    server = GeometryServer(scene, seed=seed, stop=stop)
-    return TaskScene.of(server.context(), scene.start)
-
-
 def needs_scene(file: TaskFile) -> bool:
     """Whether a task has stages that only a scene with robots can serve."""
     waiting = [file.recipe]
@@ -126,7 +125,7 @@ def needs_scene(file: TaskFile) -> bool:
     return False
 
 
-def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDescription") -> None:
+def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: SceneDescription) -> None:
     """Whether the scene has the robots, bodies and regions that are given.
 
     Raises:
@@ -142,10 +141,3 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
             findings.add(each.place, f'"{each.name}" is {value}, which is no {each.kind} of the scene', hint)
     if findings.errors:
         raise InputError(findings.diagnostics)
-
-
-def _check(task: Task, scene: "Scene", first: Any) -> None:
-    from kabo.tasks.robots import check_meaning, check_names
-
-    check_names(task, scene)
-    check_meaning(task, scene, first.situation)

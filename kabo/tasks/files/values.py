@@ -10,16 +10,16 @@ from typing import Any
 
 from kabo.language.task_description import Entries, Items, Reference, Word, Written
 from kabo.tasks.core import Interface, Parent, Property
-from kabo.tasks.files.kinds import Body, Grasp, MotionConstraint, Placement, Region, Robot
+from kabo.tasks.files.kinds import BodyName, GraspName, MotionConstraintName, PlacementName, RegionName, RobotName
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _WORDS: dict[Any, str] = {
     float: "a number", int: "a whole number", bool: "true or false", str: "a text", list: "a list", tuple: "a list",
     Any: "anything", type(None): "none", dict: "a mapping", Mapping: "a mapping", Sequence: "a list",
-    Robot: "the name of a robot", Body: "the name of a body", Region: "the name of a region",
-    Grasp: "the name of a grasp family", Placement: "the name of a placement",
-    MotionConstraint: "the name of a motion constraint",
+    RobotName: "the name of a robot", BodyName: "the name of a body", RegionName: "the name of a region",
+    GraspName: "the name of a grasp family", PlacementName: "the name of a placement",
+    MotionConstraintName: "the name of a motion constraint",
 }  # fmt: skip
 _TRUTH = {"true": True, "false": False}
 

@@ -4,17 +4,13 @@ A procedure's moves and reads follow from those of its stages, and so does what 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Context, Pair, Situation, Stream
+from kabo.geometry_server import Context, Situation, Stream
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
 from kabo.tasks.robots import meanings
-
-if TYPE_CHECKING:
-    from kabo.tasks.robots.motion.questions import Question
 
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
 OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
@@ -24,37 +20,6 @@ KEEP = Property(
     "a motion constraint to keep for what is held: its name, or {object, constraint}; none or an empty name: nothing",
     meanings.keeping,
 )
-
-
-@dataclass(frozen=True)
-class Details:
-    """What a failure is about, for programs: pairs that came too close, with counts; proofs; what was read and asked."""
-
-    pairs: tuple[tuple[Pair, int], ...] = ()
-    reads: frozenset[str] = frozenset()
-    proof: bool = False
-    missing: float | None = None
-    question: "Question | None" = None
-
-
-def refusal(
-    reason: str,
-    comment: str = "",
-    *,
-    pairs: tuple[tuple[Pair, int], ...] = (),
-    hit: Pair | None = None,
-    reads: frozenset[str] = frozenset(),
-    proof: bool = False,
-    missing: float | None = None,
-    question: "Question | None" = None,
-) -> Failure:
-    """A failure with its details; `hit` is the one pair that was in the way."""
-    if hit is not None:
-        pairs = ((hit, 1),)
-    if not comment and pairs:
-        comment = f"{pairs[0][0][0]} – {pairs[0][0][1]}"
-    return Failure(reason, comment, Details(pairs, reads, proof, missing, question))
-
 
 _THINGS = ("robot", "body", "region", "motion constraint", "mate")
 _NAMED = {
@@ -178,6 +143,25 @@ def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
     for name in stage.moves():
         if name in scene.bodies and name not in scene.movable:
             yield f"{name} is not movable: nobody takes it or lets it go"
+
+
+def keep_faults(stage: RobotStage, start: Situation | None) -> Iterator[str]:
+    """Why a stage's `keep` means nothing, as far as that is known before planning: it keeps something in an empty hand."""
+    given, robot = stage.known("keep"), stage.known("robot")
+    if not given or start is None or robot not in start.robots or start.carried(robot):
+        return
+    top: Stage = stage
+    while top.parent is not None:
+        top = top.parent
+    if isinstance(top, Container) and not any(_may_take(each) for each in top.walk()):
+        name = given.get("constraint") if isinstance(given, Mapping) else given
+        yield f"nothing can keep {name}: {robot} holds nothing, and nothing is taken in this task"
+
+
+def _may_take(stage: Stage) -> bool:
+    """Whether an object may be in a hand after a stage, which was not before."""
+    moving = isinstance(stage, RobotStage) and ("object" in stage.MOVES or stage.properties.has("scene"))
+    return moving or not (isinstance(stage, (RobotStage, Container)) or type(stage).__module__.startswith("kabo."))
 
 
 def _hint(name: str, known: Mapping[str, Any]) -> str:

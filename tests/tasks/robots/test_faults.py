@@ -17,7 +17,7 @@ from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Failure, InitialisationError, Parent, Result, Task
 from kabo.tasks.core.model.properties import Resolver
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
 from kabo.tasks.robots.stages.strokes import RESOLUTION, farthest
 from tests.conftest import PROPERTY_SCALE

@@ -66,6 +66,7 @@ def clearance(greatest: float = 0.2, *, along: bool = False, step: float = 0.05)
     """
 
     def cost(solution: Solution) -> tuple[float, str]:
+        # Distances load hulls and scipy, which no other cost term needs.
         from kabo.tasks.robots.motion.distances import distances_along
 
         found = [d for scene, each in _moved(solution) for d in distances_along(scene, each, greatest, step)]

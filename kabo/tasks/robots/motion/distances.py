@@ -6,6 +6,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import signed_distance
+from kabo.geometry_server import ScenePredicates
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 
@@ -25,8 +26,6 @@ def _sampled(each: Stretch, step: float) -> Iterator[Array]:
 
 
 def _least(scene: TaskScene, robot: str, greatest: float) -> float:
-    from kabo.geometry_server import ScenePredicates
-
     workspace = scene.workspace(robot)
     predicates = ScenePredicates(scene.context.surroundings, scene.situation.first)
     least = greatest

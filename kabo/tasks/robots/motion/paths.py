@@ -7,9 +7,9 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry_server import Refused, way_to
 from kabo.tasks.core import Failure
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.keeping import kept
-from kabo.tasks.robots.motion.questions import Question, Search, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, PathSearch, along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
 
@@ -28,8 +28,8 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
     if isinstance(found, Refused) and found.broken:
         return refusal("constraint", found.broken, reads=frozenset({robot}))
     if isinstance(found, Refused):
-        search = Search(key, scene.context.path_samples, keep)
-        asked = Question(scene, robot, (configuration(start), configuration(goal)), search)
+        search = PathSearch(key, scene.context.path_samples, keep)
+        asked = MotionQuestion(scene, robot, (configuration(start), configuration(goal)), search)
         most = max((count for _, count in found.pairs), default=0)
         text = (
             f"{constraint.name} would not be kept on {found.unkept} pieces of ways"

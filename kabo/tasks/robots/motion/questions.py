@@ -1,25 +1,22 @@
 """What a refused attempt had asked of geometry, kept so that it can be asked again elsewhere: exactly, say."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kabo.geometry_server import Context, Refused, way_to
 from kabo.scene import Configuration
-from kabo.tasks.robots.motion.keeping import keep_of
+from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.targets import Target
 from kabo.tasks.robots.scenes import TaskScene, configuration
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from kabo.tasks.robots.motion.targets import Target
 
 FEW = 60  # samples of a search for a way that is made again
 
 
 @dataclass(frozen=True)
-class Search:
+class PathSearch:
     """A way that was looked for: the key of its random stream, its samples, and the stage's property `keep`."""
 
     key: tuple[str | int | float, ...]
@@ -28,7 +25,7 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Question:
+class MotionQuestion:
     """Whether a robot may stand at one way point, move straight through several, or find a way between two.
 
     With a `target` and no way points it is the hand alone that is asked for, where the target wants it.
@@ -37,8 +34,8 @@ class Question:
     scene: TaskScene
     robot: str
     waypoints: tuple[Configuration, ...] = ()
-    search: Search | None = None
-    target: "Target | None" = None
+    search: PathSearch | None = None
+    target: Target | None = None
 
     def passes(self, context: Context, without: str | None = None) -> bool:
         """Whether the answer is yes in another context, or with a body out of the way; all else is the same."""
@@ -56,6 +53,6 @@ class Question:
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
 
 
-def along(scene: TaskScene, robot: str, *waypoints: "Iterable[float]") -> Question:
+def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> MotionQuestion:
     """The question whether a robot may stand at a way point (n,), or move straight through several."""
-    return Question(scene, robot, tuple(map(configuration, waypoints)))
+    return MotionQuestion(scene, robot, tuple(map(configuration, waypoints)))

@@ -14,7 +14,7 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry_server import Keep, Workspace
 from kabo.motion import Blended, blended, fastest, thinned
-from kabo.tasks.robots.motion.keeping import keep_of
+from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 
 THIN = 0.1  # share of the deviation that is spent on leaving way points out
@@ -31,7 +31,7 @@ DECIMALS = 6  # of times
 
 
 @dataclass(frozen=True)
-class Part:
+class MotionPart:
     """A stretch, the scene in which it is proven, and the path of its stage."""
 
     stretch: Stretch
@@ -68,7 +68,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Limits:
+class TimingLimits:
     """Of velocity and acceleration, (n,) for the planned joints."""
 
     velocity: Array
@@ -83,7 +83,7 @@ class Smoothed:
     stops: int
 
 
-def smoothed(parts: Sequence[Part], deviation: float, limits: Limits) -> Smoothed | None:
+def smoothed(parts: Sequence[MotionPart], deviation: float, limits: TimingLimits) -> Smoothed | None:
     """The parts as one motion from rest to rest that passes each way point by `deviation` [rad, L2] or less.
 
     None if what came out is not proven.
@@ -138,7 +138,7 @@ def _largest(route: "_Route", deviation: float, shares: Array) -> Array:
 class _Route:
     """The corners (m, planned) of a motion; piece i, from corner i to the next, belongs to part `owners[i]`."""
 
-    parts: Sequence[Part]
+    parts: Sequence[MotionPart]
     corners: Array
     owners: tuple[int, ...]
     hand: Array
@@ -185,7 +185,7 @@ class _Route:
             if not part.proven(way[k], way[k + 1], apart=bool(left[k] or left[k + 1]))
         ]
 
-    def timed(self, path: Blended, limits: Limits) -> Smoothed | list[int]:
+    def timed(self, path: Blended, limits: TimingLimits) -> Smoothed | list[int]:
         """The stretches along a path, as fast as the limits allow; the corners by pieces that are not proven."""
         stops = [i for i in range(1, len(self.corners) - 1) if path.trims[i] == 0.0]
         borders = [i for i in range(1, len(self.corners) - 1) if self.owners[i] != self.owners[i - 1]]
@@ -214,7 +214,7 @@ class _Route:
         return [i for i in inner if low < path.corner(i) + path.trims[i] and path.corner(i) - path.trims[i] < high]
 
 
-def _route(parts: Sequence[Part], tolerance: float) -> _Route:
+def _route(parts: Sequence[MotionPart], tolerance: float) -> _Route:
     """The way points that are needed, each straight piece proven."""
     n = parts[0].scene.robot(parts[0].stretch.robot).planned
     corners: list[Array] = [parts[0].stretch.path[0]]
@@ -241,7 +241,7 @@ def _reach(bend: float) -> float:
     return float(np.sqrt(8.0 * CHORD / bend)) if bend > 0.0 else np.inf
 
 
-def _passed(path: Blended, stops: list[int], borders: list[float], limits: Limits) -> tuple[Array, Array]:
+def _passed(path: Blended, stops: list[int], borders: list[float], limits: TimingLimits) -> tuple[Array, Array]:
     """Times and places of way points along a path that rests at the corners `stops`."""
     times, places = [np.zeros(1)], [np.zeros(1)]
     for first, last in zip(stops, stops[1:], strict=False):

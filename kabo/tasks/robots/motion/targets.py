@@ -25,8 +25,10 @@ from kabo.geometry_server import (
     tool_frame,
 )
 from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked, stream_key
+from kabo.kinematics.constraints import normals
 from kabo.scene import Configuration, Robot
 from kabo.scene.transforms import inverse
+from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.scenes import TaskScene
 
 FEW = (16, 48, 192)  # samples of the first batches for one pose: mostly a few will do
@@ -205,8 +207,6 @@ def frame_for(scene: TaskScene, robot: str, of: str | None) -> Frame:
     Raises:
         ValueError: the robot has no such frame.
     """
-    from kabo.tasks.robots.motion.directions import frame_of
-
     chosen = scene.robot(robot)
     if of is None:
         return tool_frame(chosen)
@@ -225,8 +225,6 @@ def frame_for(scene: TaskScene, robot: str, of: str | None) -> Frame:
 
 def feature_pose(feature: object) -> Array:
     """A pose at a feature: its origin, z along its direction."""
-    from kabo.kinematics.constraints import normals
-
     pose = np.eye(4)
     pose[:3, 3] = feature.origin  # type: ignore[attr-defined]
     direction = feature.direction  # type: ignore[attr-defined]

@@ -17,9 +17,9 @@ from kabo.geometry_server import Contacts, Pair, Team
 from kabo.plan import Segment
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Failure, Solution
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 SAME = 1e-6  # m: how exactly an object has to end where the motion that is walked takes it
@@ -106,7 +106,7 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure
     for begin, end, events in _spans(tracks):
         moments = _moments(tracks, begin, end)
         path = np.hstack([tracks[owners[robot]].at(robot, moments) for robot in robots])
-        hit = _Bodies(now, team, owners, permitted).hit(path)
+        hit = _MovingBodies(now, team, owners, permitted).hit(path)
         if hit is not None:
             pair, k = hit
             text = f"{pair[0]} – {pair[1]} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
@@ -173,7 +173,7 @@ def _touching(after: TaskScene, robots: Sequence[str]) -> Failure | None:
 
 
 @dataclass(frozen=True)
-class _Bodies:
+class _MovingBodies:
     """What the motions move, as bodies on the joints of the team or standing, each with the motion that moves it."""
 
     scene: TaskScene

@@ -13,9 +13,10 @@ from kabo.tasks.core import PARENT, Container, Failure, Propagator, Property, Re
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, RobotStage
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
 SUPPORTS, TOUCH = "supports", "touch"

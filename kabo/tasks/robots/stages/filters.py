@@ -9,7 +9,8 @@ from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import ROBOT, RobotStage
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.letting_go import letting_go
 

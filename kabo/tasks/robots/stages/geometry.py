@@ -9,6 +9,7 @@ from kabo.errors import did_you_mean
 from kabo.geometry_server import Situation, extra, padding
 from kabo.language.scene_description import Shape
 from kabo.scene import Scene
+from kabo.scene.transforms import quaternion
 from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
@@ -38,8 +39,6 @@ class AddGeometry(RobotStage, Propagator):
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene with the body; no robot may be in it."""
-        from kabo.scene.transforms import quaternion
-
         pose = local_pose(properties["pose"])
         position = tuple(float(v) for v in pose[:3, 3])
         shape = shape_of(properties["shape"])

@@ -11,9 +11,10 @@ from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import CLOSED, hand
 from kabo.tasks.robots.motion.directions import Direction
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import GraspTarget
 from kabo.tasks.robots.scenes import TaskScene
 

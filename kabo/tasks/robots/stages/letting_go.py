@@ -10,12 +10,12 @@ import numpy as np
 
 from kabo.geometry_server import Candidate, Refused, candidate, line, tool_frame
 from kabo.tasks.core import Failure
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.configurations import OPEN, goal_of
 from kabo.tasks.robots.motion.directions import Direction
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.paths import grip
 from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import held_properties
 

@@ -18,7 +18,8 @@ from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults
 from kabo.tasks.robots.stages.placements import mate_of

@@ -14,8 +14,9 @@ from kabo.scene import Component, Scene
 from kabo.tasks.core import Failure, Result, Solution, Stage
 from kabo.tasks.core import Merger as CoreMerger
 from kabo.tasks.core.model.stages import Values
-from kabo.tasks.robots.declaring import RobotStage, refusal
+from kabo.tasks.robots.declaring import RobotStage
 from kabo.tasks.robots.motion.exporting import DECIMALS
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.together import Track, met
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.geometry import AddGeometry, Pad, RemoveGeometry

@@ -13,11 +13,11 @@ from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
-from kabo.tasks.robots.motion.keeping import keep_faults
 from kabo.tasks.robots.motion.paths import grip, length, way
-from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.poses import pose_of
@@ -131,7 +131,7 @@ class MoveTo(RobotStage, Propagator):
         else:
             pose = pose_of(scene, goal["pose"])
         target, tried = pose_target(scene, name, frame, pose), 0
-        asked, hit = Question(scene, name, target=target), target.blocked(scene)
+        asked, hit = MotionQuestion(scene, name, target=target), target.blocked(scene)
         if hit is not None:
             yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
             return

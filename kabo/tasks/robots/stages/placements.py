@@ -21,8 +21,10 @@ from kabo.tasks.core import Failure, Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import Direction
+from kabo.tasks.robots.motion.mating import mate_target
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import PlacementTarget
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults, held_properties
@@ -149,8 +151,6 @@ class SampleMate(RobotStage, Monitor):
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
         """The scene, if the mate fits both bodies."""
-        from kabo.tasks.robots.motion.mating import mate_target
-
         robot, name, onto = scene.robot(properties["robot"]), properties["object"], properties["onto"]
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"

@@ -14,10 +14,11 @@ from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import rounded
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.motion.pour_path import PourPath
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import feature_pose, pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.stages.symmetries import turned

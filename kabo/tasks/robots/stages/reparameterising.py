@@ -12,9 +12,10 @@ from kabo.tasks.core import Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import RobotStage, refusal
+from kabo.tasks.robots.declaring import RobotStage
 from kabo.tasks.robots.motion.exporting import HASTE
-from kabo.tasks.robots.motion.smoothing import Limits, Part, smoothed
+from kabo.tasks.robots.motion.refusals import refusal
+from kabo.tasks.robots.motion.smoothing import MotionPart, TimingLimits, smoothed
 from kabo.tasks.robots.scenes import Stretch
 
 TOUCHING = 1e-6  # rad or m: ends nearer than this are one
@@ -80,17 +81,17 @@ class Reparameterise(RobotStage, Wrapper):
         return [Result(cost=solution.cost, comment=comment, motion=tuple(motion))]
 
 
-def _parts(solution: Solution) -> Iterator[Part]:
+def _parts(solution: Solution) -> Iterator[MotionPart]:
     """The stretches of a solution in order of time, with the scenes in which they begin."""
     for leaf in solution.leaves:
         for each in leaf.motion or ():
             assert leaf.start is not None
-            yield Part(each, leaf.start.scene, each.stage or leaf.stage.path)
+            yield MotionPart(each, leaf.start.scene, each.stage or leaf.stage.path)
 
 
-def _groups(parts: Iterator[Part], across: bool) -> list[list[Part]]:
+def _groups(parts: Iterator[MotionPart], across: bool) -> list[list[MotionPart]]:
     """The parts, those together that may be passed without a stop."""
-    groups: list[list[Part]] = []
+    groups: list[list[MotionPart]] = []
     for part in parts:
         if across and groups and _joined(groups[-1][-1].stretch, part.stretch):
             groups[-1].append(part)
@@ -111,14 +112,14 @@ def _joined(first: Stretch, second: Stretch) -> bool:
     return float(np.abs(first.path[-1] - second.path[0]).max()) <= TOUCHING
 
 
-def _limits(part: Part, properties: Values) -> Limits:
+def _limits(part: MotionPart, properties: Values) -> TimingLimits:
     robot = part.scene.robot(part.stretch.robot)
     velocity = properties["haste"] * robot.tree.velocity[: robot.planned]
     given: Any = properties["acceleration"]
     if given is None:
-        return Limits(velocity, velocity / properties["ramp"])
+        return TimingLimits(velocity, velocity / properties["ramp"])
     if isinstance(given, Mapping):
         default = velocity / properties["ramp"]
         pairs = zip(robot.planned_joints, default, strict=True)
-        return Limits(velocity, np.array([float(given.get(joint, value)) for joint, value in pairs]))
-    return Limits(velocity, np.full(robot.planned, float(given)))
+        return TimingLimits(velocity, np.array([float(given.get(joint, value)) for joint, value in pairs]))
+    return TimingLimits(velocity, np.full(robot.planned, float(given)))

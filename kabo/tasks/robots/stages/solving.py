@@ -11,8 +11,9 @@ from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrap
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, refusal
-from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.declaring import ROBOT, RobotStage
+from kabo.tasks.robots.motion.questions import MotionQuestion, along
+from kabo.tasks.robots.motion.refusals import Details, refusal
 from kabo.tasks.robots.motion.targets import PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -48,7 +49,7 @@ class ComputeIK(RobotStage, Wrapper):
         assert solution.end is not None
         scene, target = solution.end.scene, properties["target"]
         hit = None if properties["ignore_collisions"] else target.blocked(scene)
-        asked = Question(scene, properties["robot"], target=target)
+        asked = MotionQuestion(scene, properties["robot"], target=target)
         if hit is not None:
             yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
             return
@@ -83,7 +84,7 @@ class ComputeIK(RobotStage, Wrapper):
         short = target.unreached() if isinstance(target, PoseTarget) else None
         missing = None if short is None or short.missing == 0.0 else short.missing
         text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
-        return refusal("out_of_reach", text, missing=missing, question=Question(scene, name, target=target))
+        return refusal("out_of_reach", text, missing=missing, question=MotionQuestion(scene, name, target=target))
 
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Any:

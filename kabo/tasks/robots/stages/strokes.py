@@ -26,12 +26,13 @@ from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import with_joints
 from kabo.tasks.robots.motion.directions import direction_of
-from kabo.tasks.robots.motion.keeping import keep_faults, kept, not_kept
+from kabo.tasks.robots.motion.keeping import kept, not_kept
 from kabo.tasks.robots.motion.paths import length
 from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 

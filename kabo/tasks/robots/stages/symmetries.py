@@ -17,8 +17,9 @@ from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import frame_of
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import family_faults, grasp_properties
