@@ -31,39 +31,41 @@ class Dialect:
     only_numbers = False
     longest_quote: int | None = 60
 
-    def unknown_term(self, here: "Resolver", node: Expression) -> None:
+    def unknown_term(self, here: "NameResolver", node: Expression) -> None:
         """Reports a word or call in the place of a term that nothing is known of."""
         raise NotImplementedError
 
-    def no_value(self, here: "Resolver", node: Expression, symbol: Symbol) -> None:
+    def no_value(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
         """Reports a predicate, or a procedure that is a test, in the place of a term."""
         here.report(node, f'"{node.text}" is a predicate: it is true or false, and no value')
 
-    def no_atom(self, here: "Resolver", node: Expression, symbol: Symbol | None) -> None:
+    def no_atom(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
         """Reports what is no predicate in the place of an atom; `symbol` is what it is instead."""
         raise NotImplementedError
 
-    def no_function(self, here: "Resolver", node: Expression, symbol: Symbol | None) -> None:
+    def no_function(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
         """Reports what is no function where one must stand; `symbol` is what it is instead."""
         raise NotImplementedError
 
-    def no_number(self, here: "Resolver", node: Expression, kind: Kind) -> None:
+    def no_number(self, here: "NameResolver", node: Expression, kind: Kind) -> None:
         """Reports a term whose value is no number."""
         here.report(node, f'"{here.quote(node)}" is no number, expected one')
 
-    def no_size(self, here: "Resolver", node: Expression, part: Expression, kind: Kind) -> None:
+    def no_size(self, here: "NameResolver", node: Expression, part: Expression, kind: Kind) -> None:
         """Reports a part of a comparison that is no number, though numbers are compared by their size."""
         here.report(part, f'"{node.kind}" compares numbers, "{here.quote(part)}" is none')
 
-    def never_equal(self, here: "Resolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
+    def never_equal(self, here: "NameResolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
         """What a comparison says whose sides can never be equal; None after a report."""
         return f.Truth(node.kind == "!=", here.place(node))
 
-    def wrong_count(self, here: "Resolver", node: Expression, symbol: Symbol) -> None:
+    def wrong_count(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
         """Reports that there are too many arguments, or too few."""
         here.report(node, count_fault(node, symbol), here.vocabulary.declared_at(symbol))
 
-    def wrong_argument(self, here: "Resolver", node: Expression, number: int, symbol: Symbol, kind: Kind) -> None:
+    def wrong_argument(
+        self, here: "NameResolver", node: Expression, number: int, symbol: Symbol, kind: Kind
+    ) -> None:
         """Reports an argument (counted from 0) of another kind than declared."""
         wanted, part = symbol.arguments[number], node.parts[number]
         message = f"argument {number + 1} of {symbol.written} must be of type {one_of(wanted)}"
@@ -92,7 +94,7 @@ def one_of(kind: Kind) -> str:
 
 
 @dataclass(frozen=True)
-class Resolver:
+class NameResolver:
     """What is known around a piece of a formula.
 
     Attributes:
@@ -138,7 +140,7 @@ class Resolver:
         most = self.dialect.longest_quote
         return written if most is None or len(written) <= most else f"{written[: most - 3]}…"
 
-    def inside(self, scope: Mapping[str, Symbol]) -> "Resolver":
+    def inside(self, scope: Mapping[str, Symbol]) -> "NameResolver":
         """This resolver with more variables in scope."""
         return replace(self, scope={**self.scope, **scope})
 
