@@ -12,7 +12,7 @@ from kabo.cli import explain as explain_command
 from kabo.explain.geometry import SAMPLES
 from kabo.options import OPTIONS, Options, SolveOptions
 from kabo.plan import schema
-from kabo.planner.search.searches import SEARCHES
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.service.messages import OptionsMessage
 
 
@@ -78,7 +78,7 @@ def test_help_names_every_option():
 
 
 def test_every_search_that_can_be_named_is_there():
-    assert tuple(sorted(SEARCHES)) == tuple(sorted(OPTIONS["search"].choices))
+    assert tuple(sorted(ALGORITHMS)) == tuple(sorted(OPTIONS["search"].choices))
 
 
 def test_the_command_says_how_many_samples_explain_draws():

@@ -2,14 +2,22 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from kabo.errors import InputError
-from kabo.explain.failed_calls import Finding
-from kabo.explain.scene_changes import BaseMoved, BodyRemoved, Change, SmallerEpsilon, changed, removable
-from kabo.geometry_server import Shortfall, Situation, Surroundings, supports
+from kabo.explain.findings import (
+    BaseMoved,
+    BodyRemoved,
+    Change,
+    Counterfactual,
+    Finding,
+    LeastMove,
+    SmallerEpsilon,
+)
+from kabo.explain.scene_changes import changed, removable
+from kabo.geometry_server import Situation, Surroundings, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
 from kabo.planner.solve import solve
@@ -21,19 +29,6 @@ MARGINS = (0.03, 0.1)  # m: how much farther than it must a base is moved, for t
 SHARE = 8  # the part of all samples and expansions that each change may use
 LEAST_SAMPLES, LEAST_EXPANSIONS = 5_000, 10_000  # that it may use of these at least, or
 TIMES = 4  # as many times what the problem itself took before it was given up, whichever is more
-
-
-@dataclass(frozen=True)
-class Counterfactual:
-    """A change and what came of solving the problem with it; `plan_actions` on the longest branch."""
-
-    change: Change
-    result: Literal["solved", "no_plan", "exhausted"]
-    plan_actions: int | None = None
-
-    def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
-        return {"change": self.change.json(), "result": self.result, "plan_actions": self.plan_actions}
 
 
 @dataclass(frozen=True)
@@ -69,7 +64,7 @@ def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
     if any(finding.because_of_epsilon for finding in findings):
         yield SmallerEpsilon(round(surroundings.budget.epsilon / FINER, 9))
-    farthest: dict[str, Shortfall] = {}
+    farthest: dict[str, LeastMove] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
             move = finding.nearer[-1]  # the last one keeps the height, if that helps

@@ -9,10 +9,11 @@ failed, and at what one change would do.
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from kabo.budgets import StopFlag, default_memory
 from kabo.errors import InputError
+from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import report
 from kabo.explain.unused import Unused
 from kabo.knowledge import Verdict as Judged
@@ -28,11 +29,6 @@ from kabo.planner.proofs.wording import counted, listed
 from kabo.planner.result import Reason
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits
-
-if TYPE_CHECKING:
-    from kabo.explain.counterfactuals import Counterfactual
-    from kabo.explain.failed_calls import Finding
-    from kabo.explain.geometry import Obstacles
 
 SECONDS = 60.0
 
@@ -66,8 +62,8 @@ class Explanation:
     unreachable_goals: tuple[UnreachableGoal, ...] = ()
     unused_actions: tuple[str, ...] = ()
     never_known: tuple[str, ...] = ()
-    findings: "tuple[Finding, ...]" = ()
-    counterfactuals: "tuple[Counterfactual, ...]" = ()
+    findings: tuple[Finding, ...] = ()
+    counterfactuals: tuple[Counterfactual, ...] = ()
     complete: bool = True
 
     def __str__(self) -> str:
@@ -145,7 +141,8 @@ def explain(
         expansions = Options.max_expansions if max_expansions is None else max_expansions
         verdict, summary = _searched(problem, judged, search, expansions, stop)
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
-            from kabo.explain.geometry import obstacles  # symbolic problems never pay for geometry
+            # Loads kernels for most of a second, which a problem without a scene never needs.
+            from kabo.explain.geometry import obstacles
 
             left = max(0.0, seconds - (perf_counter() - stop.began))
             options |= {"search": search, "memory": bytes_}
@@ -218,7 +215,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
     }
 
 
-def _finding_to_json(finding: "Finding") -> dict[str, Any]:
+def _finding_to_json(finding: Finding) -> dict[str, Any]:
     arguments = [*finding.call.arguments, *(f"{name} = {value}" for name, value in finding.call.options)]
     failures = [asdict(row) | {"between": row.between and list(row.between)} for row in finding.rows]
     return {

@@ -2,28 +2,25 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
+from kabo.geometry_server.answers import Pair, Refusal, owners
 from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.wording import counted
 
-if TYPE_CHECKING:
-    from kabo.geometry_server import Pair, Refusal
 
-
-def blocking_pairs(call: GroundCall, counts: "Iterable[tuple[Pair, int]]") -> list[tuple[str, int]]:
+def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list[tuple[str, int]]:
     """Of pairs with counts those things that a call does not name itself, the most frequent first."""
     arguments = {str(value) for value in call.arguments}
     found = Counter[str]()
     for pair, count in counts:
-        owners = [name.partition(".")[0] for name in pair]
-        others = [name for name in owners if name not in arguments] or owners[-1:]
+        things = owners(pair)
+        others = [name for name in things if name not in arguments] or things[-1:]
         for name in dict.fromkeys(others):
             found[name] += count
     return sorted(found.items(), key=lambda item: (-item[1], item[0]))
 
 
-def refused(call: GroundCall, refusal: "Refusal") -> str:
+def refused(call: GroundCall, refusal: Refusal) -> str:
     """A refusal in short, from what was counted while solving: `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
     body, count = next(iter(blocking_pairs(call, refusal.pairs)), (None, 0))
     if body is None or refusal.reason not in ("collision", "no_path"):

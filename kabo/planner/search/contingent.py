@@ -15,15 +15,16 @@ from kabo import tuning
 from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
 from kabo.options import Options, Search
+from kabo.planner.search.algorithms import ALGORITHMS
+from kabo.planner.search.algorithms.best import newest_first
+from kabo.planner.search.algorithms.graph import Algorithm
 from kabo.planner.search.fixpoint import Fixpoint
-from kabo.planner.search.greedy_search import newest_first
+from kabo.planner.search.heuristics import DEFAULT_HEURISTIC
 from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Nogood, Nogoods
 from kabo.planner.search.packed import PackedTask
 from kabo.planner.search.regression import Regression
-from kabo.planner.search.search_graph import Algorithm
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import (
     Exhausted,
     FoundSkeleton,
@@ -49,16 +50,18 @@ def find_skeleton(
     limits: SearchLimits | None = None,
     on_progress: OnProgress | None = None,
     packed: PackedTask | None = None,
+    heuristic: str = DEFAULT_HEURISTIC,
 ) -> SearchResult:
     """A contingent plan for the task, the proof that there is none, or what ended the search.
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a key of `SEARCHES`; None is the best all-round one.
+        search: how weak plans are found, a word of `Search`; None is the best all-round one.
         geometry: what may be refused and which attempts there are; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called now and then with the statistics so far.
-        packed: the same task as packed searches want it, to be used again; None makes it where it is needed.
+        packed: the same task prepared for packed searches by an earlier call; None prepares it where it is needed.
+        heuristic: what estimates states of knowledge, a key of `HEURISTICS`.
 
     Raises:
         KeyError: there is no search of that name.
@@ -71,7 +74,7 @@ def find_skeleton(
     counter = Counter(limits, on_progress)
     try:
         for may_wait in (False, True) if task.may_wait else (False,):
-            outcome = _attempts(task, geometry, may_wait, search, counter)
+            outcome = _attempts(task, geometry, may_wait, search, counter, heuristic)
             if isinstance(outcome, Solved):
                 return FoundSkeleton(Skeleton(outcome.node), counter.statistics)
     except BudgetSpent as spent:
@@ -81,25 +84,27 @@ def find_skeleton(
     return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
 
 
-def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter) -> Outcome:
+def _attempts(
+    task: Task, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter, heuristic: str
+) -> Outcome:
     """Searches; `best` starts over with other hopes where one dead end follows the other.
 
     Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
     """
     for assume_last in (True, False) if search == "best" else ():
-        space = SearchSpace(task, geometry, may_wait, assume_last)
+        space = SearchSpace(task, geometry, may_wait, assume_last, heuristic)
         try:
             outcome = _run(
-                _Contingent(space, SEARCHES[search], counter, tuning.MAX_FAILED_CHOICES).solve(space.start, [])
+                _Contingent(space, ALGORITHMS[search], counter, tuning.MAX_FAILED_CHOICES).solve(space.start, [])
             )
         except _TooManyDeadEnds:
             continue
         return outcome if isinstance(outcome, Nogood) else _smaller(outcome, space, counter)
-    space = SearchSpace(task, geometry, may_wait)
+    space = SearchSpace(task, geometry, may_wait, heuristic=heuristic)
     looking = _ExhaustiveCheck(task, may_wait, counter, takes_plans=geometry is None)
     try:
         patience = tuning.FAILED_CHOICES_BEFORE_FIXPOINT
-        return _run(_Contingent(space, SEARCHES[search], counter, patience, looking).solve(space.start, []))
+        return _run(_Contingent(space, ALGORITHMS[search], counter, patience, looking).solve(space.start, []))
     except _OutcomeKnown as decided:
         return decided.outcome
 
@@ -285,11 +290,11 @@ class _Contingent:
         Judged only where nothing is inferred: there every single outcome is a possible world.
         """
         task, state = self.space.task, node[0]
-        if not task.closure.is_empty or self.search not in (SEARCHES["best"], newest_first):
+        if not task.closure.is_empty or self.search not in (ALGORITHMS["best"], newest_first):
             return False
         parts = range(len(task.goal))
         return any(
-            self.space.relaxation.estimate(after, parts).value is None
+            self.space.heuristic.estimate(after, parts).value is None
             for branching in task.branchings.values()
             for _, after in branching.outcomes(state)
             if after != state and not self.space.task.is_goal(after)

@@ -3,17 +3,14 @@
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
 from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import Query, bits_of, conjunction, split, union
 from kabo.language.formulas import GroundCall
+from kabo.planner.search.heuristics import DEFAULT_HEURISTIC, HEURISTICS, Heuristic
 from kabo.planner.search.skeleton import Geometry, Trace
-
-if TYPE_CHECKING:
-    from kabo.planner.search.cost_bounds import CostBounds
-    from kabo.planner.search.delete_relaxation import Relaxation
 
 Node = tuple[int, Trace]
 Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedure, and the node after it
@@ -44,14 +41,24 @@ class SearchSpace:
     """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
 
     def __init__(
-        self, task: Task, geometry: Geometry | None, may_wait: bool = False, assume_last: bool = True
+        self,
+        task: Task,
+        geometry: Geometry | None,
+        may_wait: bool = False,
+        assume_last: bool = True,
+        heuristic: str = DEFAULT_HEURISTIC,
     ) -> None:
-        self.task = task
-        self.assume_last = (
-            assume_last  # which outcome of sensing weak plans hope for first: the last one in plan order
-        )
-        self.may_wait = may_wait  # whether what was sensed may stay open; else it is branched on at once
-        self.geometry = geometry
+        """Nothing is computed yet.
+
+        Args:
+            task: the grounded problem.
+            geometry: what it takes into account of geometry.
+            may_wait: whether what was sensed may stay open; else it is branched on at once.
+            assume_last: whether weak plans assume the last outcome of sensing first, in plan order; else the first.
+            heuristic: a key of `HEURISTICS`.
+        """
+        self.task, self.geometry = task, geometry
+        self.may_wait, self.assume_last, self._heuristic = may_wait, assume_last, heuristic
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
         self._reduced, self._form = task.relevance.reduced, task.normal_form.of
         self._together: dict[tuple[int, ...], Query] = {}  # conjuncts of the goal as one query
@@ -66,19 +73,10 @@ class SearchSpace:
         self._indexed = union(self._by_bit)
 
     @cached_property
-    def relaxation(self) -> "Relaxation":
-        """The delete relaxation of the task, made when it is first asked for."""
-        from kabo.planner.search.delete_relaxation import Relaxation
-
-        refused = frozenset() if self.geometry is None else self.geometry.refused_everywhere()[0]
-        return Relaxation(self.task, refused)
-
-    @cached_property
-    def cost_bounds(self) -> "CostBounds":
-        """What weak plans cost at least."""
-        from kabo.planner.search.cost_bounds import CostBounds
-
-        return CostBounds(self.task, self.relaxation)
+    def heuristic(self) -> Heuristic:
+        """The heuristic of the task without refused calls, made when it is first asked for."""
+        refused = frozenset[GroundCall]() if self.geometry is None else self.geometry.refused_everywhere()[0]
+        return HEURISTICS[self._heuristic](self.task, refused)
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""

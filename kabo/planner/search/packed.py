@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from kabo import tuning
 from kabo.budgets import Spent
+from kabo.finite_domain import Budget, CompiledTask, astar, bfws, breadth_first
+from kabo.finite_domain import SearchResult as PackedResult
 from kabo.knowledge import Task, unreachable_goals
 from kabo.options import Search
+from kabo.planner.search.compiled_refusals import learnt_task
 from kabo.planner.search.skeleton import (
     Exhausted,
     FoundSkeleton,
@@ -21,10 +23,7 @@ from kabo.planner.search.skeleton import (
     SkeletonNode,
     Unreachable,
 )
-
-if TYPE_CHECKING:  # loaded where a task without sensing needs them
-    from kabo.finite_domain import CompiledTask
-    from kabo.finite_domain import SearchResult as PackedResult
+from kabo.planner.search.to_finite_domain import classical_task
 
 
 class PackedTask:
@@ -34,10 +33,8 @@ class PackedTask:
         self.task = task
 
     @cached_property
-    def compiled(self) -> "CompiledTask | None":
+    def compiled(self) -> CompiledTask | None:
         """The task in finite domains, its operators owned by the actions; None if it cannot be said so."""
-        from kabo.planner.search.to_finite_domain import classical_task
-
         return classical_task(self.task)
 
     def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
@@ -63,8 +60,6 @@ class PackedTask:
             return self._told(_searched(compiled, search, forbidden, limits, book), compiled, None, limits)
         if book is None:
             return None
-        from kabo.planner.search.compiled_refusals import learnt_task
-
         learnt = learnt_task(compiled.task, self.task.actions, book)
         found = _searched(learnt.compiled, search, None, limits, book)
         if found.status == "unsolvable" and not learnt.whole:
@@ -72,7 +67,7 @@ class PackedTask:
         return self._told(found, learnt.compiled, learnt.attempts, limits)
 
     def _told(
-        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None, limits: SearchLimits
+        self, found: PackedResult, compiled: CompiledTask, attempts: Sequence[int] | None, limits: SearchLimits
     ) -> SearchResult:
         statistics = SearchStatistics(found.expanded, found.generated, 1, 1)
         if found.status == "unsolvable":
@@ -87,7 +82,7 @@ class PackedTask:
         return FoundSkeleton(Skeleton(node), statistics)
 
 
-def _spent(found: "PackedResult", limits: SearchLimits) -> Spent:
+def _spent(found: PackedResult, limits: SearchLimits) -> Spent:
     """What ended a search without an answer: somebody who was asked, expansions, or the bytes for its states."""
     if found.status == "stopped":
         return "time"
@@ -95,15 +90,13 @@ def _spent(found: "PackedResult", limits: SearchLimits) -> Spent:
 
 
 def _searched(
-    compiled: "CompiledTask",
+    compiled: CompiledTask,
     search: Search,
-    forbidden: "list[int] | None",
+    forbidden: list[int] | None,
     limits: SearchLimits,
     book: LearntRefusals | None = None,
-) -> "PackedResult":
+) -> PackedResult:
     """The answer of the search of that name; with geometry, `best` first looks for a plan of least cost for a while."""
-    from kabo.finite_domain import Budget, astar, bfws, breadth_first
-
     budget = Budget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best" and book is not None:
         most = tuning.MAX_CHEAPEST_EXPANSIONS

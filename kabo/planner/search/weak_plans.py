@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kabo.knowledge import GroundAction
+from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Choice, Nogoods
 from kabo.planner.search.skeleton import SearchLimits, SearchStatistics, Trace
@@ -128,10 +129,9 @@ class WeakGraph:
             self.blocked |= failure.blocked
         return failure is not None
 
-    def estimate(self, node: Node, parts: Sequence[int]) -> tuple[int | None, frozenset[int]]:
+    def estimate(self, node: Node, parts: Sequence[int]) -> HeuristicValue:
         """The value of a relaxed plan, and the actions that it begins with."""
-        found = self._space.relaxation.estimate(node[0], parts)
-        return found.value, frozenset(found.preferred)
+        return self._space.heuristic.estimate(node[0], parts)
 
     def cost(self, move: Move) -> float:
         """What the action costs; branching costs nothing."""
@@ -142,7 +142,7 @@ class WeakGraph:
 
         Ends that are not goals may be anywhere near.
         """
-        return self._space.cost_bounds.below(node[0]) if self._only_goals_end else 0.0
+        return self._space.heuristic.lower_bound(node[0]) if self._only_goals_end else 0.0
 
     def _moves(
         self, node: Node, among: frozenset[int] | None, without: frozenset[int] | None
