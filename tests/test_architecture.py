@@ -35,7 +35,7 @@ REMEMBERED = {
         "_private_folder",
         "_warn_of",
     },  # of this installation
-    "kabo/finite_domain/search/blind_search.py": {"_kernels"},  # loaded code
+    "kabo/finite_domain/search/blind_search.py": {"_compiled"},  # loaded code
     "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},
     "kabo/finite_domain/search/novelty_search.py": {"_compiled"},
     "kabo/finite_domain/heuristics/relaxation.py": {"_load"},

@@ -8,7 +8,7 @@ speaks against it. So the packed searches see all that was learnt from geometry,
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
+from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
 from kabo.planner.search.skeleton import Entry, LearntBook, Pattern
@@ -48,13 +48,13 @@ class _Learnt:
         named: dict[int, list[int]] = {}
         for component, lineage in book.named:
             named.setdefault(component, []).append(lineage)
-        self._variables: list[Variable] = []
+        self._variables: list[StateVariable] = []
         self._initial: list[int] = []
         self._number: dict[int, int] = {}  # variable of a component
         self._value: dict[Entry, int] = {}
         for component, lineages in named.items():
             self._number[component] = len(base.variables) + len(self._variables)
-            self._variables.append(Variable(f"lineage {component}", 1 + len(lineages)))
+            self._variables.append(StateVariable(f"lineage {component}", 1 + len(lineages)))
             self._value.update({(component, lineage): 1 + k for k, lineage in enumerate(lineages)})
             self._initial.append(self._value.get((component, 0), OTHER))
         self._made: dict[tuple[GroundCall, int], list[tuple[Entry, Pattern]]] = {}

@@ -103,12 +103,12 @@ def _searched(
     book: LearntBook | None = None,
 ) -> "PackedResult":
     """The answer of the search of that name; with geometry, `best` first looks for a plan of least cost for a while."""
-    from kabo.finite_domain import Budget, astar, bfws, breadth_first
+    from kabo.finite_domain import SearchBudget, astar, bfws, breadth_first
 
-    budget = Budget(expansions=limits.expansions, stop=limits.deadline)
+    budget = SearchBudget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best" and book is not None:
         most = CHEAPEST if limits.expansions is None else min(CHEAPEST, limits.expansions)
-        found = astar(compiled, forbidden=forbidden, budget=Budget(expansions=most, stop=limits.deadline))
+        found = astar(compiled, forbidden=forbidden, budget=SearchBudget(expansions=most, stop=limits.deadline))
         if found.status in ("solved", "unsolvable"):
             return found
     if search == "best":

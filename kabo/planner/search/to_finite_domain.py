@@ -10,7 +10,7 @@ from fractions import Fraction
 from itertools import product
 from math import lcm
 
-from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
+from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
 from kabo.knowledge import GroundAction, Query, Task
 from kabo.knowledge.facts import AtomBits, TermBits
 from kabo.knowledge.progression import Update
@@ -91,7 +91,7 @@ class _Converter:
             raise _Inexpressible
         scale = lcm(*(self._cost(action).denominator for action in self.task.actions))
         operators = tuple(o for action in self.task.actions for o in self._operators(action, scale))
-        variables = tuple(Variable(place.text, len(place.patterns)) for place in self.places)
+        variables = tuple(StateVariable(place.text, len(place.patterns)) for place in self.places)
         return FiniteTask(variables, (0,) * len(variables), operators, goals[0])
 
     def _cost(self, action: GroundAction) -> Fraction:
