@@ -1,4 +1,4 @@
-"""Variables bound to objects: what terms and procedure calls are in one instance of a schema."""
+"""Bindings of variables to objects, and terms and procedure calls with their variables bound."""
 
 from collections.abc import Mapping
 
@@ -14,12 +14,12 @@ def object_of(term: Variable | Constant, binding: Binding) -> str:
 
 
 def plain(term: Term) -> Term:
-    """The term itself, also if its value is taken at run time."""
+    """The term, without the mark that its value is taken at run time."""
     return term.term if isinstance(term, RunTimeValue) else term
 
 
 def ground_call(call: ProcedureCall, binding: Binding) -> GroundCall:
-    """The procedure call with its variables bound; options sorted by name."""
+    """The procedure call with its variables bound and its options sorted by name."""
 
     def value(argument: Variable | Constant | Number) -> str | float:
         if isinstance(argument, Variable):

@@ -1,4 +1,4 @@
-"""Formulas as text, in the language's own spelling: what explanations and messages quote."""
+"""Formulas as text as the language writes them, for explanations and messages."""
 
 from collections.abc import Iterable
 
@@ -33,7 +33,7 @@ from kabo.language.formulas import (
 
 
 def formula_text(formula: Formula, binding: Binding) -> str:
-    """The formula with its bound variables replaced; compound parts stand in parentheses."""
+    """The text of a formula with its bound variables replaced; compound parts stand in parentheses."""
     match formula:
         case Truth(value=value):
             return "true" if value else "false"
@@ -68,7 +68,7 @@ def _called(call: ProcedureCall | External, binding: Binding) -> str:
 
 
 class _OwnName(dict[str, str]):
-    """A binding in which what is not bound stands for itself."""
+    """A binding in which variables that are not bound stand for themselves."""
 
     def __missing__(self, name: str) -> str:
         return name
@@ -84,14 +84,14 @@ def _variables(variables: Iterable[Variable]) -> str:
 
 
 def claim_text(claim: Claim, binding: Binding) -> str:
-    """A literal or comparison."""
+    """The text of a literal or comparison."""
     if isinstance(claim, Comparison):
         return f"{term_text(claim.left, binding)} {claim.operator} {term_text(claim.right, binding)}"
     return ("" if claim.positive else "not ") + _applied(claim.atom, binding)
 
 
 def term_text(term: Term, binding: Binding) -> str:
-    """A term."""
+    """The text of a term."""
     match term:
         case Constant(name=name):
             return name

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
 from kabo.errors import CutOff
-from kabo.knowledge import Task
+from kabo.knowledge import GroundedTask
 from kabo.planner.geometry.eager import Interleaved
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator, Expect, Variant
 from kabo.planner.geometry.refusals import Ledger
@@ -32,7 +32,7 @@ class Rounds:
         expect: told which questions come.
     """
 
-    def __init__(self, run: Run, task: Task, server: "GeometricProcedures", expect: Expect) -> None:
+    def __init__(self, run: Run, task: GroundedTask, server: "GeometricProcedures", expect: Expect) -> None:
         self.run, self.task, self.server, self.expect = run, task, server, expect
         self.ledger = Ledger(server)
         eager = run.options.geometry_order == "eager"

@@ -7,7 +7,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
 from kabo.budgets import StopFlag
-from kabo.knowledge import Task, verdict_of
+from kabo.knowledge import GroundedTask, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Geometry as GeometryKind
 from kabo.options import GeometryOrder, Quality, Search
@@ -105,7 +105,7 @@ class Run:
 
 
 def search_once(
-    run: Run, task: Task, geometry: "Ledger | Interleaved | Procedures | None"
+    run: Run, task: GroundedTask, geometry: "Ledger | Interleaved | Procedures | None"
 ) -> Found | Unreachable | Exhausted:
     """A skeleton, the proof that there is none, or what ended the search; counted and timed."""
     began = perf_counter()
@@ -144,7 +144,7 @@ def _in_the_way(geometry: "Ledger | Interleaved | None", server: "GeometricProce
 
 def without_plan(
     run: Run,
-    task: Task,
+    task: GroundedTask,
     found: Unreachable | Exhausted,
     server: "GeometricProcedures | None",
     geometry: "Ledger | Interleaved | None" = None,

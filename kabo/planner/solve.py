@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
 from kabo.frozen_gc import older_objects_apart
-from kabo.knowledge import Task, ground, verdict_of
+from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Geometry, GeometryOrder, Quality, Search
 from kabo.plan import Plan
@@ -132,7 +132,7 @@ def _first(*values: Any) -> Any:
     return next((value for value in values if value is not None), None)
 
 
-def _symbolic(run: Run, task: Task) -> Result:
+def _symbolic(run: Run, task: GroundedTask) -> Result:
     from kabo.planner.geometry.assembly import assemble, symbolic_variants
     from kabo.planner.geometry.evaluation import in_order
 
@@ -145,7 +145,7 @@ def _symbolic(run: Run, task: Task) -> Result:
     return Result("solved", plan, statistics_of(run, None))
 
 
-def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
+def _with_procedures(run: Run, task: GroundedTask, procedures: Procedures) -> Result:
     """Plans until all procedures along one succeed."""
     from kabo.planner.geometry.assembly import assemble, symbolic_variants
     from kabo.planner.geometry.evaluation import in_order
@@ -178,7 +178,7 @@ def _with_procedures(run: Run, task: Task, procedures: Procedures) -> Result:
     return Result("exhausted", None, statistics, exhausted(budget, []))
 
 
-def _integrated(run: Run, task: Task) -> Result:
+def _integrated(run: Run, task: GroundedTask) -> Result:
     from kabo.planner.geometry.workers import Workers
     from kabo.planner.rounds import Rounds
 

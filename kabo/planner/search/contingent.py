@@ -12,7 +12,7 @@ ancestors that stood in the way (see `failures.py`), and only those that need no
 from collections.abc import Callable, Generator, Hashable
 
 from kabo.errors import CutOff
-from kabo.knowledge import Task, unreachable_goals
+from kabo.knowledge import GroundedTask, unreachable_goals
 from kabo.options import Search
 from kabo.planner.search.fixpoint import Fixpoint
 from kabo.planner.search.greedy_search import newest_first
@@ -50,7 +50,7 @@ Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be s
 
 
 def find_skeleton(
-    task: Task,
+    task: GroundedTask,
     *,
     search: Search | None = None,
     geometry: Geometry | None = None,
@@ -89,7 +89,9 @@ def find_skeleton(
     return Unreachable(counter.statistics, tuple(unreachable_goals(task)))
 
 
-def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter) -> Outcome:
+def _attempts(
+    task: GroundedTask, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter
+) -> Outcome:
     """Searches; `best` starts over with other hopes where one dead end follows the other.
 
     Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
@@ -146,7 +148,7 @@ class _Decided(Exception):
 class _Looking:
     """Looks at every node once, where one dead end follows the other; with geometry only for a proof by knowledge alone."""
 
-    def __init__(self, task: Task, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
+    def __init__(self, task: GroundedTask, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
         self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
         self._patience = PATIENCE
         self._nodes: Fixpoint | None = None  # made when it is first needed

@@ -8,7 +8,7 @@ from functools import cached_property
 from math import floor
 
 from kabo.finite_domain.heuristics.landmark_bound import LandmarkBound
-from kabo.knowledge import Task
+from kabo.knowledge import GroundedTask
 from kabo.planner.search.delete_relaxation import Relaxation
 
 UNITS = 1000  # of cost 1: costs are rounded down to such parts, so that bounds stay bounds
@@ -17,7 +17,7 @@ UNITS = 1000  # of cost 1: costs are rounded down to such parts, so that bounds 
 class CostBounds:
     """Lower bounds for one task, each found out once."""
 
-    def __init__(self, task: Task, relaxation: Relaxation) -> None:
+    def __init__(self, task: GroundedTask, relaxation: Relaxation) -> None:
         self._task, self._relaxation = task, relaxation
         self._known: dict[int, float | None] = {}
 

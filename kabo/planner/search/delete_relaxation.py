@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
-from kabo.knowledge import GroundAction, Query, Task
+from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import Claim, open_entries
 from kabo.knowledge.progression import Effects, Update
@@ -24,7 +24,7 @@ KEPT = 20_000  # estimates that are remembered
 class Relaxation:
     """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
 
-    def __init__(self, task: Task, refused: frozenset[GroundCall] = frozenset()) -> None:
+    def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         """Leaves out the actions with refused calls."""
         builder = _Builder(task, [action for action in task.actions if action.call not in refused])
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
@@ -87,7 +87,7 @@ class _Builder:
     before it: sensed already and still open.
     """
 
-    def __init__(self, task: Task, actions: Sequence[GroundAction]) -> None:
+    def __init__(self, task: GroundedTask, actions: Sequence[GroundAction]) -> None:
         self._width, self._whether = task.width, task.whether
         self.operators: list[RelaxedOperator] = []
         self.auxiliary = 0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
+from kabo.knowledge import Branching, GeometricOracle, GroundAction, GroundedTask, optimistic
 from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import Query, bits_of, conjunction, split, union
 from kabo.language.formulas import GroundCall
@@ -44,7 +44,7 @@ class Space:
     """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
 
     def __init__(
-        self, task: Task, geometry: Geometry | None, may_wait: bool = False, hope_last: bool = True
+        self, task: GroundedTask, geometry: Geometry | None, may_wait: bool = False, hope_last: bool = True
     ) -> None:
         self.task = task
         self.hope_last = (

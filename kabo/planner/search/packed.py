@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from kabo.budgets import Spent
-from kabo.knowledge import Task, unreachable_goals
+from kabo.knowledge import GroundedTask, unreachable_goals
 from kabo.options import Search
 from kabo.planner.search.skeleton import (
     Exhausted,
@@ -31,7 +31,7 @@ CHEAPEST = 20_000  # expansions in which a plan of least cost is looked for: pro
 class PackedTask:
     """A task prepared for packed searches when one is first asked for."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: GroundedTask) -> None:
         self.task = task
 
     @cached_property

@@ -11,7 +11,7 @@ from itertools import product
 from math import lcm
 
 from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
-from kabo.knowledge import GroundAction, Query, Task
+from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.facts import AtomBits, TermBits
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some
@@ -24,7 +24,7 @@ class _Inexpressible(Exception):
     """The task cannot be said in finite domains; never leaves this module."""
 
 
-def classical_task(task: Task) -> CompiledTask | None:
+def classical_task(task: GroundedTask) -> CompiledTask | None:
     """The task for `kabo.finite_domain`, its operators owned by the actions' indices; None if it cannot be said."""
     if task.branchings or not task.closure.is_empty:
         return None
@@ -47,7 +47,7 @@ class _Place:
 class _Converter:
     """One conversion; equal updates are converted once."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: GroundedTask) -> None:
         self.task = task
         self.places: list[_Place] = []
         self._home: dict[int, _Place] = {}
