@@ -3,6 +3,7 @@
 import argparse
 from typing import Any
 
+from kabo import geometry, meshes
 from kabo.cli import exit_codes, meshing
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output
@@ -40,23 +41,18 @@ def run(options: argparse.Namespace) -> int:
     loaded = meshing.load(options, borders=options.borders)
     mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():
-        from kabo.geometry import bounding_mesh
-        from kabo.meshes import write_mesh
-
-        made = bounding_mesh(
+        made = geometry.bounding_mesh(
             mesh, epsilon, options.side, vertices=options.vertices, borders=options.borders, **chosen
         )
-        write_mesh(options.output, made.vertices, made.faces)
+        meshes.write_mesh(options.output, made.vertices, made.faces)
         share = made.hausdorff_upper_bound / epsilon
         counts = f"{len(mesh.vertices)} to {len(made.vertices)} vertices"
         said = (
             f"{counts}, {options.side}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.4f} epsilon)"
         )
         if options.picture is not None:
-            from kabo.meshes.pictures import draw_bound
-
             surfaces = (mesh.vertices, mesh.faces), (made.vertices, made.faces)
-            draw_bound(options.picture, *surfaces, epsilon=epsilon, title=f"{options.mesh.name}: {said}")
+            meshes.draw_bound(options.picture, *surfaces, epsilon=epsilon, title=f"{options.mesh.name}: {said}")
     figures = {
         "vertices_in": len(mesh.vertices),
         "vertices_out": len(made.vertices),

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from kabo import planner, requests
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output, print_json, tell
@@ -20,14 +21,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints every finding; exit code 2 if one of them is an error."""
-    from kabo.planner.result import diagnostic_to_json
-    from kabo.service import check_files
-
     with clean_standard_output():
-        found = check_files(options.files)
+        found = requests.check_files(options.files)
     errors = sum(finding.severity == "error" for finding in found)
     if options.json:
-        print_json({"valid": errors == 0, "diagnostics": [diagnostic_to_json(finding) for finding in found]})
+        print_json(
+            {"valid": errors == 0, "diagnostics": [planner.diagnostic_to_json(finding) for finding in found]}
+        )
     else:
         for finding in found:
             tell(str(finding))

@@ -3,6 +3,7 @@
 import argparse
 from typing import Any
 
+from kabo import geometry, meshes
 from kabo.cli import exit_codes, meshing
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import natural
@@ -28,25 +29,20 @@ def run(options: argparse.Namespace) -> int:
     loaded = meshing.load(options)
     mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():
-        import numpy as np
+        import numpy as np  # the help of this command needs none
 
-        from kabo.geometry import bounding_decomposition
-        from kabo.meshes import hull_faces, write_pieces
-
-        made = bounding_decomposition(
+        made = geometry.bounding_decomposition(
             mesh, epsilon, parts=options.parts, vertices_per_part=options.vertices_per_part, seed=options.seed
         )
-        hulls = [(np.asarray(part), hull_faces(np.asarray(part))) for part in made.parts]
-        write_pieces(options.output, [(f"part_{number}", *hull) for number, hull in enumerate(hulls)])
+        hulls = [(np.asarray(part), meshes.hull_faces(np.asarray(part))) for part in made.parts]
+        meshes.write_pieces(options.output, [(f"part_{number}", *hull) for number, hull in enumerate(hulls)])
         share = made.hausdorff_upper_bound / epsilon
         sizes = [len(part) for part in made.parts]
         counts = f"{len(sizes)} convex part{'' if len(sizes) == 1 else 's'}, {sum(sizes)} vertices"
         said = f"{counts}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.4f} epsilon)"
         if options.picture is not None:
-            from kabo.meshes.pictures import draw_parts
-
             title = f"{options.mesh.name}: {len(mesh.vertices)} vertices to {said}"
-            draw_parts(options.picture, (mesh.vertices, mesh.faces), hulls, epsilon=epsilon, title=title)
+            meshes.draw_parts(options.picture, (mesh.vertices, mesh.faces), hulls, epsilon=epsilon, title=title)
     worst = int(np.argmax(made.deviations))
     figures: dict[str, Any] = {
         "parts": len(sizes),

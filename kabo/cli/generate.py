@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import kabo
+from kabo import plan
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import natural, output_file
@@ -42,13 +43,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the problem with paths relative to its file, and prints the file's path."""
-    from kabo.plan import write_atomically
-
     folder = domain_folder(options.domain)
     rule = _rule(folder)
     settings = dict(_setting(rule, options.domain, text) for text in options.set)
     text = rule(options.n, home_from(options.output.parent, folder), **settings)
-    write_atomically(options.output, text.encode())
+    plan.write_atomically(options.output, text.encode())
     print(options.output)
     return exit_codes.DONE
 

@@ -16,15 +16,13 @@ from math import inf, isfinite
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import kabo
 from kabo.budgets import default_memory, held_bytes, process_began
 from kabo.children import end_with_parent, ended_by
 from kabo.cli import exit_codes
 from kabo.cli.terminal import described, print_json, shown_text, tell
-
-if TYPE_CHECKING:
-    from kabo.planner.result import Progress
 
 GRACE_S = 0.15  # from a limit until what runs is ended by force
 INTERRUPTED_S = 2.0  # from Ctrl-C until then
@@ -92,7 +90,7 @@ class Door:
         return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[Progress], None] | None]":
+    def reporting(self) -> "Iterator[Callable[[kabo.Progress], None] | None]":
         """A function that shows progress; None if nobody looks."""
         with shown_text() as show:
             yield None if show is None else lambda progress: show(described(progress))
@@ -109,8 +107,8 @@ class _ChildDoor(Door):
         self.began, self._channel = began, channel
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[Progress], None] | None]":
-        def report(progress: "Progress") -> None:
+    def reporting(self) -> "Iterator[Callable[[kabo.Progress], None] | None]":
+        def report(progress: "kabo.Progress") -> None:
             self._channel.send(("doing", progress.doing, described(progress)))
 
         yield report
@@ -264,10 +262,12 @@ class _Watch:
             said, spent = f"cut off while {self.doing} ({ended})", "time" if why == "interrupted" else why
             code = exit_codes.INTERRUPTED if why == "interrupted" else exit_codes.NO_PLAN
         if self.found is not None:
-            from kabo.cli.solving import finish
-
             body, plan = self.found
-            return finish({**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options)
+            return int(
+                self.options.finish(
+                    {**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options
+                )
+            )
         told = getattr(self.options, "cut_off", None)
         if told is not None and spent is not None:
             return int(told(self.options, spent, said))

@@ -6,14 +6,12 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from kabo import geometry, meshes
 from kabo.cli.solving import output_file
 from kabo.cli.terminal import print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
-
-if TYPE_CHECKING:
-    from kabo.meshes import Mesh
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "µm": 1e-6}
 PICTURES = (".png",)
@@ -27,7 +25,7 @@ class Tolerance:
     value: float
     of_diagonal: bool
 
-    def metres(self, mesh: "Mesh") -> float:
+    def metres(self, mesh: "meshes.Mesh") -> float:
         """The tolerance for a mesh [m].
 
         Raises:
@@ -124,11 +122,9 @@ def picture_file(text: str) -> Path:
 
 def mesh_file(text: str) -> Path:
     """A mesh file to write, of a format that keeps all digits."""
-    from kabo.meshes import require_written
-
     path = output_file(text)
     try:
-        require_written(path)
+        meshes.require_written(path)
     except InputError as error:
         (found,) = error.diagnostics
         raise argparse.ArgumentTypeError(f"{text!r}: {found.message}; {found.hint}") from None
@@ -151,7 +147,7 @@ def one_of(name: str, text: str, known: Sequence[str]) -> str:
 class Loaded:
     """The mesh of a command, its tolerance [m], what was repaired and what people should know."""
 
-    mesh: "Mesh"
+    mesh: "meshes.Mesh"
     epsilon: float
     repairs: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -163,31 +159,25 @@ def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
     Raises:
         MeshError: one sentence with counts and the remedy. InputError: the picture's library is missing.
     """
-    from kabo.meshes import load_mesh, repaired, require_solid, units_warning
-
     if options.picture is not None:
-        from kabo.meshes.pictures import require_pictures
-
-        require_pictures()
-    mesh = load_mesh(options.mesh, options.scale)
+        meshes.require_pictures()
+    mesh = meshes.load_mesh(options.mesh, options.scale)
     repairs: list[str] = []
     if options.repair:
-        mesh, repairs = repaired(mesh)
+        mesh, repairs = meshes.repaired(mesh)
     for done in repairs:
         tell(f"{options.mesh}: {done}")
-    require_solid(mesh, borders="keep" if borders == "keep" else "refuse", repair=options.repair)
+    meshes.require_solid(mesh, borders="keep" if borders == "keep" else "refuse", repair=options.repair)
     epsilon = options.epsilon.metres(mesh)
-    warnings = [warning for warning in (units_warning(mesh), _crossing(mesh)) if warning is not None]
+    warnings = [warning for warning in (meshes.units_warning(mesh), _crossing(mesh)) if warning is not None]
     for warning in warnings:
         tell(str(warning))
     return Loaded(mesh, epsilon, tuple(repairs), tuple(warning.message for warning in warnings))
 
 
-def _crossing(mesh: "Mesh") -> Diagnostic | None:
+def _crossing(mesh: "meshes.Mesh") -> Diagnostic | None:
     """The warning for faces that cross others: what they enclose counts, but an inner mesh may miss some of it."""
-    from kabo.geometry import crossing_faces
-
-    count = int(crossing_faces(mesh.vertices, mesh.faces).sum())
+    count = int(geometry.crossing_faces(mesh.vertices, mesh.faces).sum())
     if count == 0:
         return None
     said = f"{count} of {len(mesh.faces)} triangles cross others, and may still do so in the result"

@@ -5,6 +5,7 @@ import signal
 import threading
 from pathlib import Path
 
+from kabo import service
 from kabo.cli import exit_codes
 from kabo.cli.solving import natural
 from kabo.cli.terminal import tell
@@ -34,16 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serves until SIGTERM or Ctrl-C; a second one does not wait for running jobs."""
-    from kabo.service import Server, Settings, server_config
-
-    config = server_config(options.listen, options.connect, options.config)
+    config = service.server_config(options.listen, options.connect, options.config)
     late = threading.Timer(
         LATE_S, tell, ("kabo: warming up; the first time on a machine, this compiles for a minute",)
     )
     late.daemon = True
     late.start()
     try:
-        server = Server(config, Settings(workers=max(1, options.workers), root=options.root))
+        server = service.Server(config, service.Settings(workers=max(1, options.workers), root=options.root))
     finally:
         late.cancel()
     told = threading.Event()

@@ -6,6 +6,7 @@ from pathlib import Path
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json
+from kabo.tasks import files
 
 NAME = "compare"
 HELP = "compare two reports of runs: calls, seconds, costs and failures of every stage"
@@ -21,13 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the comparison."""
-    from kabo.tasks.files.comparing import compare, describe_comparison
-    from kabo.tasks.files.report_form import read_report
-
-    first, second = (read_report(path.read_bytes(), str(path)) for path in (options.first, options.second))
-    found = compare(first, second)
+    first, second = (files.read_report(path.read_bytes(), str(path)) for path in (options.first, options.second))
+    found = files.compare(first, second)
     if options.json:
         print_json(found)
     else:
-        print(describe_comparison(found))
+        print(files.describe_comparison(found))
     return exit_codes.DONE

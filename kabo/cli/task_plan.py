@@ -3,8 +3,10 @@
 import argparse
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import kabo
+from kabo import language, plan
 from kabo.budgets import StopFlag
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
@@ -12,10 +14,7 @@ from kabo.cli.own_stages import add_stages_argument, blamed, execute
 from kabo.cli.solving import natural, output_file
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
-
-if TYPE_CHECKING:
-    from kabo.scene import Scene
-    from kabo.tasks.files.building import TaskFile
+from kabo.tasks import files
 
 NAME = "plan"
 HELP = "plan the task of a file, and report what each stage found"
@@ -50,17 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Plans, writes the report and shows it; exit code 4 if no run found a solution."""
-    from kabo.plan import write_atomically
-    from kabo.tasks.files.report_form import report_bytes
-    from kabo.tasks.files.reports import report
-    from kabo.tasks.files.running import Settings, plan_file
-
     with clean_standard_output():
         file = read_task_file(options)
         arguments = given_arguments(file, options.given)
         scene = _scene(file, arguments, options.scene)
         with interruptible() as stop:
-            settings = Settings(
+            settings = files.Settings(
                 options.max_solutions or file.max_solutions,
                 file.timeout if options.timeout is None else None,
                 options.seed,
@@ -69,46 +63,39 @@ def run(options: argparse.Namespace) -> int:
                 StopFlag(options.door.left(options.timeout) or inf, options.memory or inf, stop),
             )
             with blamed(options.stages):
-                runs = plan_file(file, arguments, scene, settings)
-        made = report(runs, file=str(options.file), arguments=arguments)
+                runs = files.plan_file(file, arguments, scene, settings)
+        made = files.report(runs, file=str(options.file), arguments=arguments)
         if options.output is not None:
-            write_atomically(options.output, report_bytes(made))
+            plan.write_atomically(options.output, files.report_bytes(made))
     if options.json:
         print_json(made)
     else:
-        from kabo.tasks.files.describing import describe_report
-
-        print(describe_report(made))
+        print(files.describe_report(made))
         if options.output is not None:
             tell(f"{options.output}: the report; kabo task show {options.output}")
     return exit_codes.DONE if any(one.found for one in runs) else exit_codes.NO_PLAN
 
 
-def read_task_file(options: argparse.Namespace) -> "TaskFile":
+def read_task_file(options: argparse.Namespace) -> "files.TaskFile":
     """The task file that was named, with the stages of one's own; its warnings are told.
 
     Raises:
         InputError: all that is wrong in it, or a file with stages that cannot be executed.
     """
-    from kabo.tasks.files import load_task_file
-
     execute(options.stages)
-    file = load_task_file(options.file)
+    file = files.load_task_file(options.file)
     if not options.json:
         for warning in file.warnings:
             tell(str(warning))
     return file
 
 
-def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:
+def given_arguments(file: "files.TaskFile", given: list[str]) -> dict[str, Any]:
     """The values of `--set name=value`, as the task declares them.
 
     Raises:
         InputError: a property is unknown, or a text is none of its type; all of them.
     """
-    from kabo.tasks.files.building import argument_of
-    from kabo.tasks.files.values import NoValue
-
     declared = {each.name: each for each in file.inputs}
     values: dict[str, Any] = {}
     found = []
@@ -122,9 +109,9 @@ def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:
             hint = did_you_mean(name, declared) or f"it has {', '.join(declared) or 'none'}"
         else:
             try:
-                values[name] = argument_of(declared[name], value)
+                values[name] = files.argument_of(declared[name], value)
                 continue
-            except NoValue as error:
+            except files.NoValue as error:
                 problem = f'"{name}" must be {error}, this is "{value}"'
         found.append(Diagnostic("--set", 1, 1, problem, hint, len(text), "error", text))
     if found:
@@ -132,20 +119,15 @@ def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:
     return values
 
 
-def _scene(file: "TaskFile", arguments: dict[str, Any], path: Path | None) -> "Scene | None":
-    from kabo.tasks.files.running import check_things, needs_scene
-
+def _scene(file: "files.TaskFile", arguments: dict[str, Any], path: Path | None) -> "kabo.Scene | None":
     if path is None:
-        if needs_scene(file):
+        if files.needs_scene(file):
             place = file.recipe.place
             message = f'the task "{file.name}" moves robots and needs a scene'
             raise InputError(
                 [Diagnostic(place.file, place.line, place.column, message, "--scene FILE", place.length)]
             )
         return None
-    from kabo.language import load_scene_description
-    from kabo.scene import load_scene
-
-    description = load_scene_description(path)
-    check_things(file, arguments, description)
-    return load_scene(description)
+    description = language.load_scene_description(path)
+    files.check_things(file, arguments, description)
+    return kabo.load_scene(description)

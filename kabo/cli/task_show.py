@@ -2,17 +2,15 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from kabo import plan, tasks
 from kabo.cli import exit_codes
 from kabo.cli.own_stages import add_stages_argument
 from kabo.cli.solving import natural, output_file
 from kabo.cli.task_plan import read_task_file
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 from kabo.errors import Diagnostic, InputError
-
-if TYPE_CHECKING:
-    from kabo.tasks.files.building import TaskFile
+from kabo.tasks import files
 
 NAME = "show"
 HELP = "show the stages of a task file, or what planning found (a report of `kabo task plan -o`)"
@@ -41,50 +39,44 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _show_report(options: argparse.Namespace) -> int:
-    from kabo.plan import write_atomically
-    from kabo.tasks.files.describing import counted, describe_report
-    from kabo.tasks.files.html import to_html
-    from kabo.tasks.files.report_form import read_report
-
-    found = read_report(options.file.read_bytes(), str(options.file))
+    found = files.read_report(options.file.read_bytes(), str(options.file))
     if options.html is not None:
-        write_atomically(options.html, to_html(found).encode())
+        plan.write_atomically(options.html, files.to_html(found).encode())
     if options.json:
         print_json(found)
     elif options.html is None:
-        print(describe_report(found, options.comments))
+        print(files.describe_report(found, options.comments))
     else:
-        tell(f"{options.html}: {counted(len(found['stages']), 'stage')}, {counted(len(found['runs']), 'run')}")
+        tell(
+            f"{options.html}: {files.counted(len(found['stages']), 'stage')}, {files.counted(len(found['runs']), 'run')}"
+        )
     return exit_codes.DONE
 
 
 def _show_structure(options: argparse.Namespace) -> int:
-    from kabo.tasks.core import InitialisationError, directions, tree
-    from kabo.tasks.files.reports import structure
-
     with clean_standard_output():
         file = read_task_file(options)
         task = file.task(partly=True)
-        flows, errors = directions(task)
+        flows, errors = tasks.directions(task)
     if options.json:
-        print_json({**structure(file, task, flows), "errors": errors})
+        print_json({**files.structure(file, task, flows), "errors": errors})
     else:
         print(describe_inputs(file))
-        print(tree(task, flows))
+        print(tasks.tree(task, flows))
     if errors:
-        error = file.told(InitialisationError(errors, tree(task, flows)))
+        error = file.told(tasks.InitialisationError(errors, tasks.tree(task, flows)))
         if not options.json:
             tell(str(error))
         return exit_codes.BAD_INPUT
     return exit_codes.DONE
 
 
-def describe_inputs(file: "TaskFile") -> str:
+def describe_inputs(file: "files.TaskFile") -> str:
     """The task's signature, and how much it asks for: `pick(robot, object, grasp = any); 1 solution`."""
-    from kabo.tasks.core import shown
-    from kabo.tasks.files.building import default_of
-
-    given = (each.name if each.required else f"{each.name} = {shown(default_of(each))}" for each in file.inputs)
+    given = (
+        each.name if each.required else f"{each.name} = {tasks.shown(files.default_of(each))}"
+        for each in file.inputs
+    )
     limits = []
     if file.max_solutions is not None:
         limits.append(f"{file.max_solutions} solution{'' if file.max_solutions == 1 else 's'}")

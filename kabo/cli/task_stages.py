@@ -6,6 +6,7 @@ from kabo.cli import exit_codes
 from kabo.cli.own_stages import add_stages_argument, execute
 from kabo.cli.terminal import clean_standard_output, print_json
 from kabo.errors import Diagnostic, InputError
+from kabo.tasks import files
 
 NAME = "stages"
 HELP = "list the stages that task files may name, or the properties of one"
@@ -20,21 +21,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the stages, or one."""
-    from kabo.tasks.files import registry
-    from kabo.tasks.files.stage_pages import describe_stage, stage_page
-
     with clean_standard_output():
         execute(options.stages)
-        wanted = registry.names() if options.name is None else [options.name]
-        kinds = {name: registry.find(name) for name in wanted}
+        wanted = files.stage_names() if options.name is None else [options.name]
+        kinds = {name: files.find_stage(name) for name in wanted}
     for name, kind in kinds.items():
         if kind is None:
-            raise InputError([Diagnostic("NAME", 1, 1, f'unknown stage "{name}"', registry.near(name))])
-    pages = {name: stage_page(kind) for name, kind in kinds.items() if kind is not None}
+            raise InputError([Diagnostic("NAME", 1, 1, f'unknown stage "{name}"', files.stage_hint(name))])
+    pages = {name: files.stage_page(kind) for name, kind in kinds.items() if kind is not None}
     if options.json:
         print_json({"stages": pages})
     elif options.name is not None:
-        print(describe_stage(options.name, pages[options.name]))
+        print(files.describe_stage(options.name, pages[options.name]))
     else:
         width = max(map(len, pages))
         print("\n".join(f"{name:<{width}}  {page['does']}" for name, page in pages.items()))

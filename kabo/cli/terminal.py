@@ -9,10 +9,9 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from kabo.planner.result import Progress
+import kabo
 
 
 def tell(text: str) -> None:
@@ -80,7 +79,7 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def described(progress: "Progress") -> str:
+def described(progress: "kabo.Progress") -> str:
     """Progress in a line, as `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
     done = f"{progress.doing}: {progress.expanded} nodes expanded, {progress.generated} generated"
     return f"{done}, {progress.procedure_calls} procedure calls" if progress.procedure_calls else done

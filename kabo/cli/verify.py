@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from kabo import requests
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import add_problem_argument
@@ -24,10 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the report; exit code 5 if any finding stands against the plan."""
-    from kabo.service import verify_file
-
     with clean_standard_output():
-        report = verify_file(
+        report = requests.verify_file(
             options.problem,
             options.plan,
             domain=options.domain,

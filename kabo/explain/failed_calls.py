@@ -15,7 +15,7 @@ from kabo.geometry_server import GeometryServer, Pair, Shortfall, Stream, shortf
 from kabo.language.formulas import GroundCall
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import FORESEEN
-from kabo.tasks.refusals import REASONS
+from kabo.tasks.refusals import reason_of
 
 if TYPE_CHECKING:
     from kabo.scene import Scene
@@ -135,7 +135,7 @@ class _Seen:
         details = failure.details if isinstance(failure.details, Details) else None
         pairs = () if details is None else details.pairs
         pair = max(pairs, key=lambda each: each[1])[0] if pairs else None
-        reason = failure.reason if failure.reason in REASONS else "constraint"
+        reason = reason_of(failure)
         self.attempts.append((reason, pair, details))
         self.ways += reason == "no_path"
 

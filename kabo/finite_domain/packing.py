@@ -32,7 +32,8 @@ class Packing:
 
     def array(self, number: int) -> NDArray[np.uint64]:
         """(words,) the state as an array for kernels."""
-        return np.frombuffer(number.to_bytes(8 * self.words, "little"), np.uint64).copy()
+        words: NDArray[np.uint64] = np.frombuffer(number.to_bytes(8 * self.words, "little"), np.uint64).copy()
+        return words
 
     def number_of(self, words: NDArray[np.uint64]) -> int:
         """The state of a kernel's array, as one Python int."""

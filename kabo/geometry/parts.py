@@ -6,10 +6,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mesh = tuple[Array, NDArray[np.int64]]  # vertices (V, 3) [m], faces (F, 3)
+from kabo.arrays import Array, Integers
+
+Mesh = tuple[Array, Integers]  # vertices (V, 3) [m], faces (F, 3)
 
 COLUMNS = 24  # the most vertices of a part
 
@@ -18,7 +18,7 @@ class Packed(NamedTuple):
     """The parts of an enclosure as the kernels want them; unused columns repeat the first vertex."""
 
     blocks: Array  # (B, 3, 24)
-    sizes: NDArray[np.int64]  # (B,) 8, 16 or 24: how many columns to read
+    sizes: Integers  # (B,) 8, 16 or 24: how many columns to read
     diameters: Array  # (B,) greatest distance of two vertices [m]
 
 

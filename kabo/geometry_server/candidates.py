@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
 from kabo.geometry_server.spreading import open_turn
 from kabo.kinematics import (
@@ -30,8 +31,6 @@ from kabo.language.scene_description import Feature, GraspFamily, PlacementFamil
 from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
-
-Array = npt.NDArray[np.float64]
 
 BATCH = 64  # samples a kernel call; candidates of a batch are tried in order of preference
 
@@ -96,7 +95,7 @@ class Stream:
         """
         return self._candidates(self._branches(first, count, along)[0])
 
-    def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, npt.NDArray[np.int64]]:
+    def _branches(self, first: int, count: int, along: Array | None) -> tuple[Array, Integers]:
         """The valid samples (M, n), in closed form with the branches of each, and of which of them each is (M,)."""
         tree, structure = self.robot.tree, self._structure
         base = np.concatenate([np.zeros(self.robot.planned), self.hand])
@@ -164,7 +163,7 @@ def _distinct(found: Array) -> Array:
     return found[np.sort(kept)]
 
 
-def _nearest_home(robot: Robot, found: Array, owner: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+def _nearest_home(robot: Robot, found: Array, owner: Integers) -> npt.NDArray[np.bool_]:
     """Which of the branches (M, n) is the nearest to home of all that have its owner, of equals the first, (M,)."""
     home = np.array(robot.configurations.get("home", np.zeros(robot.planned)))
     away = np.round(np.linalg.norm(found[:, : robot.planned] - home, axis=1), 6)

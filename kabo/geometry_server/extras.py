@@ -3,13 +3,11 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.language.scene_description import Shape
 from kabo.scene import Mesh, mesh_of
 from kabo.scene.transforms import transform
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ try every hold in turn.
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, joints_at, within
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
@@ -18,8 +18,6 @@ from kabo.geometry_server.situation import Situation
 from kabo.kinematics import FREE_BODY, sample, stacked, stream_key
 from kabo.scene import Body, Configuration, Robot
 from kabo.scene.transforms import unflat
-
-Array = npt.NDArray[np.float64]
 
 PLACES, GRASPS = 24, 16  # places tried, and grasps at each
 NEAREST = 1  # places to tell how far out of reach they are

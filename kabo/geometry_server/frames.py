@@ -4,14 +4,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.kinematics import FrameFeature, rows_of, stacked
 from kabo.language.scene_description import Constraint, Feature, FeatureName
 from kabo.scene import Attachment, Body, Robot
 from kabo.scene.transforms import transform
-
-Array = npt.NDArray[np.float64]
 
 WORLD_FEATURES = {
     "origin": Feature("point", (0.0, 0.0, 0.0)),

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from kabo.geometry_server.candidates import (
     PlacementStream,
@@ -16,8 +15,6 @@ from kabo.geometry_server.situation import Situation
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import GraspFamily
 from kabo.scene import Region, Robot
-
-Array = npt.NDArray[np.float64]
 
 HELD_EXACTLY = 1e-4  # m, rad: how exactly a hold must be a grasp of a family
 

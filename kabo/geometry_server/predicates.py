@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.arrays import Array
 from kabo.geometry import Bounds, Container, Enclosure, FixedGroup, Motion, MovingGroup, SweptVolume, includes
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.standing import lies_inside
@@ -17,7 +17,6 @@ from kabo.geometry_server.surroundings import Surroundings
 from kabo.scene import GeometricState, world_T
 from kabo.scene.transforms import flat, transform
 
-Array = npt.NDArray[np.float64]
 SOLE = 1e-3  # m: what is no higher above the lowest point of a body is taken to touch what it stands on
 FAN = 20  # corners of a hull that one convex part has beside the one that all share
 DEPTHS = (

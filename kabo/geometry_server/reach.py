@@ -7,15 +7,13 @@ to. What a constraint demands to be nearer than it can be is refused for good.
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server.candidates import base_position
 from kabo.geometry_server.frames import Frame, Roles
 from kabo.kinematics import FrameFeature
 from kabo.language.scene_description import Constraint, GraspFamily
 from kabo.scene import PRISMATIC, Body, Region, Robot
-
-Array = npt.NDArray[np.float64]
 
 CAREFUL = 1e-6  # m: rounding of the sums below is far smaller
 

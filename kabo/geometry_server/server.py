@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.errors import CutOff
 from kabo.geometry import Budget
 from kabo.geometry_server.answers import Statistics
@@ -23,8 +23,6 @@ from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import stream_key
 from kabo.language.scene_description import Constraint
 from kabo.scene import GeometricState, Scene
-
-Array = npt.NDArray[np.float64]
 
 BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
 PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server.candidates import Stream
 from kabo.kinematics import project, sample, stream_key
 from kabo.kinematics.kernels.rows import FIRST, SECOND
 from kabo.scene import PRISMATIC, KinematicTree
-
-Array = npt.NDArray[np.float64]
 
 SLIDES = 3
 RANGES = (0.03, 0.1, 0.3, 1.0, 3.0, 9.0)  # m: how far the base may glide, tried in this order
@@ -156,7 +155,7 @@ def gliding(tree: KinematicTree) -> KinematicTree:
 
 def glided(rows: Array) -> Array:
     """The rows of a tree, for the same tree behind slides: what belongs to the world stays there."""
-    moved = rows.copy()
+    moved: Array = rows.copy()
     for column in (FIRST, SECOND):
         moved[:, column] += SLIDES * (rows[:, column] > 0)
     return moved

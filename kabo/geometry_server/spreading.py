@@ -7,15 +7,13 @@ and where it fulfils the rows, an azimuth that they say nothing about has a grad
 import hashlib
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server.frames import Frame
 from kabo.kinematics import FREE_BODY, FrameFeature, jacobian, rows_of, sample, stacked, stream_key, values
 from kabo.kinematics.kernels import rows as columns
 from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
-
-Array = npt.NDArray[np.float64]
 
 PLACES = 8  # of which some fulfil the rows
 ASIDE = 0.3  # sine of the angle between the axis and what is turned about it, at the least

@@ -1,8 +1,8 @@
 """What stands on what: the supports of an object, by its own placement families; and what lies inside a region."""
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry import FixedGroup, contains
 from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
 from kabo.geometry_server.situation import Situation
@@ -11,8 +11,6 @@ from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
 from kabo.scene import Body, KinematicTree, Region
 from kabo.scene.transforms import flat
-
-Array = npt.NDArray[np.float64]
 
 EXACTLY = 1e-4  # m, rad: how exactly a thing stands on its support
 

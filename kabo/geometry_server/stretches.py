@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.context import Context
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
@@ -19,8 +19,6 @@ from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line,
 from kabo.kinematics.kernels import rows as columns
 from kabo.motion import Blocked, connect, shortcut
 from kabo.scene import Robot
-
-Array = npt.NDArray[np.float64]
 
 LINE, LINE_TILT = 1e-3, 5e-3  # m, rad: how far a straight stretch may leave its line, and how far it may turn
 SHORTCUTS, PATIENCE = 40, 8  # attempts to shorten a path, and in vain in a row: a plan's motion is refined later
@@ -177,7 +175,7 @@ def way_to(
             return len(workspace.pairs)  # one past the pairs: the constraint
         return workspace.segment_hit(whole(a), whole(b))
 
-    def free_configurations(configurations: Array) -> npt.NDArray[np.int64]:
+    def free_configurations(configurations: Array) -> Integers:
         return workspace.hits(np.hstack([configurations, np.tile(hand, (len(configurations), 1))]))
 
     stream = stream_key(*key)

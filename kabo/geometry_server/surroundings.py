@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import InputError
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
@@ -19,7 +19,6 @@ from kabo.remembering import Remembered
 from kabo.scene import Configuration, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
-Array = npt.NDArray[np.float64]
 REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
 
 

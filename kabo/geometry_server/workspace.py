@@ -8,11 +8,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.geometry import Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
@@ -22,9 +23,9 @@ from kabo.geometry_server.surroundings import Surroundings
 from kabo.scene import Attachment, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
-Array = npt.NDArray[np.float64]
 Contacts = frozenset[frozenset[str]]
 View = Any  # a CollisionView, or an ExactView with the same questions
+_Answer = TypeVar("_Answer")
 TOUCHING = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
 
 
@@ -84,13 +85,14 @@ class Workspace:
         index = self._asked(lambda view: view.configuration_hit(q))
         return None if index < 0 else self.pairs[index]
 
-    def hits(self, configurations: Array) -> npt.NDArray[np.int64]:
+    def hits(self, configurations: Array) -> Integers:
         """For each configuration (N, n) the index of the first pair not proven apart, or -1."""
         return self._asked(lambda view: view.configurations_hit(configurations))
 
     def segment_hit(self, start: Array, goal: Array) -> int:
         """-1 if the straight joint segment is proven free, else the index of the pair that is in the way."""
-        return self._asked(lambda view: view.segment_hit(start, goal))
+        hit: int = self._asked(lambda view: view.segment_hit(start, goal))
+        return hit
 
     def path_hit(self, waypoints: Sequence[Array]) -> Pair | None:
         """The first pair in the way of a path of straight joint segments, or None if it is proven free."""
@@ -105,7 +107,7 @@ class Workspace:
         """The names of all pairs that are checked, in the order of their indices."""
         return self._view[1]
 
-    def _asked(self, question: Callable[[View], Any]) -> Any:
+    def _asked(self, question: Callable[[View], _Answer]) -> _Answer:
         """The answer of the view, counted: once for the robot and once for each thing that it carries."""
         view, began = self._view[0], perf_counter()
         before = replace(view.counters)

@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.kinematics.kernels import closed_form as kernels
 from kabo.kinematics.kernels import forms
 from kabo.kinematics.projection import arrays_of
 from kabo.scene.structure import Structure
 from kabo.scene.tree import KinematicTree
-
-Array = npt.NDArray[np.float64]
 
 AGREES = kernels.AGREES
 _FREE = {
@@ -72,8 +70,8 @@ class Branches:
     """
 
     configurations: Array
-    counts: npt.NDArray[np.int64]
-    free: npt.NDArray[np.int64]
+    counts: Integers
+    free: Integers
     short: Array
 
     def answer(self, i: int, tree: KinematicTree, structure: Structure) -> Reached | OutOfReach:
@@ -135,7 +133,7 @@ def branches(
     return Branches(found, counts, free, short)
 
 
-def _shape_of(structure: Structure) -> tuple[int, int, bool, bool, int, Array, Array, npt.NDArray[np.int64]]:
+def _shape_of(structure: Structure) -> tuple[int, int, bool, bool, int, Array, Array, Integers]:
     s = structure
     return s.form, s.placing, s.mirrored, s.backwards, s.lock, s.axes, s.zero, s.joints
 
@@ -143,10 +141,11 @@ def _shape_of(structure: Structure) -> tuple[int, int, bool, bool, int, Array, A
 def end_poses(tree: KinematicTree, structure: Structure, Q: Array) -> Array:
     """The poses (N, 12) of the structure's last joint at configurations (N, n), by forward kinematics."""
     values = np.array(Q, np.float64, order="C", ndmin=2)
-    return kernels.poses_of(values, structure.end, *arrays_of(tree))
+    poses: Array = kernels.poses_of(values, structure.end, *arrays_of(tree))
+    return poses
 
 
-def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+def with_the_same_pose(tree: KinematicTree, structure: Structure, Q: Array) -> tuple[Array, Integers]:
     """All configurations (M, n) that bring the end to where one of Q (N, n) brings it, and of which one each is (M,).
 
     Of seven axes, the held one keeps its value. Q need not be within limits; what is returned is. Joints off the

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from kabo.arrays import Array
 from kabo.kinematics.kernels import rows as columns
 
-Numbers = Sequence[float] | NDArray[np.float64]
+Numbers = Sequence[float] | Array
 Vector = tuple[float, float, float]
-Rows = NDArray[np.float64]  # (R, WIDTH): columns in kernels/rows.py
+Rows = Array  # (R, WIDTH): columns in kernels/rows.py
 
 LEVER = 0.15  # metres per radian, the size of what a gripper holds: then no row outweighs another
 TOLERANCE = 1e-6  # metres or radians: how exactly a row counts as fulfilled
@@ -96,7 +97,7 @@ def _row(
     origins: tuple[Numbers, Numbers] | None = None,
     directions: tuple[Numbers, Numbers] | None = None,
     bounds: tuple[float, float] = (0.0, 0.0),
-) -> NDArray[np.float64]:
+) -> Array:
     origin, target = origins or (first.origin, second.origin)
     along, normal = directions or (first.direction or (0.0,) * 3, second.direction or (0.0,) * 3)
     scale = 1.0 if kind < columns.DIRECTION else LEVER
@@ -105,7 +106,7 @@ def _row(
     )
 
 
-def normals(direction: ArrayLike) -> NDArray[np.float64]:
+def normals(direction: ArrayLike) -> Array:
     """Two unit vectors (2, 3) that complete a direction to a right-handed frame: null(d) of [K Table 5.1]."""
     a, b, c = np.asarray(direction, np.float64).tolist()
     length = math.hypot(a, b, c)
@@ -114,19 +115,17 @@ def normals(direction: ArrayLike) -> NDArray[np.float64]:
     return np.array([x, columns.crossed(*d, *x)])
 
 
-def _on_planes(
-    first: FrameFeature, second: FrameFeature, directions: NDArray[np.float64]
-) -> list[NDArray[np.float64]]:
+def _on_planes(first: FrameFeature, second: FrameFeature, directions: Array) -> list[Array]:
     """The origin of the first lies on the planes through the second's origin with the given normals."""
     return [_row(columns.PLANE, first, second, directions=(first.direction or (0.0,) * 3, n)) for n in directions]
 
 
-def _span(b: FrameFeature) -> NDArray[np.float64]:
+def _span(b: FrameFeature) -> Array:
     """The directions in which a point that coincides with a line or plane cannot move."""
     return normals(b.along) if b.kind == "line" else np.array([b.along])
 
 
-def _coincident(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+def _coincident(a: FrameFeature, b: FrameFeature, *_: object) -> list[Array]:
     if a.kind == "point":
         return _on_planes(a, b, np.eye(3) if b.kind == "point" else _span(b))
     if a.kind != b.kind:
@@ -134,23 +133,23 @@ def _coincident(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np
     return _on_planes(a, b, _span(b)) + _parallel(a, b)
 
 
-def _same_line(a: FrameFeature, b: FrameFeature) -> list[NDArray[np.float64]]:
+def _same_line(a: FrameFeature, b: FrameFeature) -> list[Array]:
     return [_row(columns.DIRECTION, a, b, directions=(n, b.along)) for n in normals(a.along)]
 
 
-def _parallel(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+def _parallel(a: FrameFeature, b: FrameFeature, *_: object) -> list[Array]:
     if a.kind == b.kind:
         return _same_line(a, b)
     return [_row(columns.DIRECTION, a, b)]
 
 
-def _perpendicular(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+def _perpendicular(a: FrameFeature, b: FrameFeature, *_: object) -> list[Array]:
     if a.kind == b.kind:
         return [_row(columns.DIRECTION, a, b)]
     return _same_line(a, b)
 
 
-def _aligned(a: FrameFeature, b: FrameFeature, *_: object, sense: float = 1.0) -> list[NDArray[np.float64]]:
+def _aligned(a: FrameFeature, b: FrameFeature, *_: object, sense: float = 1.0) -> list[Array]:
     direction = tuple(sense * np.asarray(a.direction))
     return [
         _row(columns.ALIGNED, a, b, origins=(direction, b.origin), directions=(n, b.along))
@@ -158,13 +157,11 @@ def _aligned(a: FrameFeature, b: FrameFeature, *_: object, sense: float = 1.0) -
     ]
 
 
-def _opposed(a: FrameFeature, b: FrameFeature, *_: object) -> list[NDArray[np.float64]]:
+def _opposed(a: FrameFeature, b: FrameFeature, *_: object) -> list[Array]:
     return _aligned(a, b, sense=-1.0)
 
 
-def _distance(
-    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
-) -> list[NDArray[np.float64]]:
+def _distance(a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None) -> list[Array]:
     if a.kind != "point":
         raise ValueError(f"distance is measured from a point, not from a {a.kind}")
     kind = {"point": columns.POINT, "line": columns.LINE, "plane": columns.GAP}[b.kind]
@@ -176,17 +173,13 @@ def _distance(
     return [_row(kind, a, b, bounds=bounds)]
 
 
-def _height(
-    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
-) -> list[NDArray[np.float64]]:
+def _height(a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None) -> list[Array]:
     if a.kind != "point" or b.kind != "plane":
         raise ValueError(f"height is that of a point above a plane, not of a {a.kind} above a {b.kind}")
     return [_row(columns.PLANE, a, b, bounds=_limits(lower, upper))]
 
 
-def _angle(
-    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
-) -> list[NDArray[np.float64]]:
+def _angle(a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None) -> list[Array]:
     low, high = max(lower or 0.0, 0.0), np.pi if upper is None else min(upper, np.pi)
     if low > high:
         raise ValueError("an angle lies between 0 and 180 degrees")
@@ -197,9 +190,7 @@ def _angle(
     return [_row(columns.ANGLE, a, b, bounds=(low, high))]
 
 
-def _azimuth(
-    a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None
-) -> list[NDArray[np.float64]]:
+def _azimuth(a: FrameFeature, b: FrameFeature, lower: float | None, upper: float | None) -> list[Array]:
     bounds = (-np.pi if lower is None else lower, np.pi if upper is None else upper)
     return [_row(columns.AZIMUTH, a, b, origins=(a.origin, tuple(normals(b.along)[0])), bounds=bounds)]
 
@@ -208,7 +199,7 @@ def _limits(lower: float | None, upper: float | None) -> tuple[float, float]:
     return -np.inf if lower is None else lower, np.inf if upper is None else upper
 
 
-_MAKERS: dict[str, Callable[..., list[NDArray[np.float64]]]] = {
+_MAKERS: dict[str, Callable[..., list[Array]]] = {
     "coincident": _coincident,
     "parallel": _parallel,
     "aligned": _aligned,

@@ -1,8 +1,8 @@
 """Inverse kinematics of any robot: in closed form where its axes allow it, of redundant ones sampled, else projected."""
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.kinematics.closed_form import OutOfReach, Reached, branches, with_turns
 from kabo.kinematics.constraints import FrameFeature, Rows, rows_of, stacked
 from kabo.kinematics.kernels import streams
@@ -12,8 +12,6 @@ from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.robots import Robot
 from kabo.scene.structure import Structure
 from kabo.scene.transforms import flat, inverse, unflat
-
-Array = npt.NDArray[np.float64]
 
 FAR = 1e-6  # rad or m: projections that lie nearer to each other are one solution
 SQUARE = 1e-6  # how far a rotation may be from one

@@ -5,13 +5,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kabo.arrays import Array
 from kabo.kinematics.constraints import Rows
 from kabo.kinematics.kernels import keeping as kernels
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.projection import Floats, arrays_of, checked, project
+from kabo.kinematics.projection import arrays_of, checked, project
 from kabo.scene.tree import KinematicTree
 
-Projector = Callable[[Floats], Floats | None]
+Projector = Callable[[Array], Array | None]
 
 INSET = (
     0.02  # how far inside an interval the projector aims [m or rad]: room for the straight piece between two poses
@@ -63,7 +64,7 @@ def projector(
     """
     checked(tree, rows, lower, upper, active)
 
-    def pull(q: Floats) -> Floats | None:
+    def pull(q: Array) -> Array | None:
         Q, succeeded = project(tree, rows, q, lower, upper, active, inset=inset, hold_limits=True)
         return Q[0] if succeeded[0] else None
 

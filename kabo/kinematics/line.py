@@ -12,11 +12,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.kernels.keeping import first_row_not_kept
 from kabo.kinematics.kernels.projection import FREEZES, project_seeds
-from kabo.kinematics.projection import NO_AIMS, Floats, arrays_of, checked, storable_limits, values
+from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, storable_limits, values
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.tree import KinematicTree
 
@@ -55,7 +56,7 @@ def straight_line(
     active: ArrayLike | None = None,
     deviation: float = DEVIATION,
     tilt: float = TILT,
-) -> Floats | OffLine:
+) -> Array | OffLine:
     """Way points (m, n) of a joint path from q that moves the tool by a translation, or why there is none.
 
     The joint-linear path through them is proven to stay within `deviation` [m] of the straight segment and `tilt`
@@ -93,9 +94,9 @@ class _Follower:
     tree: KinematicTree
     rows: Rows
     active: NDArray[np.bool_]
-    tolerances: Floats
+    tolerances: Array
 
-    def follow(self, start: Floats, length: float) -> Floats | OffLine:
+    def follow(self, start: Array, length: float) -> Array | OffLine:
         """Way points from start to end of the line; the step halves where it must and doubles where it may."""
         way, here, share = [start], 0.0, 1.0
         while here < 1.0:
@@ -111,7 +112,7 @@ class _Follower:
                 return fault
         return np.array(way)
 
-    def configuration_at(self, near: Floats, progress: float, *, limited: bool = True) -> Floats | None:
+    def configuration_at(self, near: Array, progress: float, *, limited: bool = True) -> Array | None:
         """The configuration near another one with the tool at a place on the line, rounded; None without one.
 
         A joint that meets its limit stops there, and the others make up for it if they can.
@@ -124,7 +125,7 @@ class _Follower:
         project_seeds(Q, succeeded, *task, lower, upper, self.active, *self.arrays, *rule)
         return np.round(Q[0], DECIMALS) if succeeded[0] else None
 
-    def fault(self, q0: Floats, q1: Floats | None, progress0: float, progress1: float) -> OffLine | None:
+    def fault(self, q0: Array, q1: Array | None, progress0: float, progress1: float) -> OffLine | None:
         """What keeps the joint-linear piece between two way points from being part of the line, if anything."""
         if q1 is None:
             return self._why_not_there(q0, progress0, progress1)
@@ -133,7 +134,7 @@ class _Follower:
         kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, *self.arrays) < 0
         return None if kept else OffLine("singular", progress0)
 
-    def _why_not_there(self, q0: Floats, progress0: float, progress1: float) -> OffLine:
+    def _why_not_there(self, q0: Array, progress0: float, progress1: float) -> OffLine:
         beyond = self.configuration_at(q0, progress1, limited=False)
         if beyond is None:
             return OffLine("out_of_reach", progress0)
@@ -146,28 +147,28 @@ class _Follower:
         self.rows[0, columns.UPPER] = upper
 
     @cached_property
-    def arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Floats, Floats, Floats]:
+    def arrays(self) -> tuple[Integers, Integers, Integers, Array, Array, Array]:
         """The tree as kernels take it."""
         return arrays_of(self.tree)
 
     @cached_property
-    def no_aims(self) -> Floats:
+    def no_aims(self) -> Array:
         """No row aims anywhere but at its bounds."""
         return np.full((1, len(self.rows)), np.nan)
 
     @cached_property
-    def limits(self) -> tuple[Floats, Floats]:
+    def limits(self) -> tuple[Array, Array]:
         """Limits at which a joint may stop and be stored."""
         return storable_limits(self.tree.lower, self.tree.upper)
 
     @cached_property
-    def wide(self) -> Floats:
+    def wide(self) -> Array:
         """Limits that stop nothing, to see which joint would leave its own."""
         return np.full(self.tree.size, np.inf)
 
 
 def _line_rows(
-    tree: KinematicTree, q: Floats, joint: int, joint_T_tool: Floats, direction: Floats, keep: Rows | None
+    tree: KinematicTree, q: Array, joint: int, joint_T_tool: Array, direction: Array, keep: Rows | None
 ) -> Rows:
     """Progress, two distances, then the orientation: three rows, each zero where it is that of the start."""
     world_T = np.zeros((len(tree.parent), 12))
@@ -192,11 +193,12 @@ def _line_rows(
     return rows
 
 
-def _tolerances(rows: Rows, deviation: float, tilt: float) -> Floats:
+def _tolerances(rows: Rows, deviation: float, tilt: float) -> Array:
     # Two distances add up to a deviation, at most three angular rows to a tilt.
     angular = rows[:, columns.KIND] >= columns.DIRECTION
-    return np.where(angular, tilt / np.sqrt(3.0), deviation / np.sqrt(2.0)) - EXACT
+    worst: Array = np.where(angular, tilt / np.sqrt(3.0), deviation / np.sqrt(2.0)) - EXACT
+    return worst
 
 
-def _holds(rows: Rows, at: Floats, tolerance: float) -> bool:
+def _holds(rows: Rows, at: Array, tolerance: float) -> bool:
     return bool(np.all((at >= rows[:, columns.LOWER] - tolerance) & (at <= rows[:, columns.UPPER] + tolerance)))

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kabo.arrays import Array
 from kabo.kinematics.constraints import TOLERANCE, Rows
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.projection import Floats, jacobian, values
+from kabo.kinematics.projection import jacobian, values
 from kabo.scene.tree import KinematicTree
 
 CUT = 1e-6  # singular values below [m/rad, m/m] count as zero: ten times what tolerances of 1e-6 m make of them
@@ -26,14 +27,14 @@ class Tangent:
     """
 
     rank: int
-    basis: Floats
+    basis: Array
     active: NDArray[np.bool_]
-    singular_values: Floats
+    singular_values: Array
 
     @property
     def freedom(self) -> int:
         """The dimension of the manifold there."""
-        return self.basis.shape[1]
+        return int(self.basis.shape[1])
 
 
 def tangent(

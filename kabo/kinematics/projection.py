@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.kinematics.constraints import TOLERANCE, Rows
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene.tree import KinematicTree
 
-Floats = NDArray[np.float64]
 NO_AIMS = np.uint64(0), 0, 0  # stream, sample and tries for projections that aim at nothing
 ITERATIONS = 50  # what does not arrive by then almost never does
 
@@ -25,7 +25,7 @@ def project(
     *,
     inset: float = 2 * TOLERANCE,
     hold_limits: bool = False,
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Array, NDArray[np.bool_]]:
     """The configurations near the seeds at which every row holds, (N, n), and which of them are right, (N,).
 
     Args:
@@ -73,24 +73,26 @@ def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = 
     return bool(np.all((v >= rows[:, columns.LOWER] - tolerance) & (v <= rows[:, columns.UPPER] + tolerance)))
 
 
-def values(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Floats:
+def values(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
     """The value of every row at q, (R,): metres for positions, cosines for directions, radians for angles."""
-    return kernels.row_values(np.array(q, np.float64), rows, *arrays_of(tree))
+    found: Array = kernels.row_values(np.array(q, np.float64), rows, *arrays_of(tree))
+    return found
 
 
-def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Floats:
+def jacobian(rows: Rows, q: ArrayLike, tree: KinematicTree) -> Array:
     """The derivative of `values` by q, (R, n)."""
-    return kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
+    found: Array = kernels.row_jacobian(np.array(q, np.float64), rows, *arrays_of(tree))
+    return found
 
 
-def storable_limits(lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+def storable_limits(lower: Array, upper: Array) -> tuple[Array, Array]:
     """The limits rounded inwards to 1e-9: a joint stopped there is still within them once a plan rounds it."""
     return np.ceil(lower * 1e9) / 1e9, np.floor(upper * 1e9) / 1e9
 
 
 def arrays_of(
     tree: KinematicTree,
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], Floats, Floats, Floats]:
+) -> tuple[Integers, Integers, Integers, Array, Array, Array]:
     """The arrays of a tree in the order in which kernels take them (limits are arguments of their own)."""
     return tree.parent, tree.kind, tree.source, tree.ratio, tree.shift, tree.placement
 
@@ -101,7 +103,7 @@ def checked(
     lower: ArrayLike,
     upper: ArrayLike,
     active: Sequence[bool] | NDArray[np.bool_],
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Limits and mask as kernels take them; ValueError says what does not fit."""
     low, high = np.array(lower, np.float64), np.array(upper, np.float64)
     moving = np.array(active, np.bool_)

@@ -6,10 +6,11 @@ import struct
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kabo.arrays import Array
 from kabo.kinematics.constraints import TOLERANCE, Rows, stacked
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import streams
-from kabo.kinematics.projection import ITERATIONS, Floats, arrays_of, checked
+from kabo.kinematics.projection import ITERATIONS, arrays_of, checked
 from kabo.scene.tree import KinematicTree
 
 Key = np.uint64
@@ -32,7 +33,8 @@ def stream_key(*parts: str | int | float | bytes) -> Key:
         else:
             tag, data = b"i", str(int(part)).encode()
         digest.update(tag + struct.pack("<q", len(data)) + data)
-    return np.uint64(int.from_bytes(digest.digest(), "little"))
+    key: Key = np.uint64(int.from_bytes(digest.digest(), "little"))
+    return key
 
 
 def uniform(key: Key, index: int, dimension: int) -> float:
@@ -40,7 +42,7 @@ def uniform(key: Key, index: int, dimension: int) -> float:
     return float(streams.uniform(np.uint64(key), index, dimension))
 
 
-def seeds(lower: ArrayLike, upper: ArrayLike, key: Key, first: int, count: int) -> Floats:
+def seeds(lower: ArrayLike, upper: ArrayLike, key: Key, first: int, count: int) -> Array:
     """Samples from `first` on, (count, n), uniform between the bounds; an unbounded joint takes one turn."""
     low, high = _bounded(lower, upper)
     drawn = np.empty((count, len(low)))
@@ -60,7 +62,7 @@ def sample(
     free: Rows | None = None,
     *,
     base: ArrayLike | None = None,
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Array, NDArray[np.bool_]]:
     """Configurations that fulfil the rows, samples `first` … (count, n), and which of them are right, (count,).
 
     Seeds are uniform between the limits. A joint that ends outside its limits, after whole turns, goes back to its
@@ -93,6 +95,6 @@ def sample(
     return Q, succeeded
 
 
-def _bounded(lower: ArrayLike, upper: ArrayLike) -> tuple[Floats, Floats]:
+def _bounded(lower: ArrayLike, upper: ArrayLike) -> tuple[Array, Array]:
     low, high = np.array(lower, np.float64), np.array(upper, np.float64)
     return np.where(np.isfinite(low), low, -np.pi), np.where(np.isfinite(high), high, np.pi)

@@ -8,6 +8,7 @@ from kabo.language import formulas as f
 
 _Tree = TypeVar("_Tree")
 _BINDERS = (f.Forall, f.Exists, f.FactForall, f.ExactlyOne, f.ForEach)
+_Binder = f.Forall | f.Exists | f.FactForall | f.ExactlyOne | f.ForEach
 _SPARED = (f.Place, str, float, int, bool, type(None))
 
 
@@ -51,12 +52,12 @@ def substituted(tree: _Tree, terms: Mapping[str, f.Term]) -> _Tree:
     if isinstance(tree, _SPARED) or not is_dataclass(tree):
         return tree
     if isinstance(tree, _BINDERS):
-        return _inside_binder(tree, terms)
+        return _inside_binder(tree, terms)  # type: ignore[return-value]
     changed = {each.name: substituted(getattr(tree, each.name), terms) for each in fields(tree)}
     return replace(tree, **changed)  # type: ignore[type-var]
 
 
-def _inside_binder(tree: Any, terms: Mapping[str, f.Term]) -> Any:
+def _inside_binder(tree: _Binder, terms: Mapping[str, f.Term]) -> _Binder:
     bound = {variable.name for variable in tree.variables}
     inner = {name: term for name, term in terms.items() if name not in bound}
     caught = variable_names(tuple(inner.values()))

@@ -39,4 +39,5 @@ def hull_faces(vertices: Vertices) -> Faces:
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     inwards = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
-    return np.where(inwards[:, None], faces[:, ::-1], faces)
+    outwards: Faces = np.where(inwards[:, None], faces[:, ::-1], faces)
+    return outwards

@@ -6,10 +6,11 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vertices = NDArray[np.float64]
-Faces = NDArray[np.int64]
+from kabo.arrays import Array, Integers
+
+Vertices = Array
+Faces = Integers
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Mesh:
         """The diagonal of the bounding box [m]; 0 without vertices."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0))) if len(self.vertices) else 0.0
 
-    def moved(self, matrix: NDArray[np.float64]) -> "Mesh":
+    def moved(self, matrix: Array) -> "Mesh":
         """This mesh under a rigid 4x4 transform; keeps its file only if nothing moves."""
         if np.array_equal(matrix, np.eye(4)):
             return self

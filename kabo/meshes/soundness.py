@@ -95,8 +95,10 @@ def flat(vertices: Vertices, faces: Faces) -> Mask:
     area = np.linalg.norm(np.cross(first, second), axis=1)
     longest = np.sqrt(np.maximum((first**2).sum(axis=1), (second**2).sum(axis=1)))
     rounding = 4.0 * np.finfo(np.float64).eps * np.abs(corners).max(axis=(1, 2))
-    return area <= longest * rounding
+    without_area: Mask = area <= longest * rounding
+    return without_area
 
 
 def _distinct_corners(faces: Faces) -> Mask:
-    return (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    distinct: Mask = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return distinct

@@ -23,7 +23,8 @@ class Edges:
     @property
     def border(self) -> Mask:
         """(E,) edges of one face only."""
-        return self.count == 1
+        once: Mask = self.count == 1
+        return once
 
     @property
     def crowded(self) -> Mask:
@@ -33,7 +34,8 @@ class Edges:
     @property
     def turned(self) -> Mask:
         """(E,) edges of two faces that do not agree which side is outside."""
-        return (self.count == 2) & (self.balance != 0)
+        unequal: Mask = (self.count == 2) & (self.balance != 0)
+        return unequal
 
 
 def edges_of(faces: Faces) -> Edges:
@@ -63,7 +65,8 @@ def labels(size: int, first: Faces, second: Faces) -> Faces:
     from scipy.sparse.csgraph import connected_components
 
     joined = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(size, size))
-    return connected_components(joined, directed=False)[1].astype(np.int64)
+    groups: Faces = connected_components(joined, directed=False)[1].astype(np.int64)
+    return groups
 
 
 def components(edges: Edges, count: int) -> Faces:

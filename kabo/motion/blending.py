@@ -16,7 +16,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from kabo.arrays import Array
+
 NOTHING = 1e-9  # rad: shorter pieces are none
 ROUNDING = 1e-12  # rad: of a point on the path
 GENTLE = (
@@ -33,16 +34,16 @@ class Blended:
     over one where the path stops.
     """
 
-    corners: Floats
-    trims: Floats
+    corners: Array
+    trims: Array
 
     @cached_property
-    def directions(self) -> tuple[Floats, Floats]:
+    def directions(self) -> tuple[Array, Array]:
         """Unit vectors (m - 1, n) along the straight pieces between corners, and their lengths (m - 1,)."""
         return _directions(self.corners)
 
     @cached_property
-    def places(self) -> Floats:
+    def places(self) -> Array:
         """Where on the path each corner is (m,): in the middle of its blend."""
         return np.concatenate([[0.0], np.cumsum(self.directions[1])])
 
@@ -52,7 +53,7 @@ class Blended:
         return float(self.places[-1])
 
     @cached_property
-    def borders(self) -> Floats:
+    def borders(self) -> Array:
         """Where blends begin and end, with both ends of the path, and where it stops."""
         inner, trims = self.places[1:-1], self.trims[1:-1]
         found = np.concatenate([inner - trims, inner + trims, self.places[[0, -1]]])
@@ -65,7 +66,7 @@ class Blended:
         return float(self.places[number])
 
     @cached_property
-    def _pieces(self) -> tuple[Floats, Floats, Floats]:
+    def _pieces(self) -> tuple[Array, Array, Array]:
         """The path q0, q', q'' (k, n) where each of the k pieces between borders begins."""
         begins, ends = self.borders[:-1], self.borders[1:]
         units, _ = self.directions
@@ -81,7 +82,7 @@ class Blended:
         q0[0] = self.corners[0]  # what blends that reach to the start leave there by rounding
         return q0, units[0] + slopes @ turns, np.where(inside, 0.5 / wide, 0.0) @ turns
 
-    def at(self, places: ArrayLike, order: int = 0) -> Floats:
+    def at(self, places: ArrayLike, order: int = 0) -> Array:
         """The path (…, n) at places along it, or its first or second derivative."""
         q0, q1, q2 = self._pieces
         s = np.asarray(places, np.float64)
@@ -91,7 +92,7 @@ class Blended:
             return np.asarray(q0[k] + ds * q1[k] + 0.5 * ds**2 * q2[k])
         return np.asarray(q1[k] + ds * q2[k] if order == 1 else q2[k])
 
-    def straight(self, places: ArrayLike) -> Floats:
+    def straight(self, places: ArrayLike) -> Array:
         """The points (…, n) of the straight pieces that belong to places on the path."""
         units, _ = self.directions
         s = np.asarray(places, np.float64)
@@ -99,7 +100,7 @@ class Blended:
         return np.asarray(self.corners[k] + (s - self.places[k])[..., None] * units[k])
 
     @cached_property
-    def deviations(self) -> tuple[Floats, Floats]:
+    def deviations(self) -> tuple[Array, Array]:
         """Places (k + 1,), and a bound for each of the k pieces between them of how far the path is from the straight one.
 
         The difference of the two is a quadratic on each piece, so within its three control points.
@@ -144,7 +145,7 @@ def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None
         trims = trims * np.where(worst > 0.0, np.clip(deviation / np.maximum(worst, NOTHING), LEAST, MOST), 1.0)
 
 
-def _room(places: Floats, rests: NDArray[np.bool_]) -> Floats:
+def _room(places: Array, rests: NDArray[np.bool_]) -> Array:
     """How far each inner corner is from where the path rests, on the nearer side."""
     stops = places[rests]
     inner = places[1:-1]
@@ -152,7 +153,7 @@ def _room(places: Floats, rests: NDArray[np.bool_]) -> Floats:
     return np.minimum(inner - stops[k - 1], stops[k] - inner)
 
 
-def _directions(points: Floats) -> tuple[Floats, Floats]:
+def _directions(points: Array) -> tuple[Array, Array]:
     ways = np.diff(points, axis=0)
     lengths = np.linalg.norm(ways, axis=1)
     return ways / lengths[:, None], lengths
@@ -178,7 +179,7 @@ def thinned(waypoints: ArrayLike, tolerance: float) -> list[int]:
     return sorted(kept)
 
 
-def _distances(points: Floats, start: Floats, end: Floats) -> Floats:
+def _distances(points: Array, start: Array, end: Array) -> Array:
     """The distances (k,) of points (k, n) from a straight piece."""
     way = end - start
     square = float(way @ way)

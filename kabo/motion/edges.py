@@ -9,12 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-FreeSegment = Callable[[Floats, Floats], int]  # -1: proven free; else the number of what is hit
-FreeConfigurations = Callable[[Floats], NDArray[np.int64]]  # (N, n) -> (N,), each as above
-Projection = Callable[[Floats], Floats | None]  # pulls a configuration onto a constraint
+from kabo.arrays import Array, Integers
+
+FreeSegment = Callable[[Array, Array], int]  # -1: proven free; else the number of what is hit
+FreeConfigurations = Callable[[Array], Integers]  # (N, n) -> (N,), each as above
+Projection = Callable[[Array], Array | None]  # pulls a configuration onto a constraint
 
 SPACING = 0.4  # between configurations that are looked at before the proof [rad, L2]
 STEP = 0.15  # the longest edge under a constraint: a longer chord would leave it
@@ -30,7 +30,7 @@ class Space:
     projection: Projection | None = None
     hits: Counter[int] = field(default_factory=Counter)
 
-    def is_free(self, q0: Floats, q1: Floats) -> bool:
+    def is_free(self, q0: Array, q1: Array) -> bool:
         """Whether the straight piece from q0 to q1 is proven free; q0 is known to be."""
         hit = self.hit_seen(q0, q1)
         if hit < 0:
@@ -39,7 +39,7 @@ class Space:
             self.hits[int(hit)] += 1
         return hit < 0
 
-    def hit_seen(self, q0: Floats, q1: Floats) -> int:
+    def hit_seen(self, q0: Array, q1: Array) -> int:
         """What a cheap look at configurations on the piece finds, or -1."""
         if self.free_configurations is None:
             return -1
@@ -49,7 +49,7 @@ class Space:
                 return int(found[found >= 0][0])
         return -1
 
-    def advanced(self, start: Floats, target: Floats, reach: float) -> list[Floats]:
+    def advanced(self, start: Array, target: Array, reach: float) -> list[Array]:
         """Way points after `start` of a proven path towards the target, `reach` long [rad] or less; maybe none.
 
         Without a constraint it is one straight piece. With one, it is small steps, each pulled back onto the
@@ -58,7 +58,7 @@ class Space:
         if self.projection is None:
             end = stepped(start, target, reach)
             return [end] if not np.array_equal(end, start) and self.is_free(start, end) else []
-        way: list[Floats] = []
+        way: list[Array] = []
         here, left = start, reach
         while left > 0.0:
             there = self.pulled(stepped(here, target, min(STEP, left)), here, target)
@@ -71,7 +71,7 @@ class Space:
                 break
         return way
 
-    def pulled(self, q: Floats, here: Floats, target: Floats) -> Floats | None:
+    def pulled(self, q: Array, here: Array, target: Array) -> Array | None:
         """The step to q, pulled onto the constraint; None if it leads nowhere: too far aside, or no nearer."""
         if np.array_equal(q, target):
             return q
@@ -83,7 +83,7 @@ class Space:
         return found if nearer and np.linalg.norm(found - here) <= 2.0 * STEP else None
 
 
-def stepped(start: Floats, target: Floats, reach: float) -> Floats:
+def stepped(start: Array, target: Array, reach: float) -> Array:
     """The target, if it is within reach of the start, else the point towards it at that distance, rounded."""
     away = float(np.linalg.norm(target - start))
     if away <= reach:
@@ -91,7 +91,7 @@ def stepped(start: Floats, target: Floats, reach: float) -> Floats:
     return np.round(start + (reach / away) * (target - start), DECIMALS)
 
 
-def dyadic_levels(pieces: int) -> list[Floats]:
+def dyadic_levels(pieces: int) -> list[Array]:
     """Shares of a segment in the order in which to look: end, middle, quarters … until `pieces` are done.
 
     Each level is one array, so that one call looks at it.

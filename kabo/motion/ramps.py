@@ -5,18 +5,18 @@ points of their own, at equal times. The mean speed between two of them is never
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from kabo.arrays import Array
 from kabo.motion.timing import TICK
 
-Floats = NDArray[np.float64]
 STEPS = 4  # way points of a ramp
 NOTHING = 1e-10  # rad or m: plans keep nine digits
 
 
 def trapezoid(
     start: ArrayLike, end: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, *, steps: int = STEPS
-) -> tuple[Floats, Floats]:
+) -> tuple[Array, Array]:
     """Shares of the way (m,) from 0 to 1, and the times [s] at which they are passed, as fast as the limits allow.
 
     Args:
@@ -45,7 +45,7 @@ def trapezoid(
     return shares, times
 
 
-def passed(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Floats, Floats]:
+def passed(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Array, Array]:
     """Denser way points (k, n) of a path, and their times (k,) [s] in whole microseconds: it rests at every corner.
 
     Args:

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, seeds, stream_key
-from kabo.motion.edges import DECIMALS, Floats, FreeConfigurations, FreeSegment, Projection, Space
+from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, Projection, Space
 
 RANGE = 1.0  # the longest extension of a tree [rad, L2]
 RESTART = 3000  # samples after which new trees are started: run times have a heavy tail
@@ -27,12 +28,12 @@ class Blocked:
 class _Tree:
     """Configurations with their parents, the root first; nearest by linear search, the lowest index of equals."""
 
-    def __init__(self, root: Floats) -> None:
+    def __init__(self, root: Array) -> None:
         self.nodes = np.empty((64, len(root)))
         self.nodes[0] = root
         self.parents = [-1]
 
-    def add(self, parent: int, way: list[Floats]) -> int:
+    def add(self, parent: int, way: list[Array]) -> int:
         """Appends a chain of way points to a node; the number of the last one."""
         for q in way:
             if len(self.parents) == len(self.nodes):
@@ -42,12 +43,12 @@ class _Tree:
             parent = len(self.parents) - 1
         return parent
 
-    def nearest(self, q: Floats) -> int:
+    def nearest(self, q: Array) -> int:
         """The number of the node nearest to q."""
         away = self.nodes[: len(self.parents)] - q
         return int(np.argmin(np.einsum("ij,ij->i", away, away)))
 
-    def way_to_root(self, node: int) -> list[Floats]:
+    def way_to_root(self, node: int) -> list[Array]:
         """The configurations from a node to the root."""
         way = []
         while node >= 0:
@@ -68,7 +69,7 @@ def connect(
     samples: int,
     projection: Projection | None = None,
     restart: int = RESTART,
-) -> Floats | Blocked:
+) -> Array | Blocked:
     """Way points (m, n) from start to goal, every piece between them proven free, or what was in the way.
 
     The straight segment is tried first. The answer depends on the arguments only.
@@ -107,8 +108,8 @@ def connect(
 
 
 def _grow(
-    ends: Floats, space: Space, low: Floats, high: Floats, key: Key, budget: int
-) -> tuple[list[Floats] | None, int]:
+    ends: Array, space: Space, low: Array, high: Array, key: Key, budget: int
+) -> tuple[list[Array] | None, int]:
     """Way points of a path and the samples used, or None and the whole budget."""
     trees = _Tree(ends[0]), _Tree(ends[1])
     drawn = np.round(seeds(low, high, key, 0, budget), DECIMALS)
@@ -127,7 +128,7 @@ def _grow(
     return None, budget
 
 
-def _reach(tree: _Tree, space: Space, target: Floats) -> int | None:
+def _reach(tree: _Tree, space: Space, target: Array) -> int | None:
     """Grows a tree towards a configuration until it is there (its node) or blocked (None)."""
     node = tree.nearest(target)
     while not np.array_equal(tree.nodes[node], target):

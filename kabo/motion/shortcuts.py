@@ -6,8 +6,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, uniform
-from kabo.motion.edges import DECIMALS, Floats, FreeConfigurations, FreeSegment, Projection, Space
+from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, Projection, Space
 
 GAIN = 1e-3  # a shortcut must save so much [rad, L2]: less is not worth its proof
 
@@ -21,7 +22,7 @@ def shortcut(
     free_configurations: FreeConfigurations | None = None,
     projection: Projection | None = None,
     patience: int | None = None,
-) -> Floats:
+) -> Array:
     """A path (m, n) with the same ends, never longer (L2), whose every new piece is proven free.
 
     Args:
@@ -44,12 +45,12 @@ def shortcut(
     return path
 
 
-def length(waypoints: Floats) -> float:
+def length(waypoints: Array) -> float:
     """The length of a path [rad, L2 over the joints]."""
     return float(np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum())
 
 
-def _shortened(path: Floats, share0: float, share1: float, space: Space) -> Floats | None:
+def _shortened(path: Array, share0: float, share1: float, space: Space) -> Array | None:
     """The path with the part between two shares of its length replaced; None if that is blocked or no gain."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     (i, a), (j, b) = (_point(path, lengths, share * lengths[-1]) for share in (share0, share1))
@@ -69,7 +70,7 @@ def _shortened(path: Floats, share0: float, share1: float, space: Space) -> Floa
     return found if whole else None
 
 
-def _way(a: Floats, b: Floats, space: Space) -> list[Floats] | None:
+def _way(a: Array, b: Array, space: Space) -> list[Array] | None:
     """Way points after a of a proven path to b: straight, or pulled onto the constraint; None if blocked."""
     if space.is_free(a, b):
         return [b]
@@ -79,7 +80,7 @@ def _way(a: Floats, b: Floats, space: Space) -> list[Floats] | None:
     return way if way and np.array_equal(way[-1], b) else None
 
 
-def _point(path: Floats, lengths: Floats, at: float) -> tuple[int, Floats]:
+def _point(path: Array, lengths: Array, at: float) -> tuple[int, Array]:
     """The piece of the path at a length along it, and the rounded point there."""
     i = min(int(np.searchsorted(lengths, at, side="right")) - 1, len(path) - 2)
     piece = lengths[i + 1] - lengths[i]
@@ -89,7 +90,7 @@ def _point(path: Floats, lengths: Floats, at: float) -> tuple[int, Floats]:
     return i, np.round(path[i] + share * (path[i + 1] - path[i]), DECIMALS)
 
 
-def _distinct(way: list[Floats]) -> Floats:
+def _distinct(way: list[Array]) -> Array:
     """The way points without neighbours that are equal."""
     kept = [way[0]]
     kept += [q for before, q in zip(way, way[1:], strict=False) if not np.array_equal(before, q)]

@@ -6,7 +6,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.float64]
+from kabo.arrays import Array
+
 GRID = 0.01  # rad of the path between places where the limits are looked at
 LEAST = 9  # such places on each piece, with both ends
 MARGIN = 0.985  # of the limits, for what lies between those places
@@ -21,18 +22,18 @@ class Path(Protocol):
         ...
 
     @property
-    def borders(self) -> Floats:
+    def borders(self) -> Array:
         """Where its second derivative jumps, with both ends."""
         ...
 
-    def at(self, places: ArrayLike, order: int = 0) -> Floats:
+    def at(self, places: ArrayLike, order: int = 0) -> Array:
         """The path (…, n), or a derivative."""
         ...
 
 
 def fastest(
     path: Path, velocity: ArrayLike, acceleration: ArrayLike, *, through: Sequence[float] = ()
-) -> tuple[Floats, Floats]:
+) -> tuple[Array, Array]:
     """Places along a path and the times [s] at which they are passed, from rest to rest, as fast as the limits allow.
 
     Args:
@@ -53,7 +54,7 @@ def fastest(
     return grid, times
 
 
-def between(grid: Floats, times: Floats, wanted: ArrayLike) -> Floats:
+def between(grid: Array, times: Array, wanted: ArrayLike) -> Array:
     """The places at times `wanted` on a path whose grid is passed at `times`: evenly accelerated between two of them."""
     at = np.asarray(wanted, float)
     k = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
@@ -71,7 +72,7 @@ def between(grid: Floats, times: Floats, wanted: ArrayLike) -> Floats:
     )
 
 
-def _grid(path: Path, through: Sequence[float]) -> Floats:
+def _grid(path: Path, through: Sequence[float]) -> Array:
     """Places from 0 to the end that hold all borders."""
     borders = np.unique(np.concatenate([path.borders, through]))
     borders = borders[np.concatenate([[True], np.diff(borders) > 1e-9])]
@@ -82,7 +83,7 @@ def _grid(path: Path, through: Sequence[float]) -> Floats:
     return np.concatenate([*pieces, borders[-1:]])
 
 
-def _speeds(path: Path, grid: Floats, velocity: Floats, acceleration: Floats, moving: NDArray[np.bool_]) -> Floats:
+def _speeds(path: Path, grid: Array, velocity: Array, acceleration: Array, moving: NDArray[np.bool_]) -> Array:
     """The speeds (len(grid),) along the path."""
     try:
         from toppra.algorithm import TOPPRA
@@ -96,7 +97,7 @@ def _speeds(path: Path, grid: Floats, velocity: Floats, acceleration: Floats, mo
         dof = int(moving.sum())
         path_interval = (0.0, path.length)
 
-        def __call__(self, places: Any, order: int = 0) -> Floats:
+        def __call__(self, places: Any, order: int = 0) -> Array:
             return path.at(places, order)[..., moving]
 
     limits = [

@@ -1,12 +1,14 @@
 """Times along a path: each straight piece as fast as its slowest joint may turn."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from kabo.arrays import Array
 
 TICK = 1e-6  # seconds: plans store no more digits
 
 
-def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = 1.0) -> NDArray[np.float64]:
+def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = 1.0) -> Array:
     """The time of each way point (m,) [s], from 0, strictly increasing, whole microseconds.
 
     Every piece is linear in time; no joint exceeds `factor` times its limit, since times are rounded up. Corners

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.errors import Diagnostic
 from kabo.language.formulas import Place
 from kabo.language.scene_description import SceneDescription
@@ -12,7 +12,6 @@ from kabo.meshes import Mesh
 from kabo.scene.robots import Robot
 from kabo.scene.tree import PRISMATIC
 
-Array = npt.NDArray[np.float64]
 WIDEST = 500.0  # m: that far from the world's origin the rounding of a gap keeps its share of epsilon, twice over
 SLACK = 1e-9  # rad or m: of a value that stands at its limit
 

@@ -8,16 +8,14 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Feature, RobotDescription
 from kabo.meshes import Mesh
 from kabo.scene.state import Configuration
 from kabo.scene.structure import NoStructure, Structure, structure_of
 from kabo.scene.tree import KinematicTree
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

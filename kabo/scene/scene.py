@@ -5,11 +5,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import Diagnostic, InputError
 from kabo.language.formulas import Place
@@ -33,7 +33,8 @@ from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
 
-Array = npt.NDArray[np.float64]
+_Described = TypeVar("_Described")
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True)
@@ -177,8 +178,8 @@ class _Loader:
         size = _half_extents(described.shape, normals, offsets)
         return Region(described.name, normals, offsets, pose, described.support, size)
 
-    def collect(self, make, items):  # type: ignore[no-untyped-def]
-        result = {}
+    def collect(self, make: Callable[[_Described], _Made], items: Mapping[str, _Described]) -> dict[str, _Made]:
+        result: dict[str, _Made] = {}
         for name, item in items.items():
             self.look()
             try:

@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.scene.tree import REVOLUTE, KinematicTree
-
-Array = npt.NDArray[np.float64]
 
 NEAR = 1e-5  # m or rad: axes that lie so near to parallel, or to meeting, are meant to
 CLEAR = 1e-3  # m or rad: what must differ differs by more
@@ -42,7 +40,7 @@ class Structure:
     mirrored: bool
     backwards: bool
     lock: int
-    joints: npt.NDArray[np.int64]
+    joints: Integers
     axes: Array
     zero: Array
 

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Matrix = NDArray[np.float64]
+from kabo.arrays import Array
+
+Matrix = Array
 
 POSITION_DECIMALS, QUATERNION_DECIMALS = 9, 12
 

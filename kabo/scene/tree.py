@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from kabo.arrays import Array, Integers
 
 REVOLUTE, PRISMATIC = 0, 1
 
@@ -15,15 +14,15 @@ class KinematicTree(NamedTuple):
     share a source). `placement[j]` is parent_T_joint at zero: rotation row-major, then translation.
     """
 
-    parent: NDArray[np.int64]  # (J,)
-    kind: NDArray[np.int64]  # (J,) REVOLUTE or PRISMATIC
-    source: NDArray[np.int64]  # (J,) index into q; joint 0: 0
-    ratio: NDArray[np.float64]  # (J,) 1 except for mimic joints; joint 0: 0
-    shift: NDArray[np.float64]  # (J,)
-    placement: NDArray[np.float64]  # (J, 12)
-    lower: NDArray[np.float64]  # (n,) limits of q [rad or m]
-    upper: NDArray[np.float64]  # (n,)
-    velocity: NDArray[np.float64]  # (n,) [rad/s or m/s]
+    parent: Integers  # (J,)
+    kind: Integers  # (J,) REVOLUTE or PRISMATIC
+    source: Integers  # (J,) index into q; joint 0: 0
+    ratio: Array  # (J,) 1 except for mimic joints; joint 0: 0
+    shift: Array  # (J,)
+    placement: Array  # (J, 12)
+    lower: Array  # (n,) limits of q [rad or m]
+    upper: Array  # (n,)
+    velocity: Array  # (n,) [rad/s or m/s]
 
     @property
     def size(self) -> int:

@@ -1,13 +1,13 @@
 """From URDF files to a Robot: pinocchio reads the joints, `urdf_file` the geometry of the links."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import RobotDescription
@@ -17,7 +17,6 @@ from kabo.scene.structure import NoStructure
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 
-Array = npt.NDArray[np.float64]
 V = TypeVar("V")
 
 ENDLESS = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]
@@ -129,14 +128,7 @@ def _assemble(
         turns.append(_z_to(kind_axis[1]))
     actuation = _actuation(model, names, mimics, description)
     tree = _tree(model, kinds, turns, actuation, names, _named(description, description.limits, names, "limits"))
-    links = {}
-    for frame in model.frames:
-        if frame.type == pinocchio().FrameType.BODY:
-            pose = frame.placement.homogeneous.copy()
-            turn = np.eye(4)
-            turn[:3, :3] = turns[frame.parentJoint].T
-            name = frame.name
-            links[name] = Link(name, frame.parentJoint, turn @ pose, meshes.get(name), places.get(name))
+    links = _links(model, turns, meshes, places)
     robot = Robot(
         description.name,
         model,
@@ -155,6 +147,21 @@ def _assemble(
     _check_configurations(description, robot)
     _check_structure(description, robot)
     return robot
+
+
+def _links(
+    model: Any, turns: Sequence[Array], meshes: Mapping[str, Mesh], places: Mapping[str, Place]
+) -> dict[str, Link]:
+    """The links by name; `turns`: the rotation of each joint's frame that brings its z to the joint's axis."""
+    links = {}
+    for frame in model.frames:
+        if frame.type == pinocchio().FrameType.BODY:
+            pose = frame.placement.homogeneous.copy()
+            turn = np.eye(4)
+            turn[:3, :3] = turns[frame.parentJoint].T
+            name = frame.name
+            links[name] = Link(name, frame.parentJoint, turn @ pose, meshes.get(name), places.get(name))
+    return links
 
 
 def _actuation(

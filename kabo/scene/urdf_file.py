@@ -7,8 +7,8 @@ from typing import Any
 from xml.etree.ElementTree import Element  # noqa: S405  for types; what is read is checked by `urdf_text`
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.errors import Diagnostic, InputError, KaboError, did_you_mean
 from kabo.language.formulas import Place
 from kabo.language.scene_description import Shape
@@ -16,7 +16,6 @@ from kabo.meshes import Mesh, load_mesh, outwards
 from kabo.scene.shapes import primitive
 from kabo.scene.urdf_text import Urdf, kinematics, mimic_of, named, origin_of, read_text
 
-Array = npt.NDArray[np.float64]
 SHAPES = ("mesh", "box", "cylinder", "sphere")
 
 

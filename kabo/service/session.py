@@ -54,7 +54,7 @@ def max_request_bytes(config: zenoh.Config) -> int:
 
 def _config(listen: Sequence[str], connect: Sequence[str], file: Path | None) -> zenoh.Config:
     try:
-        config = zenoh.Config() if file is None else zenoh.Config.from_file(str(file))
+        config: zenoh.Config = zenoh.Config() if file is None else zenoh.Config.from_file(str(file))
         settings: Mapping[str, Any] = {"transport/shared_memory/enabled": False}
         if file is None:
             settings = {

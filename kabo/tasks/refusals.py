@@ -1,23 +1,30 @@
 """From refused attempts of stages to the failure of a procedure: reasons, pairs, and on what it rests."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import get_args
 
 from kabo.geometry_server import Failure, Pair
+from kabo.geometry_server.answers import Reason
 from kabo.scene import Scene
 from kabo.tasks.core import Failure as StageFailure
 from kabo.tasks.core import Stage
 from kabo.tasks.robots import Details
 
-REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family")
+_REASONS: Mapping[str, Reason] = {reason: reason for reason in get_args(Reason)}
+
+
+def reason_of(failure: StageFailure) -> Reason:
+    """The reason of a stage's failure, as a procedure's failure says it: `constraint` for one of a stage's own."""
+    return _REASONS.get(failure.reason, "constraint")
 
 
 @dataclass
 class Refusals:
     """Every refused attempt of one task's stages, counted; bounded by the number of distinct reasons and pairs."""
 
-    reasons: Counter[tuple[str, str]] = field(default_factory=Counter)  # (stage, reason)
+    reasons: Counter[tuple[str, Reason]] = field(default_factory=Counter)  # (stage, reason)
     pairs: Counter[Pair] = field(default_factory=Counter)
     comments: dict[str, None] = field(default_factory=dict)
     reads: set[str] = field(default_factory=set)
@@ -26,8 +33,7 @@ class Refusals:
 
     def observe(self, stage: Stage, failure: StageFailure) -> None:
         """One attempt of a stage was refused."""
-        reason = failure.reason if failure.reason in REASONS else "constraint"
-        self.reasons[stage.name, reason] += 1
+        self.reasons[stage.name, reason_of(failure)] += 1
         if len(self.comments) < 2:
             self.comments[failure.comment] = None
         details = failure.details if isinstance(failure.details, Details) else Details()
@@ -56,7 +62,7 @@ class Refusals:
             scene: every movable thing of it that was in the way is read as well.
             again: there were successes before.
         """
-        counts = Counter[str]()
+        counts = Counter[Reason]()
         for (_, reason), count in self.reasons.items():
             counts[reason] += count
         proof = self.proved and bool(self.reasons) and not again
@@ -65,7 +71,7 @@ class Refusals:
         text = f"{what}{' in yet another way' if again else ''}: {self._why(between)}"
         read = frozenset(self.reads) if proof else reads | self.reads | self.movable(scene)
         missing = self.missing if proof else None
-        return Failure(reason, text, read, between, proof, missing, sum(counts.values()))  # type: ignore[arg-type]
+        return Failure(reason, text, read, between, proof, missing, sum(counts.values()))
 
     def _why(self, between: Iterable[tuple[Pair, int]]) -> str:
         if not self.reasons:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from kabo.arrays import Array
 from kabo.geometry.bounding.stored_parts import canonical, digest_of, write
-from kabo.geometry.parts import Array, Enclosure
+from kabo.geometry.parts import Enclosure
 from kabo.meshes import load_mesh
 from kabo.service import pack_problem
 from tests.conftest import PROPERTY_SCALE

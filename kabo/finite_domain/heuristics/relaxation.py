@@ -14,6 +14,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.arrays import Integers
 from kabo.finite_domain.heuristics.plain_relaxation import PlainTables, relaxed_plan
 
 Facts = Sequence[int] | NDArray[Any] | int  # an int is a set of bits: bit i says that fact i is true
@@ -95,7 +96,7 @@ class RelaxedTask:
         """(facts,) whether each fact can become true when nothing ever becomes false."""
         return self.layers(true) >= 0
 
-    def layers(self, true: Facts) -> NDArray[np.int64]:
+    def layers(self, true: Facts) -> Integers:
         """(facts,) the layer in which each fact is first reached when all applicable operators are applied at once.
 
         Axioms add facts to the same layer; -1: the fact is never reached.
@@ -177,7 +178,7 @@ class _Core:
         names = self._names
         return Estimate(value, tuple([names[w] for w in sorted(owners)]), tuple(made))
 
-    def layers(self, true: list[int]) -> NDArray[np.int64]:
+    def layers(self, true: list[int]) -> Integers:
         tables = self._plain
         found = np.full(self.facts, -1, np.int64)
         waiting = list(tables.waiting)

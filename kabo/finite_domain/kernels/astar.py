@@ -83,6 +83,16 @@ def _reach(states, rows, known, queue, progress, after, parent, operator, price)
         _push(queue, progress, cost + rows[row, BOUND], rows[row, BOUND], row)
 
 
+@lean_kernel  # (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8
+def _start(states, rows, known, queue, progress):
+    """Takes note of the first state, and queues it."""
+    find_row(known, states, states, 0, hashed(states, 0), 0)
+    progress[COUNT] = 1
+    rows[0, PARENT], rows[0, OPERATOR], rows[0, COST], rows[0, BOUND] = -1, -1, 0, 0
+    rows[0, ASKED], rows[0, CLOSED] = 0, 0
+    _push(queue, progress, 0, 0, 0)
+
+
 @lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (O,) i8, (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8, …
 def expand(
     numbers, bits, never, costs, states, rows, known, queue, progress, able, after,
@@ -90,11 +100,7 @@ def expand(
 ):  # fmt: skip
     """Takes up to `limit` states from the queue; returns RUNNING, SOLVED, UNSOLVABLE, or FULL where arrays must grow."""
     if progress[COUNT] == 0:
-        find_row(known, states, states, 0, hashed(states, 0), 0)
-        progress[COUNT] = 1
-        rows[0, PARENT], rows[0, OPERATOR], rows[0, COST], rows[0, BOUND] = -1, -1, 0, 0
-        rows[0, ASKED], rows[0, CLOSED] = 0, 0
-        _push(queue, progress, 0, 0, 0)
+        _start(states, rows, known, queue, progress)
     for _ in range(limit):
         if progress[WAITING] == 0:
             return UNSOLVABLE

@@ -182,6 +182,28 @@ def _enter(
     return False
 
 
+@lean_kernel  # (K, 2) i4 -> i8
+def _first_waiting(queues):
+    """The first queue in which a state waits; the number of queues if there is none."""
+    queue = 0
+    while queue < queues.shape[0] and queues[queue, 0] < 0:
+        queue += 1
+    return queue
+
+
+@lean_kernel
+def _has_room(states, known, plans, plan_facts, facts_seen, pairs_seen, progress, count, most_pairs):
+    """Whether all tables have room for `count` states more."""
+    return (
+        progress[COUNT] + count <= states.shape[0]
+        and 10 * (progress[COUNT] + count) <= 7 * known.shape[0]
+        and progress[PLANS] + count <= plans.shape[0]
+        and progress[PLAN_FACTS] + count * MOST_PLAN_FACTS <= plan_facts.shape[0]
+        and progress[PARTITIONS] + count <= facts_seen.shape[0]
+        and min(progress[PARTITIONS] + count, most_pairs) <= pairs_seen.shape[0]
+    )
+
+
 @lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (L,) i4, (S, W) u8, (S, 7) i4, (S, 4) u8, (H,) u8, (P, 2) i4, (Q,) i4, …
 def expand(
     numbers, bits, never, layout, states, rows, reached, known, plans, plan_facts, numbered, facts_seen, pairs_seen,
@@ -203,21 +225,12 @@ def expand(
             return SOLVED
     end = progress[EXPANDED] + limit
     while progress[EXPANDED] < end:
-        queue = 0
-        while queue < queues.shape[0] and queues[queue, 0] < 0:
-            queue += 1
+        queue = _first_waiting(queues)
         if queue == queues.shape[0]:
             return UNSOLVABLE
         row = queues[queue, 0]
         count = applicable(numbers, bits, states, row, never, able)
-        if (
-            progress[COUNT] + count > states.shape[0]
-            or 10 * (progress[COUNT] + count) > 7 * known.shape[0]
-            or progress[PLANS] + count > plans.shape[0]
-            or progress[PLAN_FACTS] + count * MOST_PLAN_FACTS > plan_facts.shape[0]
-            or progress[PARTITIONS] + count > facts_seen.shape[0]
-            or min(progress[PARTITIONS] + count, most_pairs) > pairs_seen.shape[0]
-        ):
+        if not _has_room(states, known, plans, plan_facts, facts_seen, pairs_seen, progress, count, most_pairs):
             return FULL
         queues[queue, 0] = rows[row, AFTER]
         progress[EXPANDED] += 1

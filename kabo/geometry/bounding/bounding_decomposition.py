@@ -11,12 +11,11 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_decompositions, stored_parts
-from kabo.geometry.parts import Array
 from kabo.meshes import Mesh, require_closed
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ class Triangles(Protocol):
         """(V, 3) [m]."""
 
     @property
-    def faces(self) -> NDArray[np.int64]:
+    def faces(self) -> Integers:
         """(F, 3) indices of vertices."""
 
 
@@ -111,7 +110,7 @@ def bounding_decomposition(
     return Decomposition(*found, epsilon, perf_counter() - began)
 
 
-def _believed(vertices: Array, faces: NDArray[np.int64], epsilon: float, found: Made | None) -> Made | None:
+def _believed(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
     """What a file in the cache holds, if it keeps what it says."""
     from kabo.geometry.bounding.believed_parts import believed
     from kabo.geometry.triangles.solids import Solid
@@ -123,7 +122,7 @@ def _believed(vertices: Array, faces: NDArray[np.int64], epsilon: float, found: 
 
 def _made(
     vertices: Array,
-    faces: NDArray[np.int64],
+    faces: Integers,
     epsilon: float,
     parts: int | None,
     vertices_per_part: int | None,
@@ -158,7 +157,7 @@ def _made(
     return union.parts, union.deviations
 
 
-def _coarse(vertices: Array, faces: NDArray[np.int64], epsilon: float) -> tuple["Solid | None", float]:
+def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple["Solid | None", float]:
     """For a mesh of many triangles, one around it that has few, and what it leaves of epsilon.
 
     Whoever covers it covers the mesh. How far parts are from the mesh itself is proven in the end.

@@ -13,17 +13,16 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.bounding import contraction_state as state
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
 from kabo.geometry.bounding.kernels.carried import start
 from kabo.geometry.bounding.kernels.star import NOTHING, prepare
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
 from kabo.meshes import Mesh, require_solid
 
-Faces = NDArray[np.int64]
 Side = Literal["outer", "inner"]
 Borders = Literal["refuse", "keep"]
 Cost = Literal["memoryless", "planes", "adapted", "triangles", "diagonal"]
@@ -62,7 +61,7 @@ class TriangleMesh(Protocol):
     def vertices(self) -> Array: ...  # noqa: D102
 
     @property
-    def faces(self) -> Faces: ...  # noqa: D102
+    def faces(self) -> Integers: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +72,7 @@ class BoundingMesh:
     """
 
     vertices: Array  # (V, 3) [m]
-    faces: Faces  # (F, 3)
+    faces: Integers  # (F, 3)
     side: Side
     epsilon: float  # what was asked for [m]
     hausdorff_upper_bound: float  # proven, of both directions [m]
@@ -183,7 +182,7 @@ def _settings(
     )
 
 
-def _on_border(points: Array, faces: Faces) -> NDArray[np.bool_]:
+def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
     """Whether a vertex is an end of an edge with one face only."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     different, count = np.unique(edges, axis=0, return_counts=True)
@@ -193,8 +192,8 @@ def _on_border(points: Array, faces: Faces) -> NDArray[np.bool_]:
 
 
 def _contracted(
-    points: Array, faces: Faces, settings: state.Settings, locked: NDArray[np.bool_]
-) -> tuple[Array, Faces, dict[str, int]]:
+    points: Array, faces: Integers, settings: state.Settings, locked: NDArray[np.bool_]
+) -> tuple[Array, Integers, dict[str, int]]:
     """The vertices and faces that are left, and the counts."""
     count, certify = len(faces), settings.certify
     tree = tree_of(points, faces)

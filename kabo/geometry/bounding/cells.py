@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.geometry.parts import Array
+from kabo.arrays import Array, Integers
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Cell:
     """The solid inside a convex cell: border segments (S, 2, 3) [m] and the face (S,) each belongs to."""
 
     segments: Array
-    faces: NDArray[np.int64]
+    faces: Integers
 
     @property
     def points(self) -> Array:
@@ -29,7 +29,7 @@ class Cell:
         return np.unique(self.segments.reshape(-1, 3), axis=0)
 
 
-def whole(vertices: Array, faces: NDArray[np.int64]) -> Cell:
+def whole(vertices: Array, faces: Integers) -> Cell:
     """The whole mesh as one cell."""
     corners = vertices[faces]
     segments = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
@@ -73,7 +73,7 @@ def _in_one_direction(segments: Array) -> Array:
     for axis in range(3):
         swap |= equal & (first[:, axis] > second[:, axis])
         equal &= first[:, axis] == second[:, axis]
-    result = segments.copy()
+    result: Array = segments.copy()
     result[swap] = segments[swap, ::-1]
     return result
 
@@ -82,7 +82,7 @@ def _select(cell: Cell, chosen: NDArray[np.bool_]) -> Cell:
     return Cell(cell.segments[chosen], cell.faces[chosen])
 
 
-def _borders(points: Array, owners: NDArray[np.int64], normal: Array) -> tuple[Array, NDArray[np.int64]]:
+def _borders(points: Array, owners: Integers, normal: Array) -> tuple[Array, Integers]:
     """The segments where faces cross the plane: a face's crossing points in order along its line, taken in pairs.
 
     A closed border crosses an even number of times. Where rounding made it odd, one segment from the first to the

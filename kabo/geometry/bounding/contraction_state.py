@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from kabo.geometry.parts import Array
+from kabo.arrays import Array, Integers
 from kabo.geometry.triangles.kernels.octree import STACK
 from kabo.geometry.triangles.kernels.orientation import SCRATCH
 
-Numbers = NDArray[np.int64]
 WIDEST = 20_000  # faces of a star; larger ones are left alone
 
 
@@ -39,40 +38,40 @@ class Net(NamedTuple):
     """The mesh, V vertices and F faces; `kernels.star` tells what the arrays mean."""
 
     vertices: Array  # (V + 1, 3): the last row is for a point on trial
-    faces: Numbers  # (F, 3)
+    faces: Integers  # (F, 3)
     normals: Array  # (F, 3)
-    first: Numbers  # (V,)
-    following: Numbers  # (3 F,)
+    first: Integers  # (V,)
+    following: Integers  # (3 F,)
     quadrics: Array  # (V, 10), or (1, 10) without memory
     locked: NDArray[np.bool_]  # (V,) must not move
     dead: NDArray[np.bool_]  # (V,)
-    marks: Numbers  # (V,)
-    moved: Numbers  # (V,) number of the contraction that put the vertex where it is
-    changed: Numbers  # (V,) number of the last contraction that changed a face at the vertex
-    face_marks: Numbers  # (F,)
+    marks: Integers  # (V,)
+    moved: Integers  # (V,) number of the contraction that put the vertex where it is
+    changed: Integers  # (V,) number of the last contraction that changed a face at the vertex
+    face_marks: Integers  # (F,)
     errors: Array  # (F,) proven bound of the face's distance to the original
-    hints: Numbers  # (F,) an original triangle near the face
-    waits: Numbers  # (V,) how many faces a star of the vertex may have to be looked at
-    components: Numbers  # (V,) the connected part that a vertex belongs to
+    hints: Integers  # (F,) an original triangle near the face
+    waits: Integers  # (V,) how many faces a star of the vertex may have to be looked at
+    components: Integers  # (V,) the connected part that a vertex belongs to
     volumes: Array  # (C, 2) the signed volume of each: now, and at the beginning
-    clock: Numbers  # (3,) last vertex mark, last face mark, how many edges are refused
+    clock: Integers  # (3,) last vertex mark, last face mark, how many edges are refused
 
 
 class Star(NamedTuple):
     """Scratch for one star of at most S faces."""
 
-    faces: Numbers  # (S,)
-    corners: Numbers  # (S,)
-    places: Numbers  # (S,) which of the new triangles replaces the face
+    faces: Integers  # (S,)
+    corners: Integers  # (S,)
+    places: Integers  # (S,) which of the new triangles replaces the face
     errors: Array  # (S,)
     planes: Array  # (S, 4)
     bounds: Array  # (S, 4) the planes of faces that have an area
     turned: Array  # (S, 5)
     triangles: Array  # (S, 3, 3) the new faces
-    slots: Numbers  # (S,) the face that each of these becomes
-    ring: Numbers  # (S,)
+    slots: Integers  # (S,) the face that each of these becomes
+    ring: Integers  # (S,)
     lower: Array  # (6,)
-    holding: Numbers  # (4,)
+    holding: Integers  # (4,)
     quadric: Array  # (10,)
     scratch: Array  # (13, 10)
 
@@ -80,50 +79,50 @@ class Star(NamedTuple):
 class Carried(NamedTuple):
     """The original triangles on the faces; `kernels.carried` tells what the arrays mean."""
 
-    heads: Numbers  # (F,)
-    items: Numbers  # (N,)
+    heads: Integers  # (F,)
+    items: Integers  # (N,)
     bounds: Array  # (N,)
-    stamps: Numbers  # (N,)
-    following: Numbers  # (N,)
-    valid: Numbers  # (T,)
-    marks: Numbers  # (T,)
-    marks_used: Numbers  # (1,)
-    free: Numbers  # (3,) first free node, how many, and below how many stale ones are looked for
+    stamps: Integers  # (N,)
+    following: Integers  # (N,)
+    valid: Integers  # (T,)
+    marks: Integers  # (T,)
+    marks_used: Integers  # (1,)
+    free: Integers  # (3,) first free node, how many, and below how many stale ones are looked for
 
 
 class Draft(NamedTuple):
     """What a contraction would do to the carried triangles."""
 
-    nodes: Numbers  # (M,)
-    faces: Numbers  # (M,)
+    nodes: Integers  # (M,)
+    faces: Integers  # (M,)
     bounds: Array  # (M,)
-    again: Numbers  # (T, 2) triangles to be proven anew, and a new face near each
-    proven: Numbers  # (3,) moves by bound, all moves, triangles proven anew
+    again: Integers  # (T, 2) triangles to be proven anew, and a new face near each
+    proven: Integers  # (3,) moves by bound, all moves, triangles proven anew
 
 
 class Queue(NamedTuple):
     """The heap of edges."""
 
     costs: Array  # (H,)
-    edges: Numbers  # (H, 3)
+    edges: Integers  # (H, 3)
 
 
 class Work(NamedTuple):
     """Scratch of many kernels."""
 
     pieces: Array  # (64, 16)
-    found: Numbers  # (F,)
-    stack: Numbers
+    found: Integers  # (F,)
+    stack: Integers
     pair: Array  # (6, 3)
     exact: Array
-    budget: Numbers  # (1,) what is left for the proofs of one contraction
+    budget: Integers  # (1,) what is left for the proofs of one contraction
 
 
-def _zeros(*shape: int) -> Numbers:
+def _zeros(*shape: int) -> Integers:
     return np.zeros(shape, np.int64)
 
 
-def net_of(vertices: Array, faces: Numbers, locked: NDArray[np.bool_], hints: Numbers, quadrics: int) -> Net:
+def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: Integers, quadrics: int) -> Net:
     """The net of a mesh; `quadrics` is how many are kept."""
     v, f = len(vertices), len(faces)
     edges = coo_array((np.ones(2 * f), (faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())), shape=(v, v))
@@ -203,6 +202,6 @@ def queue_of(edges: int) -> Queue:
     return Queue(np.empty(edges), np.empty((edges, 3), np.int64))
 
 
-def refused_of(edges: int) -> Numbers:
+def refused_of(edges: int) -> Integers:
     """Room for so many refused edges: both ends, when they were refused, and their stamp."""
     return np.zeros((edges, 4), np.int64)

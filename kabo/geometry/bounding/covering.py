@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.kernels.depths import between_is_far
 from kabo.geometry.bounding.nearness import GLANCE, INSIDE, SAMPLES, Voids, judged, looks_near
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.solids import Solid
 
 Members = tuple[int, ...]
@@ -146,9 +146,7 @@ class Growth:
     def _looks_near(self, hull: ConvexHull) -> bool:
         return not self._voids.meet(hull, self.limit) and looks_near(self.solid, hull, self.limit)
 
-    def _fits_all(
-        self, members: list[int], j: int, compared: NDArray[np.int64], refused: NDArray[np.bool_]
-    ) -> bool:
+    def _fits_all(self, members: list[int], j: int, compared: Integers, refused: NDArray[np.bool_]) -> bool:
         known, compared[j] = compared[j], len(members)
         if all(self._joint((min(i, j), max(i, j))) for i in members[known:]):
             return True
@@ -186,7 +184,8 @@ def thinned(points: Array, tolerance: float) -> Array:
         if not len(far):
             break
         chosen = np.union1d(chosen, far)
-    return points[chosen]
+    corners: Array = points[chosen]
+    return corners
 
 
 def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Array:
@@ -201,7 +200,8 @@ def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Ar
     if found.x is None:
         return np.zeros(cells)
     prices: Array = -np.asarray(found.ineqlin.marginals, np.float64)
-    return prices.round(9)
+    rounded: Array = prices.round(9)
+    return rounded
 
 
 def fewest_sets(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> list[int]:

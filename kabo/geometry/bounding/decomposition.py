@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.arrays import Array, Integers
 from kabo.children import made_in_child, never
 from kabo.errors import KaboError
 from kabo.geometry.bounding.cells import Cell, cut, whole
 from kabo.geometry.bounding.reduction import enclosing_polytope, hull_planes, solid_points
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes.topology import edges_of, repeating
 
@@ -72,7 +71,7 @@ def _in_cells(solid: Solid, tolerance: float, seed: int, cell: Cell) -> list[Arr
     return [piece.part for piece in pieces if piece.part is not None]
 
 
-def proposed_cuts(vertices: Array, faces: NDArray[np.int64], seed: int) -> list[Cut]:
+def proposed_cuts(vertices: Array, faces: Integers, seed: int) -> list[Cut]:
     """Planes between neighbouring hulls of a coarse CoACD decomposition of the mesh.
 
     Its search is short and bounded by counts, not by a clock, so that the same mesh gives the same planes. There are none
@@ -146,7 +145,7 @@ def _may_do(solid: Solid, points: Array, tolerance: float) -> bool:
     return bool((solid.outside_distances(points[largest].mean(axis=1)) <= tolerance).all())
 
 
-def _hulls(vertices: Array, faces: NDArray[np.int64], **parameters: Any) -> list[Array]:
+def _hulls(vertices: Array, faces: Integers, **parameters: Any) -> list[Array]:
     """The corners (V, 3) of the hulls into which CoACD cuts a mesh; none if it crashes, or does not come to an end.
 
     It is C++ that does so on meshes that it does not expect; that costs parts, never a proof.
@@ -157,7 +156,7 @@ def _hulls(vertices: Array, faces: NDArray[np.int64], **parameters: Any) -> list
         return []
 
 
-def _by_coacd(vertices: Array, faces: NDArray[np.int64], parameters: dict[str, Any]) -> list[Array]:
+def _by_coacd(vertices: Array, faces: Integers, parameters: dict[str, Any]) -> list[Array]:
     with suppress(ImportError):  # a system without such limits
         import resource
 

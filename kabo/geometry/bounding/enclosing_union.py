@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
 from kabo.geometry.bounding.nearness import Voids, judged, proven_near
 from kabo.geometry.bounding.reduction import PROOF
 from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.bounding.splitting import Atom, TooFine, atoms, in_two
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.solids import Solid
 
 CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; cells above which it may more

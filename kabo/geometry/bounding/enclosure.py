@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.children import never
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_parts
-from kabo.geometry.parts import Array, Enclosure
+from kabo.geometry.parts import Enclosure
 from kabo.meshes import Mesh, load_mesh, outwards, require_closed
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ UNITS = (1.0, 1e-3, 1e-2, 0.0254)  # m: the scales for which parts beside a mesh
 
 def enclosing_parts(
     vertices: Array,
-    faces: NDArray[np.int64],
+    faces: Integers,
     tolerance: float,
     *,
     source: Path | None = None,
@@ -108,7 +108,7 @@ def _scaled(solid: "Solid", source: Path) -> dict[float, Enclosure]:
 
 
 def write_parts(
-    mesh: Path, vertices: Array, faces: NDArray[np.int64], *tolerances: float, pieces: Sequence[Array] = ()
+    mesh: Path, vertices: Array, faces: Integers, *tolerances: float, pieces: Sequence[Array] = ()
 ) -> None:
     """Writes `<mesh>.parts` with enclosures of the mesh for each tolerance [m]; keeps those that it holds already.
 
@@ -162,7 +162,7 @@ def _made(
     return made
 
 
-def _usable(vertices: Array, faces: NDArray[np.int64], source: Path | None) -> tuple[Array, NDArray[np.int64]]:
+def _usable(vertices: Array, faces: Integers, source: Path | None) -> tuple[Array, Integers]:
     """The canonical form of a mesh that is closed."""
     require_closed(Mesh(vertices, faces, source))
     return stored_parts.canonical(vertices, faces)

@@ -1,18 +1,17 @@
 """A proven interval of the Hausdorff distance of two triangle meshes, by branch and bound over their triangles."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.kernels.within import directed_bounds, farthest_sample
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.triangle_trees import tree_of
 
 
 def hausdorff_bound(
     first_vertices: Array,
-    first_faces: NDArray[np.int64],
+    first_faces: Integers,
     second_vertices: Array,
-    second_faces: NDArray[np.int64],
+    second_faces: Integers,
     rel: float = 0.01,
     *,
     ceiling: float = np.inf,

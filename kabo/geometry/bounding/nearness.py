@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array
 from kabo.geometry.bounding.kernels.depths import first_far, hull_is_far
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.solids import FLAT, Solid
 
 GLANCE, LOOKS, DEEPER = 80, 280, 400  # lines between two sets, samples of a surface, and of what is within

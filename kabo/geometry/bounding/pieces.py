@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array
 from kabo.geometry.bounding.cells import Cell, cut, whole
 from kabo.geometry.bounding.reduction import enclosing_polytope, hull_planes
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.solids import Solid
 
 OVERLAP = 3e-5  # m: pieces grow by so much, so that neighbours overlap and rounding leaves no gap between them
@@ -97,7 +97,8 @@ def _grown(points: Array) -> Array:
 
 
 def _hull_points(points: Array) -> Array:
-    return points[ConvexHull(points).vertices]
+    corners: Array = points[ConvexHull(points).vertices]
+    return corners
 
 
 def _without_hidden(parts: list[Array]) -> list[Array]:

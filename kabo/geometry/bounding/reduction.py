@@ -4,10 +4,10 @@
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
-from kabo.geometry.parts import COLUMNS, Array
+from kabo.arrays import Array, Integers
+from kabo.geometry.parts import COLUMNS
 
 WIDEN = 2e-9  # metres by which every face moves outwards at least: far more than all rounding on the way
 PROOF = 5e-10  # metres by which every point must lie inside afterwards
@@ -44,7 +44,8 @@ def solid_points(points: Array, thickness: float) -> Array:
     if len(points) < 4 or spread[2] < thickness:
         shifts = thickness * np.vstack([np.eye(3), -np.eye(3)])
         points = (points[:, None] + shifts[None]).reshape(-1, 3)
-    return points[np.sort(ConvexHull(points).vertices)]
+    corners: Array = points[np.sort(ConvexHull(points).vertices)]
+    return corners
 
 
 def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Array:
@@ -80,7 +81,8 @@ def widened(vertices: Array) -> Array:
     middle = vertices.mean(axis=0)
     equations = ConvexHull(vertices).equations
     inner = float(-(equations[:, :3] @ middle + equations[:, 3]).max())
-    return middle + (vertices - middle) * (1.0 + WIDEN / inner)
+    wider: Array = middle + (vertices - middle) * (1.0 + WIDEN / inner)
+    return wider
 
 
 def contains_proven(vertices: Array, points: Array) -> bool:
@@ -92,7 +94,7 @@ def contains_proven(vertices: Array, points: Array) -> bool:
     return bool((points @ equations[:, :3].T + equations[:, 3] <= -PROOF).all())
 
 
-def _vertices(planes: Array, inside: Array) -> tuple[Array, list[NDArray[np.int64]]]:
+def _vertices(planes: Array, inside: Array) -> tuple[Array, list[Integers]]:
     """The vertices of a polytope, and the half-spaces that meet in each; none if it is not bounded."""
     try:
         with np.errstate(divide="ignore", invalid="ignore"):  # an unbounded set has vertices at infinity
@@ -106,7 +108,7 @@ def _vertices(planes: Array, inside: Array) -> tuple[Array, list[NDArray[np.int6
     return found.intersections[first], [np.asarray(found.dual_facets[i]) for i in first]
 
 
-def _worst(planes: Array, chosen: NDArray[np.int64], inside: Array) -> tuple[float, int]:
+def _worst(planes: Array, chosen: Integers, inside: Array) -> tuple[float, int]:
     """How far the polytope of the chosen half-spaces sticks out of all, and the half-space that says so."""
     vertices = _vertices(planes[chosen], inside)[0]
     if len(vertices) == 0:
@@ -116,7 +118,7 @@ def _worst(planes: Array, chosen: NDArray[np.int64], inside: Array) -> tuple[flo
     return float(sticking[worst]), worst
 
 
-def _take(planes: Array, inside: Array, many: int) -> NDArray[np.int64]:
+def _take(planes: Array, inside: Array, many: int) -> Integers:
     """Half-spaces that together are close to all of them: six around, then always where the polytope sticks out."""
     axes = np.linalg.svd(planes[:, :3] - planes[:, :3].mean(axis=0), full_matrices=False)[2]
     chosen = list(dict.fromkeys(int(np.argmax(planes[:, :3] @ axis)) for axis in (*axes, *-axes)))
@@ -132,7 +134,7 @@ def _take(planes: Array, inside: Array, many: int) -> NDArray[np.int64]:
     return np.array(chosen)
 
 
-def _drop(planes: Array, chosen: NDArray[np.int64], inside: Array, most: int) -> NDArray[np.int64]:
+def _drop(planes: Array, chosen: Integers, inside: Array, most: int) -> Integers:
     """Drops half-spaces until at most so many vertices are left."""
     costs: dict[int, float] = {}
     while True:

@@ -5,14 +5,13 @@ Edges are contracted to points beyond all planes of the faces around them, so ev
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.kernels.depths import star_is_far
 from kabo.geometry.bounding.kernels.polytope_corners import contractions
 from kabo.geometry.bounding.nearness import Voids, faces_near, judged, proven_near
 from kabo.geometry.bounding.reduction import contains_proven, widened
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.solids import Solid
 
 MANY = 24  # corners above which several edges are contracted in a round
@@ -116,7 +115,7 @@ def _scratch() -> Scratch:
 
 def _contractions(
     solid: Solid, points: Array, hull: ConvexHull, limit: float, scratch: Scratch
-) -> tuple[NDArray[np.int64], Array, Array]:
+) -> tuple[Integers, Array, Array]:
     """The edges (E, 2) of a hull, what contracting each would cost, and where it would go."""
     faces = hull.simplices.astype(np.int64)
     corners = points[faces]
@@ -150,7 +149,7 @@ def _contracted(
     solid: Solid,
     points: Array,
     hull: ConvexHull,
-    edges: NDArray[np.int64],
+    edges: Integers,
     costs: Array,
     places: Array,
     limit: float,
@@ -199,7 +198,7 @@ def _contracted(
 
 
 def _meets_between(
-    points: Array, around: NDArray[np.int64], a: int, b: int, place: Array, limit: float, voids: Voids
+    points: Array, around: Integers, a: int, b: int, place: Array, limit: float, voids: Voids
 ) -> bool:
     """Whether a hull would hold a void, were the edge a-b moved to a place; `around` are the faces around it."""
     box = np.vstack([points[np.unique(around)], place])

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.cells import Cell, cut, whole
 from kabo.geometry.bounding.kernels.sight import blocked_pairs, first_crossings
 from kabo.geometry.bounding.nearness import EVEN, judged
 from kabo.geometry.bounding.reduction import solid_points
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.solids import Solid
 
 SIGHTS = 48  # points of a cell between which lines are drawn
@@ -42,7 +42,7 @@ class Creases:
     right: Array
     weights: Array
 
-    def within(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> "Creases":
+    def within(self, chosen: NDArray[np.bool_] | Integers) -> "Creases":
         """Those chosen."""
         return Creases(self.middles[chosen], self.left[chosen], self.right[chosen], self.weights[chosen])
 
@@ -112,7 +112,7 @@ def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[At
     ]
 
 
-def creases(vertices: Array, faces: NDArray[np.int64]) -> Creases:
+def creases(vertices: Array, faces: Integers) -> Creases:
     """The edges of a closed mesh at which it is hollow by more than 5 degrees."""
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -135,7 +135,8 @@ def _middle(points: Array) -> Array:
     """The plane (4,) across the middle of the longest side."""
     low, high = points.min(axis=0), points.max(axis=0)
     axis = int(np.argmax(high - low))
-    return np.r_[np.eye(3)[axis], 0.5 * (low + high)[axis]]
+    plane: Array = np.r_[np.eye(3)[axis], 0.5 * (low + high)[axis]]
+    return plane
 
 
 def _best_plane(solid: Solid, atom: Atom, limit: float, far: Array) -> Array:

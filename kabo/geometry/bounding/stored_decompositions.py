@@ -7,16 +7,15 @@ import hashlib
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.stored_parts import read_whole, write_whole
-from kabo.geometry.parts import Array
 
 FORMAT = "kabo-decomposition/1"
 METHOD = 4  # to be counted up when other parts come out of the same mesh and parameters
 
 
-def name_of(vertices: Array, faces: NDArray[np.int64], parameters: tuple[float | int | None, ...]) -> str:
+def name_of(vertices: Array, faces: Integers, parameters: tuple[float | int | None, ...]) -> str:
     """The SHA-256 of a mesh's arrays, the parameters and the method."""
     digest = hashlib.sha256(repr((FORMAT, METHOD, vertices.shape, faces.shape, parameters)).encode())
     digest.update(np.ascontiguousarray(vertices, "<f8").tobytes())

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kabo.geometry.parts import COLUMNS, Array, Enclosure
+from kabo.arrays import Array, Integers
+from kabo.geometry.parts import COLUMNS, Enclosure
 
 FORMAT = "kabo-parts/1"
 METHOD = 1  # to be counted up when other parts come out of the same mesh and tolerance
@@ -22,7 +22,7 @@ LARGEST_FILE = 64 * 1024**2  # bytes: far more than the parts of any mesh need
 LARGEST_HEAD = 1024**2  # bytes of the line of JSON
 
 
-def canonical(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+def canonical(vertices: Array, faces: Integers) -> tuple[Array, Integers]:
     """The same triangles with vertices and faces in one order of all possible ones, equal vertices merged."""
     merged, index = np.unique(vertices + 0.0, axis=0, return_inverse=True)
     turned = index.reshape(-1)[faces]
@@ -32,7 +32,7 @@ def canonical(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray
     return merged, turned[np.lexsort(turned.T[::-1])]
 
 
-def digest_of(vertices: Array, faces: NDArray[np.int64]) -> str:
+def digest_of(vertices: Array, faces: Integers) -> str:
     """The SHA-256 of a canonical mesh."""
     return hashlib.sha256(np.ascontiguousarray(vertices[faces], "<f8").tobytes()).hexdigest()
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.layout import (
     COUNTERS,
@@ -22,10 +23,8 @@ from kabo.geometry.collision.kernels.layout import (
 )
 from kabo.geometry.collision.kernels.separation import rounding
 from kabo.geometry.collision.kernels.tracks import GRID, SLOTS
-from kabo.geometry.parts import COLUMNS, Array, FixedGroup, MovingGroup, poses_of
+from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup, poses_of
 from kabo.scene import PRISMATIC, KinematicTree
-
-Integers = NDArray[np.int64]
 
 ROUNDING_BOUND = 2e-10  # of one evaluated gap [m]; Budget.margin counts on it
 POOL = 1024  # vertex blocks that one sweep keeps at a time
@@ -120,7 +119,7 @@ def chain_of(tree: KinematicTree) -> Chain:
 def reach(chain: Chain) -> Array:
     """How far the origin of each joint's frame may get from the world's (J,) [m]."""
     parent, kind, source = chain.joints
-    steps = np.linalg.norm(chain.placement[:, 9:], axis=1)
+    steps: Array = np.linalg.norm(chain.placement[:, 9:], axis=1)
     for joint in range(1, len(steps)):
         if kind[joint] == PRISMATIC:
             steps[joint] += abs(chain.factors[0, joint]) * chain.bound[source[joint]] + abs(
@@ -259,7 +258,8 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
     for j in range(1, len(carries)):
         carries[j] |= carries[chain.joints[0, j]]
     shared = carries[first] & carries[second]
-    return shared.shape[1] - 1 - np.argmax(shared[:, ::-1], axis=1)  # parents come before children
+    last: Integers = shared.shape[1] - 1 - np.argmax(shared[:, ::-1], axis=1)  # parents come before children
+    return last
 
 
 def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:

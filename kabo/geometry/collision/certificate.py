@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kabo.geometry.collision.arrays import Integers, chain_of, offset_for
+from kabo.arrays import Array, Integers
+from kabo.geometry.collision.arrays import chain_of, offset_for
 from kabo.geometry.collision.arrays import reach as reach_of
 from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, ONE, prove_pairs
-from kabo.geometry.parts import COLUMNS, Array, Enclosure
+from kabo.geometry.parts import COLUMNS, Enclosure
 from kabo.scene import KinematicTree
 
 WALK = "baetfs!"  # letters of the codes: boxes, axis, exact axis, time, first, second, failed

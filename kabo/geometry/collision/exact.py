@@ -12,15 +12,15 @@ from functools import cache
 
 import fcl
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.arrays import chain_of, last_shared_joints
 from kabo.geometry.collision.kernels.tracks import motion, turning
 from kabo.geometry.collision.views import FREE, Counters
-from kabo.geometry.parts import Array, FixedGroup, Mesh, MovingGroup, poses_of
+from kabo.geometry.parts import FixedGroup, Mesh, MovingGroup, poses_of
 from kabo.geometry.triangles.solids import Solid
 from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
@@ -90,7 +90,7 @@ class ExactView:
         tree: KinematicTree,
         moving: Sequence[MovingGroup],
         fixed: Sequence[FixedGroup],
-        pairs: NDArray[np.int64],
+        pairs: Integers,
         budget: Budget,
     ) -> None:
         """As `CollisionView`; every group needs its `mesh`.
@@ -144,7 +144,7 @@ class ExactView:
         self.counters.configuration_checks += 1
         return self._counted(self._hit(self._configuration(q)))
 
-    def configurations_hit(self, configurations: Array) -> NDArray[np.int64]:
+    def configurations_hit(self, configurations: Array) -> Integers:
         """`configuration_hit` of every row (N, n)."""
         return np.array([self.configuration_hit(q) for q in configurations], np.int64)
 
@@ -193,7 +193,7 @@ class ExactView:
                 return int(number)
         return self._nested(near) if len(near) else FREE
 
-    def _near(self, q: Array) -> NDArray[np.int64]:
+    def _near(self, q: Array) -> Integers:
         """The pairs whose boxes meet at q, in order."""
         self._set(q)
         return np.flatnonzero(self._gaps(np.arange(len(self._pairs))) <= 0.0)
@@ -211,11 +211,12 @@ class ExactView:
         self._world_t[:count] = np.einsum("gij,gj->gi", turned, self._translation[:count]) + moved
         self._placed.clear()
 
-    def _gaps(self, pairs: NDArray[np.int64]) -> Array:
+    def _gaps(self, pairs: Integers) -> Array:
         """How far the boxes of pairs are apart [m], 0 where they meet: never more than the bodies are."""
         first, second = self._first[pairs], self._second[pairs]
         apart = np.maximum(self._low[first] - self._high[second], self._low[second] - self._high[first])
-        return np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+        distances: Array = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+        return distances
 
     def _bodies_of(self, number: int) -> tuple[fcl.CollisionObject, fcl.CollisionObject]:
         """The two bodies of a pair, where they are."""
@@ -233,9 +234,9 @@ class ExactView:
     def _touch(self, number: int) -> bool:
         """Whether the surfaces of a pair share a point."""
         self.counters.pair_checks += 1
-        return fcl.collide(*self._bodies_of(number), self._request, fcl.CollisionResult()) > 0
+        return int(fcl.collide(*self._bodies_of(number), self._request, fcl.CollisionResult())) > 0
 
-    def _nested(self, near: NDArray[np.int64]) -> int:
+    def _nested(self, near: Integers) -> int:
         """The first pair of which one body contains a component of the other; their surfaces do not meet."""
         points = np.einsum("gij,gcj->gci", self._world_R, self._corners) + self._world_t[:, None]
         first, second = self._first[near], self._second[near]

@@ -7,12 +7,13 @@ from one sample to the next: between them nothing is proven.
 import fcl
 import numpy as np
 
+from kabo.arrays import Array
 from kabo.geometry.collision.arrays import chain_of
 from kabo.geometry.collision.exact import Surface, surface_of, surrounds
 from kabo.geometry.collision.kernels.tracks import motion as motion_bounds
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.motions import Motion, Segment
-from kabo.geometry.parts import Array, FixedGroup, Mesh
+from kabo.geometry.parts import FixedGroup, Mesh
 
 
 def exact_collides(first: FixedGroup, second: FixedGroup) -> bool:

@@ -1,6 +1,6 @@
 """The bounded inclusion predicate: whether points are inside an intersection of half-spaces [K Def. 1, Table 4.1]."""
 
-from kabo.geometry.parts import Array
+from kabo.arrays import Array
 
 
 def contains(halfspaces: tuple[Array, Array], points: Array, margin: float) -> bool:

@@ -10,11 +10,12 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from kabo.geometry.collision.arrays import Integers, chain_of, reach
+from kabo.arrays import Array, Integers
+from kabo.geometry.collision.arrays import chain_of, reach
 from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.kernels.volumes import frames_on, part_bounds
-from kabo.geometry.parts import COLUMNS, Array, FixedGroup, MovingGroup
+from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 Segment = tuple[Array, Array]  # start and end (n,)

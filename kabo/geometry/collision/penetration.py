@@ -9,9 +9,10 @@ distance r leaves no shorter way than r.
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.arrays import Array
 from kabo.geometry.collision.kernels.separation import rounding
 from kabo.geometry.collision.predicates import Bounds, distance
-from kabo.geometry.parts import Array, FixedGroup
+from kabo.geometry.parts import FixedGroup
 from kabo.geometry.triangles.hulls import hull_mesh
 from kabo.geometry.triangles.solids import Solid
 

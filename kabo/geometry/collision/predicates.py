@@ -17,15 +17,15 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.arrays import offset_for
 from kabo.geometry.collision.kernels.containment import first_outside
 from kabo.geometry.collision.kernels.distance import unions_apart, unions_distance
 from kabo.geometry.collision.kernels.volumes import FINER, MEET, volumes_meet
 from kabo.geometry.collision.motions import Motion, Segment, Swept, placed, standing, standing_parts
-from kabo.geometry.parts import COLUMNS, Array, FixedGroup, MovingGroup
+from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.geometry.triangles.solids import Solid
 
 INTERVALS = 64  # of a segment, before it is halved
@@ -41,7 +41,7 @@ class Container:
 
     world_T_container: Array  # (12,)
     vertices: Array  # (V, 3) [m]
-    faces: NDArray[np.int64]  # (F, 3), closed
+    faces: Integers  # (F, 3), closed
     deviation: float
 
     def __post_init__(self) -> None:
@@ -60,9 +60,7 @@ class Container:
     solid: Solid = field(init=False)
 
     @classmethod
-    def within(
-        cls, world_T_container: Array, vertices: Array, faces: NDArray[np.int64], tolerance: float
-    ) -> "Container":
+    def within(cls, world_T_container: Array, vertices: Array, faces: Integers, tolerance: float) -> "Container":
         """The container of a closed mesh through an inner bounding mesh, at most `tolerance` [m] inside it.
 
         Raises:
@@ -191,7 +189,7 @@ class _Pair(NamedTuple):
     """The parts of two bodies in the world, one after the other, as the kernels of distances want them."""
 
     blocks: Array  # (B, 3, 24)
-    sizes: NDArray[np.int64]  # (B,)
+    sizes: Integers  # (B,)
     boxes: Array  # (B, 6) lower, upper
     first: int  # how many are the first body's
     offset: float  # for exact comparisons, by the greatest coordinate

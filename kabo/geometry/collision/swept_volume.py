@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.volumes import DEVIATION, QUARTER, TURN, hull_spread
 from kabo.geometry.collision.motions import Motion, Segment, Swept
-from kabo.geometry.parts import Array
 from kabo.geometry.triangles.hulls import hull_mesh
 
 _GOLDEN = 0.5 * (1.0 + np.sqrt(5.0))
@@ -60,13 +59,13 @@ class SweptVolume:
         """The corners (V, 3) of every polyhedron [m], in the world."""
         return tuple(hull_mesh(_grown(hull))[0] for hull in self.hulls)
 
-    def mesh(self) -> tuple[Array, NDArray[np.int64]]:
+    def mesh(self) -> tuple[Array, Integers]:
         """All polyhedra as one mesh: vertices (V, 3) [m], triangles (F, 3) that turn outwards.
 
         Every polyhedron is a closed component; where they overlap, they cross.
         """
         vertices: list[Array] = []
-        faces: list[NDArray[np.int64]] = []
+        faces: list[Integers] = []
         count = 0
         for hull in self.hulls:
             corners, triangles = hull_mesh(_grown(hull))

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
 from kabo.geometry.collision.kernels.check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
-from kabo.geometry.parts import Array, FixedGroup, MovingGroup
+from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 FREE = -1  # the answer "proven free" of the kernels and of every view
@@ -39,7 +39,7 @@ class CollisionView:
         tree: KinematicTree,
         moving: Sequence[MovingGroup],
         fixed: Sequence[FixedGroup],
-        pairs: NDArray[np.int64],
+        pairs: Integers,
         budget: Budget,
     ) -> None:
         """Takes the bodies as they are now.
@@ -84,7 +84,7 @@ class CollisionView:
             raise self._refusal(row)
         return found
 
-    def configurations_hit(self, configurations: Array) -> NDArray[np.int64]:
+    def configurations_hit(self, configurations: Array) -> Integers:
         """`configuration_hit` of every row (N, n).
 
         Raises:

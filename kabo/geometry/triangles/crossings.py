@@ -7,6 +7,7 @@ as crossing unless an axis proves it apart. Decided exactly: no tolerance, no fa
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.triangles.kernels.octree import STACK, octree_of
 from kabo.geometry.triangles.kernels.orientation import SCRATCH
 from kabo.geometry.triangles.kernels.self_crossing import mark_crossing
@@ -14,7 +15,7 @@ from kabo.geometry.triangles.kernels.self_crossing import mark_crossing
 SMALLEST = 1e-80  # metres: exact arithmetic takes coordinates below for 0, and ends at its inverse
 
 
-def crossing_faces(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+def crossing_faces(vertices: Array, faces: Integers) -> NDArray[np.bool_]:
     """Whether each face meets another one outside of the vertices, or the edge, that both share; (F,) bool.
 
     Args:

@@ -1,13 +1,12 @@
 """Convex hulls as closed meshes whose triangles all turn outwards."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.parts import Array
+from kabo.arrays import Array, Integers
 
 
-def hull_mesh(points: Array) -> tuple[Array, NDArray[np.int64]]:
+def hull_mesh(points: Array) -> tuple[Array, Integers]:
     """The corners (V, 3) of the hull of points (P, 3), and its triangles (F, 3) turned outwards.
 
     Raises:

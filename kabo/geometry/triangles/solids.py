@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.geometry.parts import Array
+from kabo.arrays import Array, Integers
 from kabo.geometry.triangles.kernels.solids import insides, sticks_out, surface_distances, winding_number
 from kabo.geometry.triangles.triangle_trees import tree_of
 
@@ -21,15 +21,15 @@ class Solid:
     """A closed triangle mesh; the solid is where its winding number is not zero, with the surface."""
 
     vertices: Array  # (V, 3) [m]
-    faces: NDArray[np.int64]  # (F, 3)
+    faces: Integers  # (F, 3)
 
     @cached_property
-    def tree(self) -> tuple[Array, NDArray[np.int64], Array]:
+    def tree(self) -> tuple[Array, Integers, Array]:
         """Boxes (N, 6), children (N, 2), triangles (F, 3, 3) in the order of the leaves."""
         return tree_of(self.vertices, self.faces)[:3]
 
     @cached_property
-    def depths(self) -> tuple[Array, Array, NDArray[np.int64]]:
+    def depths(self) -> tuple[Array, Array, Integers]:
         """An octree of depths: its frame (5,), depths (N,), children (N,); it grows where kernels ask it."""
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         frame = np.r_[0.5 * (low + high), 0.55 * float((high - low).max()), 1.0]

@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kabo.geometry.parts import Array
+from kabo.arrays import Array, Integers
 from kabo.geometry.triangles.kernels.triangle_tree import build_tree
 
 
@@ -13,12 +12,12 @@ class TriangleTree(NamedTuple):
     """Boxes (N, 6) [m], children (N, 2), triangles (T, 3, 3) [m] in the order of the leaves, and that order (T,)."""
 
     boxes: Array
-    children: NDArray[np.int64]
+    children: Integers
     triangles: Array
-    order: NDArray[np.int64]  # the face that triangle t was
+    order: Integers  # the face that triangle t was
 
 
-def tree_of(vertices: Array, faces: NDArray[np.int64]) -> TriangleTree:
+def tree_of(vertices: Array, faces: Integers) -> TriangleTree:
     """The tree over the faces (F, 3) of a mesh; F is at least 1."""
     triangles = np.ascontiguousarray(vertices[faces], np.float64)
     count = len(triangles)

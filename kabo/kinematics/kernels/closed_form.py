@@ -225,32 +225,20 @@ def settle(
     return worst, fault, error
 
 
+@kernel  # (n,) f8, i8, i8, f8 -> writes (n,) f8
+def begin(base, lock, held, value, q):
+    """Writes the values of joints off the chain, and of the locked one if there is one."""
+    for j in range(q.shape[0]):
+        q[j] = base[j]
+    if lock >= 0:
+        q[held] = value
+
+
 @kernel  # (N, 12), (N,), (n,), i8 x 2, bool x 2, i8, (m, 6), (12,), (m,) i8, (n,) x 2, tree x 6 -> writes the last four
 def solve_poses(
-    goals,
-    locked,
-    base,
-    form,
-    placing,
-    mirrored,
-    backwards,
-    lock,
-    axes,
-    zero,
-    joints,
-    lower,
-    upper,
-    parent,
-    kind,
-    source,
-    ratio,
-    shift,
-    placement,
-    found,
-    counts,
-    free,
-    short,
-):
+    goals, locked, base, form, placing, mirrored, backwards, lock, axes, zero, joints, lower, upper,
+    parent, kind, source, ratio, shift, placement, found, counts, free, short,
+):  # fmt: skip
     """Writes all configurations (N, MOST, n) that bring the last joint to each pose, `counts` (N,) of them.
 
     `base` has the values of joints off the chain; `locked` the value of the locked joint for each pose. `free` says
@@ -259,12 +247,8 @@ def solve_poses(
     """
     m, hold = axes.shape[0], joints[max(lock, 0)]
     chain = np.empty((m - 1 if lock >= 0 else m, 6))
-    triples, swapped, turns, marks = (
-        np.empty((4, 3)),
-        np.empty((3, 6)),
-        np.empty((MOST, 6)),
-        np.empty(MOST, np.int64),
-    )
+    triples, swapped = np.empty((4, 3)), np.empty((3, 6))
+    turns, marks = np.empty((MOST, 6)), np.empty(MOST, np.int64)
     moved, motion, q = np.empty(12), np.empty(12), base.copy()
     columns, system, world_T = np.empty((m, 7)), np.empty((m, m + 1)), np.zeros((parent.shape[0], 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
@@ -287,10 +271,7 @@ def solve_poses(
             if trial == 0:
                 short[i, 0], short[i, 1] = missing, tilt
             for s in range(number):
-                for j in range(q.shape[0]):
-                    q[j] = base[j]
-                if lock >= 0:
-                    q[source[hold]] = locked[i]
+                begin(base, lock, source[hold], locked[i], q)
                 write_turns(turns[s], backwards, lock, joints, source, ratio, shift, q)
                 worst, fault, error = settle(
                     q, goals[i], world_T, columns, system, lock, joints, lower, upper, *tree

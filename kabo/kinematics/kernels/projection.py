@@ -123,27 +123,9 @@ def keep(q, active, kept, free):
 
 @kernel  # (N, n) f8, (N,) bool, (R, W) f8, i8, (N, R) f8, f8, (n,) f8 x 2, (n,) bool, tree x 6, i8, i8, u8, i8, i8
 def project_seeds(
-    Q,
-    succeeded,
-    rows,
-    required,
-    aims,
-    inset,
-    lower,
-    upper,
-    active,
-    parent,
-    kind,
-    source,
-    ratio,
-    shift,
-    placement,
-    iterations,
-    policy,
-    key,
-    first,
-    tries,
-):
+    Q, succeeded, rows, required, aims, inset, lower, upper, active, parent, kind, source, ratio, shift, placement,
+    iterations, policy, key, first, tries,
+):  # fmt: skip
     """Projects each line of Q in place, and writes whether it arrived: `rows[:required]` hold, q is within limits.
 
     Aims are tried from `tries` seeds: Q's, then others of samples `first` … of the stream `key`. What misses them all
@@ -155,8 +137,7 @@ def project_seeds(
     find_signs(rows, tree[0], tree[3], signs)
     work, seed = scratch(rows.shape[0], tree[0].shape[0], Q.shape[1]), np.empty(Q.shape[1])
     aimed, free, no_aims = rows.copy(), active.copy(), np.full(rows.shape[0], np.nan)
-    low, high = np.empty(rows.shape[0]), np.empty(rows.shape[0])
-    spare = np.empty(Q.shape[1])
+    low, high, spare = np.empty(rows.shape[0]), np.empty(rows.shape[0]), np.empty(Q.shape[1])
     for i in range(Q.shape[0]):
         q, reached, spared = Q[i], LOST, LOST
         aiming = set_bounds(rows, required, aims[i], inset, aimed, low, high)
@@ -174,21 +155,9 @@ def project_seeds(
                 keep(seed, active, spare, free)
                 set_bounds(rows, required, no_aims, inset, aimed, low, high)
                 spared = descend(
-                    spare,
-                    seed,
-                    aimed,
-                    low,
-                    high,
-                    lower,
-                    upper,
-                    free,
-                    turning,
-                    tree,
-                    signs,
-                    work,
-                    iterations,
+                    spare, seed, aimed, low, high, lower, upper, free, turning, tree, signs, work, iterations,
                     policy,
-                )
+                )  # fmt: skip
                 if spared == LOST:
                     break
                 set_bounds(rows, required, aims[i], inset, aimed, low, high)

@@ -4,12 +4,10 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.scene import KinematicTree
 
-Array = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Numbers = list[tuple[int, int]]  # of two things
 
 

@@ -10,8 +10,8 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import CutOff
 from kabo.geometry.collision.certificate import Course, Parts, Placed, Prover, Unproven, Witness, ordered
@@ -34,8 +34,6 @@ from kabo.planner.certify.overlapping_pairs import every_couple, since
 from kabo.scene import Robot, link_poses
 from kabo.scene.transforms import flat
 
-Array = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 DECIMALS = 6  # of a clearance in metres; rounded down
 CUTS = (1, 2, 4, 8, 16)  # into how many parts pieces of motions that overlap are cut, until it is proven
 MOST = 20_000  # way points of a path that visits every couple of pieces

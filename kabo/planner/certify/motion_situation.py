@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import ObjectPose, Segment
 from kabo.planner.certify.component_values import ComponentValues, Value
 from kabo.scene import Robot, Scene, link_poses
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import inverse, transform, unflat
-
-Array = npt.NDArray[np.float64]
 
 
 class Mounted(NamedTuple):

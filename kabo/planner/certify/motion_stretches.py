@@ -8,12 +8,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.scene import KinematicTree, Robot
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,10 @@ What is proven of a whole piece of that path holds for any moment of the one mot
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.geometry.collision.certificate import Course
 from kabo.planner.certify.motion_stretches import joined
-
-Array = npt.NDArray[np.float64]
 
 
 def since(waypoints: Array, times: Array, time: float) -> Array | None:
@@ -25,7 +23,7 @@ def since(waypoints: Array, times: Array, time: float) -> Array | None:
     return np.concatenate([row[None], waypoints[later]])
 
 
-def every_couple(first: Course, second: Course, pairs: npt.NDArray[np.int64], cut: int) -> Course:
+def every_couple(first: Course, second: Course, pairs: Integers, cut: int) -> Course:
     """The course on which each piece of the first path is passed with each piece of the second.
 
     The second path is gone through forth and back, once for each piece of the first, along which that goes to and fro.

@@ -87,7 +87,7 @@ def _add(
     }
     common |= {"overlap": variant.overlap if motion else 0.0}
     if node.on is not None:
-        return builder.add(Node("sense", on=node.on, branches=branches, **common), moved)  # type: ignore[arg-type]
+        return builder.add(Node("sense", on=node.on, branches=branches, **common), moved)
     kind = "sense" if node.delivers else "action"
     made = Node(kind, next=following[None], delivers=node.delivers, **common)  # type: ignore[arg-type]
     return builder.add(made, moved)

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Context, Refused, Situation, candidate, tool_frame, way_to
 from kabo.kinematics import stream_key
 from kabo.motion import shortcut
@@ -22,7 +22,6 @@ from kabo.tasks.robots.motion.keeping import keep_of
 from kabo.tasks.robots.motion.smoothing import Part
 from kabo.tasks.robots.scenes import configuration
 
-Array = npt.NDArray[np.float64]
 GAIN = 1e-3  # rad: less is not worth a change
 SHARES = (0.5, 0.25, 0.75, 1.0)  # of a run, where one act may end and the next begin, if it has to move in it
 

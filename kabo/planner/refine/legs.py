@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Context, Situation, contacts, supports
 from kabo.plan import Segment
 from kabo.scene import attachment
@@ -17,7 +17,6 @@ from kabo.scene.transforms import inverse
 from kabo.tasks.robots.motion.smoothing import Part
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 
-Array = npt.NDArray[np.float64]
 JOINED = 1e-6  # rad or m: a leg begins where the one before it ended, or it is another motion
 
 

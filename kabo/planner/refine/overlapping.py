@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry import Motion, MovingGroup
 from kabo.geometry_server import Context, ScenePredicates, Situation
 from kabo.plan import Segment
@@ -17,7 +17,6 @@ from kabo.planner.refine.legs import Leg, legs_of
 from kabo.planner.refine.timing import duration
 from kabo.scene.transforms import flat, transform
 
-Array = npt.NDArray[np.float64]
 DECIMALS = 6  # of times
 LEAST = 0.01  # s: less is not worth the care
 ROUNDING = 1e-9  # m: of poses

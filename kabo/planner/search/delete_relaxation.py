@@ -8,8 +8,8 @@ never relaxed into unknown, unless an action forgets it; so sensing what is know
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kabo.arrays import Integers
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
 from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.entries import Entry, LastValue
@@ -70,7 +70,7 @@ class Relaxation:
             self._goals[chosen] = goal
         return goal
 
-    def true_in(self, state: int) -> NDArray[np.int64]:
+    def true_in(self, state: int) -> Integers:
         """The facts that are true in a state."""
         width = self._width
         unknown = self._sensed & ~(state << 1 | state << 2)

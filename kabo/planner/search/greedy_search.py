@@ -1,7 +1,7 @@
 """Greedy search by estimates over knowledge: for the whole goal, or for one conjunct after the other."""
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import Generic
 
@@ -78,20 +78,17 @@ def _greedy(
     root = graph.key(start)
     parents: Parents[Move, Node] = {root: None}
     done: set[Hashable] = set()
-    every: _Queue[Node] = _Queue(newest)
-    promising: _Queue[Node] = _Queue(newest)
+    every, promising = _Queue[Node](newest), _Queue[Node](newest)
     every.push(0, (root, start, None, 0))
     been: Counter[Hashable] = Counter()
     best: int | None = None
     while every.waiting or promising.waiting:
-        first = promising.waiting and (promising.turns < every.turns or not every.waiting)
-        queue = promising if first else every
+        queue = _whose_turn(promising, every)
         value, (waiting, node, preferred, counted) = queue.pop()
         known = graph.known(node)
         if preferred is None and been[known] > counted:
-            if once:
-                continue
-            queue.push(value + been[known] - counted, (waiting, node, None, been[known]))
+            if not once:
+                queue.push(value + been[known] - counted, (waiting, node, None, been[known]))
             continue
         key = waiting if preferred is not None else expanded(waiting, node, graph, parents, done)
         if key is None:
@@ -109,22 +106,30 @@ def _greedy(
             if best is None or value < best:
                 best = value
                 promising.turns -= PREFERRED_TURNS
-            successors = graph.successors(node, among=preferred)
+            successors, target = graph.successors(node, among=preferred), promising
             every.push(value, (key, node, preferred, 0))
-            target = promising
         else:
-            successors = graph.successors(node, without=preferred)
-            target = every
-        for child_key, move, child in successors:
-            if child_key in parents:
-                continue
-            if kept and not graph.holds(kept, child):
-                continue
-            parents[child_key] = key, move, child
+            successors, target = graph.successors(node, without=preferred), every
+        for child_key, child in _entered(successors, graph, key, parents, kept):
             if is_end(child) and graph.settled(child) is not None:
                 return Search(path_to(parents, child_key))
             target.push(value, (child_key, child, None, 0))
     return Search(None, parents.keys())
+
+
+def _entered(
+    successors: Iterable[tuple[Hashable, Move, Node]],
+    graph: Graph[Node, Move],
+    key: Hashable,
+    parents: Parents[Move, Node],
+    kept: tuple[int, ...],
+) -> Iterator[tuple[Hashable, Node]]:
+    """The successors that are new and keep what is to be `kept`, each entered in `parents` when it is asked for."""
+    for child_key, move, child in successors:
+        if child_key in parents or (kept and not graph.holds(kept, child)):
+            continue
+        parents[child_key] = key, move, child
+        yield child_key, child
 
 
 _Waiting = tuple[Hashable, Node, frozenset[int] | None, int]
@@ -152,3 +157,10 @@ class _Queue(Generic[Node]):
         self.turns += 1
         value, _, waiting = heappop(self.waiting)
         return value, waiting
+
+
+def _whose_turn(promising: _Queue[Node], every: _Queue[Node]) -> _Queue[Node]:
+    """The queue to take the next node from: the one with fewer turns, `every` of equals; never an empty one."""
+    if promising.waiting and (promising.turns < every.turns or not every.waiting):
+        return promising
+    return every

@@ -11,12 +11,12 @@ from itertools import product
 from math import lcm
 
 from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
+from kabo.finite_domain.task import Conditions
 from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.facts import AtomBits, TermBits
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some
 
-Conditions = tuple[tuple[int, tuple[int, ...]], ...]
 ALTERNATIVES = 64  # a condition with more is left to the other searches
 
 

@@ -80,9 +80,9 @@ class _Checking:
     def kind(self, stage: StageDescription) -> type[Stage] | None:
         if stage.type is None:
             return None
-        found = registry.find(stage.type)
+        found = registry.find_stage(stage.type)
         if found is None:
-            self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', registry.near(stage.type))
+            self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', registry.stage_hint(stage.type))
         return found
 
     def structure(self, stage: StageDescription, kind: type[Stage]) -> None:

@@ -28,7 +28,7 @@ def register(kind: _Kind, name: str | None = None) -> _Kind:
         TaskError: another class has that name.
     """
     name = kind.__name__ if name is None else name
-    earlier = find(name)
+    earlier = find_stage(name)
     if earlier is not None and _home(earlier) != _home(kind):
         raise TaskError(f"the name {name!r} of a stage is taken by {'.'.join(_home(earlier))}")
     _registered[name] = kind
@@ -39,13 +39,13 @@ def _home(kind: type) -> tuple[str, str]:
     return kind.__module__, kind.__qualname__
 
 
-def find(name: str) -> type[Stage] | None:
+def find_stage(name: str) -> type[Stage] | None:
     """The stage class of a name; those of robots are imported when they are wanted: they need compiled kernels."""
     found = _registered.get(name) or _CONTAINERS.get(name)
     return found if found is not None or name not in _robot_names() else _robot_stages()[name]
 
 
-def names() -> list[str]:
+def stage_names() -> list[str]:
     """The names of all stages, sorted."""
     return sorted({*_CONTAINERS, *_registered, *_robot_names()})
 
@@ -66,6 +66,6 @@ def name_of(kind: type[Stage]) -> str | None:
     return next((name for name, each in known if each is kind), None)
 
 
-def near(name: str) -> str | None:
+def stage_hint(name: str) -> str | None:
     """The remedy for an unknown name of a stage."""
-    return did_you_mean(name, names()) or "kabo task stages lists them all; kabo.tasks.register adds one"
+    return did_you_mean(name, stage_names()) or "kabo task stages lists them all; kabo.tasks.register adds one"

@@ -16,7 +16,6 @@ from kabo.tasks.robots import meanings
 if TYPE_CHECKING:
     from kabo.tasks.robots.motion.questions import Question
 
-Values = Mapping[str, Any]
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
 OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
 KEEP = Property(

@@ -6,13 +6,11 @@ from typing import Any, Literal
 from weakref import ref
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.geometry_server import Contacts, Context, Extra, Pair, Situation, Workspace, contacts, workspace_of
 from kabo.scene import Attachment, Component, Configuration, GeometricState, Robot, world_T
-
-Array = npt.NDArray[np.float64]
 
 
 def configuration(q: Iterable[float]) -> Configuration:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Certificate, PairProof, Plan, StretchProof
 from kabo.scene import Mesh
 from kabo.verify.certificate.clearance import Margins, of_branches, of_objects
@@ -26,7 +26,6 @@ from kabo.verify.motion.sweep import Path, Thing
 from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
 
-Array = npt.NDArray[np.float64]
 Name = tuple[str, tuple[int, ...], tuple[int, ...]]  # node, segments, segments of the node before
 SAME = 1e-9  # [m] by which a told clearance may be larger than what is found
 

@@ -5,13 +5,12 @@ any moment of the one motion beside any moment of the other.
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.verify.motion.courses import Course
 from kabo.verify.motion.overlaps import Meeting
 from kabo.verify.motion.sweep import Path
 
-Array = npt.NDArray[np.float64]
 MOST = 50_000  # way points
 
 

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from kabo.arrays import Array, Integers
+
 SHRUNK = 1e-10  # [m] so much inside a part's faces counts as inside: more than planes and cuts are rounded by
 
 
@@ -35,7 +36,7 @@ def faces_of(part: Array) -> Faces | None:
     return Faces(normals, offsets)
 
 
-def uncovered(vertices: Array, triangles: npt.NDArray[np.int64], parts: Sequence[Array]) -> int | None:
+def uncovered(vertices: Array, triangles: Integers, parts: Sequence[Array]) -> int | None:
     """The first triangle (F, 3) that the parts do not cover, or None if they cover all."""
     faces = [found for found in map(faces_of, parts) if found is not None]
     held = np.zeros(len(triangles), bool)

@@ -10,13 +10,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.verify.certificate.parts import Parts
 from kabo.verify.certificate.walk import ONE, Frames, Side
 from kabo.verify.motion.sweep import Path, Thing
 
-Array = npt.NDArray[np.float64]
 BITS = 160
 SLACK = Fraction(1, 10**12)  # [m] for each metre from the origin, and one more
 Integers = Any  # numpy arrays of Python's integers, BITS after the point

@@ -6,13 +6,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import BodyParts
 from kabo.scene import Mesh
 from kabo.verify.certificate.cover import uncovered
 
-Array = npt.NDArray[np.float64]
 FAR = 1e6  # [m] a vertex farther away is no part of a scene
 
 

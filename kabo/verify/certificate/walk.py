@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import PairProof
 from kabo.verify.certificate.parts import Parts
 from kabo.verify.motion.chord_bounds import deviations, frame_of, reach
 from kabo.verify.motion.sweep import Path, Poses, Thing
 
-Array = npt.NDArray[np.float64]
 ONE = 1 << 20  # positions to a piece of the path
 DEPTH = 200  # halvings inside each other; a proof needs 20 of time and a few of parts
 ROUNDING = 2.0**-53

@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.scene import Robot
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,11 @@ distance that each joint really has to the point].
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.verify.motion.arms import Mount
 from kabo.verify.motion.sweep import Path, Thing
 
-Array = npt.NDArray[np.float64]
 UP = 1.0 + 1e-12  # for the rounding of the sums
 
 

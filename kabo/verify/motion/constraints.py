@@ -9,11 +9,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.language.scene_description import Constraint, Feature, FeatureName
-
-Array = npt.NDArray[np.float64]
 
 LENGTH, ANGLE = 1e-3, 1e-3  # what a constraint may be missed by [m], [rad]
 

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.scene import Robot
 from kabo.verify.report import Finding
@@ -32,7 +32,7 @@ def check_times(node: str, segment: Segment, earliest: float) -> Iterator[Findin
         yield Finding(node, "times do not increase", float(times[int((steps <= 0).argmax())]))
 
 
-def check_numbers(node: str, segment: Segment, robot: Robot, start: npt.NDArray[np.float64]) -> Iterator[Finding]:
+def check_numbers(node: str, segment: Segment, robot: Robot, start: Array) -> Iterator[Finding]:
     """Continuity, limits and velocities of a segment.
 
     Args:

@@ -5,13 +5,11 @@ may leave its chord by [K Eq. 4.19]; the points of a body move no farther than t
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.contacts.strokes import box_corners
 from kabo.verify.motion.sweep import Pair, Path, Stretches, Thing
-
-Array = npt.NDArray[np.float64]
 
 
 def closer(pair: Pair, stretches: Stretches) -> tuple[Pair, Stretches]:

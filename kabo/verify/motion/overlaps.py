@@ -8,15 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Node, Plan
 from kabo.verify.motion.surfaces import hull_depth, hull_gap, mesh_distance
 from kabo.verify.motion.sweep import LEAST, VANISHING, Contact, Pair, Path, Thing, stations, weights
 from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
-
-Array = npt.NDArray[np.float64]
 
 ROUNDED = 2e-6  # [s] what the rounding of times may break a bound by
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from kabo.plan import ObjectPose
 from kabo.verify.motion.calls import Call
@@ -19,7 +18,6 @@ from kabo.verify.motion.sweep import Thing
 from kabo.verify.motion.world import World, matrix
 from kabo.verify.report import Finding
 
-Array = npt.NDArray[np.float64]
 _Value = TypeVar("_Value")
 
 
@@ -69,7 +67,7 @@ def situation(
             result.standing.extend(Thing(name, own, where) for where in places.values())
     for robot in scene.robots:
         if robot not in moved:
-            for (value,) in sorted(components.values(node, (robot,))):  # type: ignore[type-var]
+            for (value,) in sorted(components.values(node, (robot,))):
                 result.standing.extend(world.links_at(robot, value))  # type: ignore[arg-type]
     result.standing.extend(world.fixed)
     return result

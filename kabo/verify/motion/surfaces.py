@@ -4,11 +4,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array, Integers
 from kabo.scene import Mesh
-
-Array = npt.NDArray[np.float64]
 
 ROUNDING = 1e-7  # [m] what a distance measured by coal may be too large by (measured: 4e-8 on healthy meshes)
 
@@ -73,7 +71,7 @@ def _hull(vertices: Array) -> tuple[Any, Array]:
     return coal.Convex.convexHull(points, False, "Qt"), corners
 
 
-def _witnesses(vertices: Array, faces: npt.NDArray[np.int64]) -> Array:
+def _witnesses(vertices: Array, faces: Integers) -> Array:
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

@@ -9,12 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.surfaces import Surface, encloses, hull_depth, hull_gap, mesh_distance
 
-Array = npt.NDArray[np.float64]
 Poses = Mapping[str, Array]  # robot that moves -> the poses of its joints (J, 4, 4)
 Stretches = list[tuple[float, float]]  # from, to: metres of a pair's own motion
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Node, Segment
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.collision import Tally, check_collision
@@ -28,8 +28,6 @@ from kabo.verify.motion.sweep import Path, Thing
 from kabo.verify.motion.windows import Window, columns, one_by_one, whole_path, window_path, windows
 from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass

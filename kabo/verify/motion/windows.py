@@ -8,13 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.sweep import Path
-
-Array = npt.NDArray[np.float64]
 
 SAME = 1e-9  # [s] times nearer than this are one
 
@@ -63,7 +61,7 @@ def columns(segment: Segment, arm: Arm) -> list[int]:
 
 def at_time(segment: Segment, arm: Arm, q: Array, time: float) -> Array:
     """The configuration at a time: before and after the segment that of its ends."""
-    result = q.copy()
+    result: Array = q.copy()
     waypoints = np.asarray(segment.waypoints)
     for k, column in enumerate(columns(segment, arm)):
         result[column] = np.interp(time, segment.times, waypoints[:, k])

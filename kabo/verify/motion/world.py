@@ -4,16 +4,14 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import ObjectPose
 from kabo.scene import Mesh, Scene
 from kabo.verify.motion.arms import Arm
 from kabo.verify.motion.constraints import Role
 from kabo.verify.motion.surfaces import Surface, surface
 from kabo.verify.motion.sweep import Thing
-
-Array = npt.NDArray[np.float64]
 
 
 def matrix(pose: ObjectPose) -> Array:

@@ -133,6 +133,23 @@ def outside_distance(boxes, children, triangles, x, y, z, stack):
 
 
 @lean_kernel
+def planes_at(a, b, simplices, equations, areas, starts, around, planes, weights):
+    """Writes the planes of the faces at an edge's corners a and b, each once, and their areas; how many they are."""
+    count = 0
+    for side in range(2):
+        v = b if side else a
+        for s in range(starts[v], starts[v + 1]):
+            f = around[s]
+            if side == 1 and (simplices[f, 0] == a or simplices[f, 1] == a or simplices[f, 2] == a):
+                continue
+            for c in range(4):
+                planes[count, c] = equations[f, c]
+            weights[count] = areas[f]
+            count += 1
+    return count
+
+
+@lean_kernel
 def contractions(
     points,
     simplices,
@@ -164,17 +181,7 @@ def contractions(
         a, b = edges[e, 0], edges[e, 1]
         if starts[a + 1] - starts[a] + starts[b + 1] - starts[b] > planes.shape[0]:
             continue
-        count = 0
-        for side in range(2):
-            v = edges[e, side]
-            for s in range(starts[v], starts[v + 1]):
-                f = around[s]
-                if side == 1 and (simplices[f, 0] == a or simplices[f, 1] == a or simplices[f, 2] == a):
-                    continue
-                for c in range(4):
-                    planes[count, c] = equations[f, c]
-                weights[count] = areas[f]
-                count += 1
+        count = planes_at(a, b, simplices, equations, areas, starts, around, planes, weights)
         dx, dy, dz = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
         x, y, z = points[b, 0] + 0.5 * dx, points[b, 1] + 0.5 * dy, points[b, 2] + 0.5 * dz
         size = np.sqrt(dx * dx + dy * dy + dz * dz)

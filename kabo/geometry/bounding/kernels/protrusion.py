@@ -14,6 +14,66 @@ from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
 SMALL = 0.1  # of the limit: in smaller tetrahedra the corners are asked, too
 
 
+@lean_kernel  # (C, 14) f8, i8 -> f8 x 4
+def _ball(cells, top):
+    """The middle of a tetrahedron, and the square of how far its corners are from there."""
+    x = 0.25 * (cells[top, 0] + cells[top, 3] + cells[top, 6] + cells[top, 9])
+    y = 0.25 * (cells[top, 1] + cells[top, 4] + cells[top, 7] + cells[top, 10])
+    z = 0.25 * (cells[top, 2] + cells[top, 5] + cells[top, 8] + cells[top, 11])
+    radius = 0.0
+    for c in range(4):
+        px, py, pz = cells[top, 3 * c] - x, cells[top, 3 * c + 1] - y, cells[top, 3 * c + 2] - z
+        radius = max(radius, px * px + py * py + pz * pz)
+    return x, y, z, radius
+
+
+@lean_kernel  # (C, 14) f8, i8, (T, …) f8, i8, f8 -> i8
+def _far_corner(cells, top, triangles, triangle, enough):
+    """The first corner of a tetrahedron whose squared distance to a triangle is more than `enough`, or -1."""
+    for c in range(4):
+        px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+        if to_triangle_squared(px, py, pz, triangles, triangle) > enough:
+            return c
+    return -1
+
+
+@lean_kernel  # (C, 14) f8, i8, i8, f8, tree, (64,) i8 -> bool
+def _is_beyond(cells, top, corner, enough, boxes, children, triangles, stack):
+    """Whether a corner is outside and its squared distance to the solid more than `enough`; then left in row 0."""
+    x, y, z = cells[top, 3 * corner], cells[top, 3 * corner + 1], cells[top, 3 * corner + 2]
+    _, near = nearest_triangle(boxes, children, triangles, x, y, z, enough, stack)
+    if near >= 0 or inside(boxes, children, triangles, x, y, z, stack):
+        return False
+    cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
+    return True
+
+
+@lean_kernel  # (C, 14) f8, i8 -> i8 x 2
+def _longest_edge(cells, top):
+    """The two corners of a tetrahedron between which its longest edge lies."""
+    longest, i, j = -1.0, 0, 1
+    for a in range(4):
+        for b in range(a + 1, 4):
+            length = (
+                (cells[top, 3 * a] - cells[top, 3 * b]) ** 2
+                + (cells[top, 3 * a + 1] - cells[top, 3 * b + 1]) ** 2
+                + (cells[top, 3 * a + 2] - cells[top, 3 * b + 2]) ** 2
+            )
+            if length > longest:
+                longest, i, j = length, a, b
+    return i, j
+
+
+@lean_kernel  # (C, W) f8, i8, i8, i8
+def _halve(cells, top, i, j):
+    """Puts both halves of a cell in its place and the next: the middle of an edge in place of either of its ends."""
+    for r in range(cells.shape[1]):
+        cells[top + 1, r] = cells[top, r]
+    for r in range(3):
+        middle = 0.5 * (cells[top, i + r] + cells[top, j + r])
+        cells[top, i + r], cells[top + 1, j + r] = middle, middle
+
+
 @lean_kernel  # (C, 14) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
 def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, triangles, stack, most):
     """Whether the tetrahedra cells[:top] reach farther than `limit` from the solid: 0 proven not, 1 yes, 2 given up.
@@ -29,13 +89,7 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
         if top == 0:
             return 0
         top -= 1
-        x = 0.25 * (cells[top, 0] + cells[top, 3] + cells[top, 6] + cells[top, 9])
-        y = 0.25 * (cells[top, 1] + cells[top, 4] + cells[top, 7] + cells[top, 10])
-        z = 0.25 * (cells[top, 2] + cells[top, 5] + cells[top, 8] + cells[top, 11])
-        radius = 0.0
-        for c in range(4):
-            px, py, pz = cells[top, 3 * c] - x, cells[top, 3 * c + 1] - y, cells[top, 3 * c + 2] - z
-            radius = max(radius, px * px + py * py + pz * pz)
+        x, y, z, radius = _ball(cells, top)
         word = settled(x, y, z, np.sqrt(radius), limit, frame, depths, firsts, boxes, children, triangles, stack)
         if word == NEAR:
             continue
@@ -45,23 +99,14 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
         known = int(cells[top, 13])
         squared = to_triangle_squared(x, y, z, triangles, known)
         squared, t = nearest_triangle(boxes, children, triangles, x, y, z, squared, stack)
-        if t < 0:
-            t = known
+        t = t if t >= 0 else known
         cells[top, 13] = t
-        far = -1
-        for c in range(4):
-            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
-            if to_triangle_squared(px, py, pz, triangles, t) > enough:
-                far = c
-                break
+        far = _far_corner(cells, top, triangles, t, enough)
         if far < 0:
             continue
-        if radius < small:  # its middle may stay near for ever, however near the corner that is not
-            px, py, pz = cells[top, 3 * far], cells[top, 3 * far + 1], cells[top, 3 * far + 2]
-            _, near = nearest_triangle(boxes, children, triangles, px, py, pz, enough, stack)
-            if near < 0 and not inside(boxes, children, triangles, px, py, pz, stack):
-                cells[0, 0], cells[0, 1], cells[0, 2] = px, py, pz
-                return 1
+        # The middle of a small one may stay near for ever, however near the corner that is not.
+        if radius < small and _is_beyond(cells, top, far, enough, boxes, children, triangles, stack):
+            return 1
         distance, radius = np.sqrt(squared), np.sqrt(radius)
         if cells[top, 12] == 0.0:
             if inside(boxes, children, triangles, x, y, z, stack):
@@ -74,23 +119,28 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
             return 1
         if top + 2 > cells.shape[0] or radius < 1e-6 * limit:
             return 2
-        longest, i, j = -1.0, 0, 1
-        for a in range(4):
-            for b in range(a + 1, 4):
-                length = (
-                    (cells[top, 3 * a] - cells[top, 3 * b]) ** 2
-                    + (cells[top, 3 * a + 1] - cells[top, 3 * b + 1]) ** 2
-                    + (cells[top, 3 * a + 2] - cells[top, 3 * b + 2]) ** 2
-                )
-                if length > longest:
-                    longest, i, j = length, a, b
-        for r in range(14):
-            cells[top + 1, r] = cells[top, r]
-        for r in range(3):
-            middle = 0.5 * (cells[top, 3 * i + r] + cells[top, 3 * j + r])
-            cells[top, 3 * i + r], cells[top + 1, 3 * j + r] = middle, middle
+        i, j = _longest_edge(cells, top)
+        _halve(cells, top, 3 * i, 3 * j)
         top += 2
     return 2
+
+
+@lean_kernel  # (C, 11) f8, i8 -> f8 x 4, i8
+def _circle(cells, top):
+    """The middle of a triangle, how far its corners are from there, and the corner where its longest edge begins."""
+    x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
+    y = (cells[top, 1] + cells[top, 4] + cells[top, 7]) / 3.0
+    z = (cells[top, 2] + cells[top, 5] + cells[top, 8]) / 3.0
+    radius, longest, at = 0.0, -1.0, 0
+    for c in range(3):
+        d = (c + 1) % 3
+        px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
+        radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
+        length = (cells[top, 3 * d] - px) ** 2 + (cells[top, 3 * d + 1] - py) ** 2
+        length += (cells[top, 3 * d + 2] - pz) ** 2
+        if length > longest:
+            longest, at = length, c
+    return x, y, z, np.sqrt(radius), at
 
 
 @lean_kernel  # (C, 11) f8, i8, f8, octree, tree, (64,) i8, i8 -> i8
@@ -101,19 +151,7 @@ def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children
         if top == 0:
             return 0
         top -= 1
-        x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
-        y = (cells[top, 1] + cells[top, 4] + cells[top, 7]) / 3.0
-        z = (cells[top, 2] + cells[top, 5] + cells[top, 8]) / 3.0
-        radius, longest, at = 0.0, -1.0, 0
-        for c in range(3):
-            d = (c + 1) % 3
-            px, py, pz = cells[top, 3 * c], cells[top, 3 * c + 1], cells[top, 3 * c + 2]
-            radius = max(radius, (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2)
-            length = (cells[top, 3 * d] - px) ** 2 + (cells[top, 3 * d + 1] - py) ** 2
-            length += (cells[top, 3 * d + 2] - pz) ** 2
-            if length > longest:
-                longest, at = length, c
-        radius = np.sqrt(radius)
+        x, y, z, radius, at = _circle(cells, top)
         word = settled(x, y, z, radius, limit, frame, depths, firsts, boxes, children, triangles, stack)
         if word == NEAR:
             continue
@@ -142,11 +180,6 @@ def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children
             return 1
         if top + 2 > cells.shape[0] or radius < 1e-3 * limit:
             return 2
-        i, j = 3 * at, 3 * ((at + 1) % 3)
-        for r in range(11):
-            cells[top + 1, r] = cells[top, r]
-        for r in range(3):
-            middle = 0.5 * (cells[top, i + r] + cells[top, j + r])
-            cells[top, i + r], cells[top + 1, j + r] = middle, middle
+        _halve(cells, top, 3 * at, 3 * ((at + 1) % 3))
         top += 2
     return 2

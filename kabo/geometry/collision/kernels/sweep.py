@@ -175,24 +175,22 @@ def _parts_hit(
             )  # fmt: skip
         counters[3] += 1
         if not apart(
-            blocks,
-            ends[0],
-            ends[0],
-            sizes[a],
-            ends[1],
-            ends[1],
-            sizes[b],
-            pose_margin,
-            offset,
-            axis,
-            simplex,
+            blocks, ends[0], ends[0], sizes[a], ends[1], ends[1], sizes[b], pose_margin, offset, axis, simplex,
             counters,
-        ):
+        ):  # fmt: skip
             return True  # the pose in the middle alone is closer than epsilon
         stack[top, 0], stack[top, 1] = node + width, width
         stack[top + 1, 0], stack[top + 1, 1] = node, width
         top += 2
     return False
+
+
+@lean_kernel  # (B, 6) f8, i8, i8 -> writes (3,) f8
+def _between(boxes, u, v, axis):
+    """Writes twice the way from the middle of box v to that of box u: an axis to begin with."""
+    for r in range(3):
+        axis[r] = boxes[u, r] + boxes[u, 3 + r] - boxes[v, r]
+        axis[r] -= boxes[v, 3 + r]
 
 
 @lean_kernel
@@ -205,10 +203,8 @@ def _pair_hit(
     deviation, together = motions[ta, 0] + motions[tb, 0], min(motions[ta, 2], motions[tb, 2])
     level = level_for(deviation, COARSE_DEVIATION)
     first_a, first_b = groups[PARTS, tracks[GROUP, ta]], groups[PARTS, tracks[GROUP, tb]]
-    count_a, count_b = (
-        groups[PARTS, tracks[GROUP, ta] + 1] - first_a,
-        groups[PARTS, tracks[GROUP, tb] + 1] - first_b,
-    )
+    count_a = groups[PARTS, tracks[GROUP, ta] + 1] - first_a
+    count_b = groups[PARTS, tracks[GROUP, tb] + 1] - first_b
     width = (1 << DEPTH) >> level
     for t in (ta, tb):
         _coarse_poses(
@@ -224,33 +220,13 @@ def _pair_hit(
         if not boxes_near(united, 2, united, 3, margin):
             continue
         boxes_a = _interval_parts(
-            ta,
-            level,
-            i,
-            groups,
-            part_extents,
-            tracks,
-            motions,
-            node_poses,
-            interval_table,
-            interval_boxes,
-            united,
+            ta, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united,
             state,
-        )
+        )  # fmt: skip
         boxes_b = _interval_parts(
-            tb,
-            level,
-            i,
-            groups,
-            part_extents,
-            tracks,
-            motions,
-            node_poses,
-            interval_table,
-            interval_boxes,
-            united,
+            tb, level, i, groups, part_extents, tracks, motions, node_poses, interval_table, interval_boxes, united,
             state,
-        )
+        )  # fmt: skip
         for a in range(count_a):
             if not boxes_near(interval_boxes, boxes_a + a, united, 3, margin):
                 continue
@@ -258,9 +234,7 @@ def _pair_hit(
                 u, v = boxes_a + a, boxes_b + b
                 if not boxes_near(interval_boxes, u, interval_boxes, v, margin):
                     continue
-                for r in range(3):
-                    axis[r] = interval_boxes[u, r] + interval_boxes[u, 3 + r] - interval_boxes[v, r]
-                    axis[r] -= interval_boxes[v, 3 + r]
+                _between(interval_boxes, u, v, axis)
                 turned = motions[ta, 1] * diameters[first_a + a] + motions[tb, 1] * diameters[first_b + b]
                 if _parts_hit(
                     ta, first_a + a, tb, first_b + b, i * width, width, deviation, 0.25 * turned + together, slack,

@@ -52,6 +52,27 @@ def hull_spread(poses, first, second, turn, quarter):
     return min(turn, np.sqrt(0.5 * square) * (1.0 + 1e-9) * quarter + 1e-12)
 
 
+@lean_kernel  # (N + 1, 12) f8, i8, i8, f8, (B, 3) f8, i8 -> f8
+def _spread(poses, first, width, share, bounds, part):
+    """How far the grown hull of a part over an interval, `share` of all, may stick out of what the part sweeps."""
+    deviation = bounds[part, DEVIATION] * share * share
+    spread = hull_spread(poses, first, first + width, bounds[part, TURN] * share, bounds[part, QUARTER])
+    return 2.0 * deviation + spread
+
+
+@lean_kernel  # (.., 4) i8, i8 x 5, bool
+def _halve(stack, top, i, wide, k, far, longer):
+    """Puts both halves of one body's interval on the stack, beside the other's: of the first body's if `longer`."""
+    for half in range(2):
+        row = top + half
+        stack[row, 0], stack[row, 1] = i, wide
+        stack[row, 2], stack[row, 3] = k, far
+        if longer:
+            stack[row, 0], stack[row, 1] = i + (1 - half) * (wide // 2), wide // 2
+        else:
+            stack[row, 2], stack[row, 3] = k + (1 - half) * (far // 2), far // 2
+
+
 @lean_kernel
 def _parts_meet(
     a, b, poses_a, blocks_a, sizes_a, extents_a, bounds_a, poses_b, blocks_b, sizes_b, extents_b, bounds_b, slack,
@@ -72,10 +93,8 @@ def _parts_meet(
         unite_boxes(boxes, 2, 3, deviation_b, boxes, 5)
         if not boxes_near(boxes, 4, boxes, 5, margin):
             continue
-        spread_a = 2.0 * deviation_a
-        spread_a += hull_spread(poses_a, i, i + wide, bounds_a[a, TURN] * f, bounds_a[a, QUARTER])
-        spread_b = 2.0 * deviation_b
-        spread_b += hull_spread(poses_b, k, k + far, bounds_b[b, TURN] * g, bounds_b[b, QUARTER])
+        spread_a = _spread(poses_a, i, wide, f, bounds_a, a)
+        spread_b = _spread(poses_b, k, far, g, bounds_b, b)
         small = spread_a + spread_b <= slack
         if small or deviation_a + deviation_b <= FINE:
             proven, needed = False, deviation_a + deviation_b + margin
@@ -101,14 +120,8 @@ def _parts_meet(
         longer = spread_a >= spread_b
         if (wide if longer else far) < 2:
             return FINER
-        for half in range(2):
-            stack[top, 0], stack[top, 1] = i, wide
-            stack[top, 2], stack[top, 3] = k, far
-            if longer:
-                stack[top, 0], stack[top, 1] = i + (1 - half) * (wide // 2), wide // 2
-            else:
-                stack[top, 2], stack[top, 3] = k + (1 - half) * (far // 2), far // 2
-            top += 1
+        _halve(stack, top, i, wide, k, far, longer)
+        top += 2
     return APART
 
 

@@ -252,6 +252,27 @@ def _halve(stack, top, s0, s1, ends, size, by_time, codes, row):
 
 
 @lean_kernel
+def _widest(ends, size):
+    """The size of the larger box of those that hold several parts; 0 if each holds one."""
+    several = 0.0
+    for e in range(2):
+        if ends[e, HIGH] - ends[e, LOW] > 1:
+            several = max(several, size[e])
+    return several
+
+
+@lean_kernel
+def _begin(pair, waypoints, things, axis, stack):
+    """Puts the whole path with all parts of a pair on the stack, and no axis; the height of the stack."""
+    stack[0, 0], stack[0, 1] = 0, (waypoints.shape[0] - 1) * ONE
+    for e in range(2):
+        stack[0, 2 + 2 * e], stack[0, 3 + 2 * e] = things[FIRST_PART, pair[e]], things[LAST_PART, pair[e]]
+    for r in range(3):
+        axis[r] = 0.0
+    return 1
+
+
+@lean_kernel
 def _prove(
     pair, limits, offset, waypoints, joints, factors, placement, frames, segment, things, joint_T, bounds, blocks,
     sizes, boxes, poses, scratch, box, swept, size, over, still, axis, points, simplex, stack, ends, codes, axes,
@@ -261,11 +282,7 @@ def _prove(
 
     Where it fails a code says so, with the ends of the stretch in pieces and the gap that is left in place of an axis.
     """
-    stack[0, 0], stack[0, 1], top = 0, (waypoints.shape[0] - 1) * ONE, 1
-    for e in range(2):
-        stack[0, 2 + 2 * e], stack[0, 3 + 2 * e] = things[FIRST_PART, pair[e]], things[LAST_PART, pair[e]]
-    for r in range(3):
-        axis[r] = 0.0
+    top = _begin(pair, waypoints, things, axis, stack)
     while top > 0:
         top -= 1
         s0, s1 = stack[top, 0], stack[top, 1]
@@ -299,21 +316,8 @@ def _prove(
             axes[row, 0], axes[row, 1], axes[row, 2] = s0 / ONE, s1 / ONE, gap - grow
             return -1
         else:
-            several = 0.0
-            for e in range(2):
-                if ends[e, HIGH] - ends[e, LOW] > 1:
-                    several = max(several, size[e])
-            _halve(
-                stack,
-                top,
-                s0,
-                s1,
-                ends,
-                size,
-                single or (moved > several and s1 - s0 > limits[FINEST]),
-                codes,
-                row,
-            )
+            by_time = single or (moved > _widest(ends, size) and s1 - s0 > limits[FINEST])
+            _halve(stack, top, s0, s1, ends, size, by_time, codes, row)
             top += 2
         row += 1
     return row

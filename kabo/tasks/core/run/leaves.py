@@ -7,7 +7,7 @@ from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-from kabo.tasks.core.model.stages import Connector
+from kabo.tasks.core.model.stages import Connector, Generator, Propagator
 from kabo.tasks.core.run.graph import meet
 from kabo.tasks.core.run.jobs import Job
 from kabo.tasks.core.run.nodes import Leaf, Node
@@ -15,6 +15,8 @@ from kabo.tasks.core.run.nodes import Leaf, Node
 
 class GeneratorNode(Leaf):
     """A generator: one job, which may go on for ever."""
+
+    stage: Generator
 
     def start(self) -> None:
         """Queues the job, once."""
@@ -42,7 +44,7 @@ class GeneratorNode(Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """`generate`."""
-        return self.stage.generate  # type: ignore[attr-defined]
+        return self.stage.generate
 
     def solve(self, job: Job, result: Result) -> None:
         """A state on either side."""
@@ -112,6 +114,8 @@ class MonitorNode(GeneratorNode):
 class PropagatorNode(Leaf):
     """A propagator: one job for each state that comes to it."""
 
+    stage: Propagator
+
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._forward = self.flow is Flow.FORWARD
@@ -137,7 +141,8 @@ class PropagatorNode(Leaf):
 
     def runnable(self, job: Job) -> bool:
         """Whether the state is alive on the side it comes from."""
-        return job.subject.alive[self._near]
+        state: State = job.subject
+        return state.alive[self._near]
 
     def lane(self, job: Job) -> object:
         """That of the state."""
@@ -157,7 +162,7 @@ class PropagatorNode(Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """`forward` or `backward`."""
-        return self.stage.forward if self._forward else self.stage.backward  # type: ignore[attr-defined]
+        return self.stage.forward if self._forward else self.stage.backward
 
     def ends(self, job: Job) -> tuple[State | None, State | None]:
         """The state on the side it comes from."""
@@ -196,11 +201,13 @@ class Joining(Node):
 class ConnectorNode(Joining, Leaf):
     """A connector: one job for each pair of states that may fit."""
 
+    stage: Connector
+
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._sides: tuple[dict[object, list[State]], dict[object, list[State]]] = ({}, {})  # by lane
         self.open: dict[State, dict[Job, None]] = {}  # of each state, the jobs of its pairs
-        self._choosy = type(self.stage).mismatch is not Connector.mismatch  # type: ignore[attr-defined]
+        self._choosy = type(self.stage).mismatch is not Connector.mismatch
 
     def take(self, state: State, side: int, lane: object) -> None:
         """Queues a job for each state on the other side with which it may fit; counts those that do not."""
@@ -219,7 +226,7 @@ class ConnectorNode(Joining, Leaf):
     def _pair(self, start: State, end: State, lane: object) -> None:
         given = self.arguments((start.scene, end.scene), start.properties, end.properties)
         if self._choosy and not isinstance(given, UndefinedProperty):
-            reason = self.stage.mismatch(*given[:3])  # type: ignore[attr-defined]
+            reason = self.stage.mismatch(*given[:3])
             if reason is not None:
                 self.statistics.mismatches[reason] += 1
                 return
@@ -247,8 +254,8 @@ class ConnectorNode(Joining, Leaf):
 
     def runnable(self, job: Job) -> bool:
         """Whether both ends are alive on their far sides."""
-        start, end, _ = job.subject
-        return start.alive[LEFT] and end.alive[RIGHT]
+        pair: tuple[State, State, object] = job.subject
+        return pair[0].alive[LEFT] and pair[1].alive[RIGHT]
 
     def lane(self, job: Job) -> object:
         """That of the pair."""
@@ -285,7 +292,7 @@ class ConnectorNode(Joining, Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """`connect`."""
-        return self.stage.connect  # type: ignore[attr-defined]
+        return self.stage.connect
 
     def ends(self, job: Job) -> tuple[State | None, State | None]:
         """Both."""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from itertools import product
 from typing import Any
 
+from kabo.tasks.core.model.containers import Merger
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
@@ -14,6 +15,8 @@ from kabo.tasks.core.run.nodes import Leaf, Node
 
 class MergerNode(Leaf):
     """A merger: one job for each combination of one solution of every child from the same state."""
+
+    stage: Merger
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -79,7 +82,8 @@ class MergerNode(Leaf):
 
     def runnable(self, job: Job) -> bool:
         """Whether the state is alive on the side it comes from."""
-        return job.subject[0].alive[self._near]
+        state: State = job.subject[0]
+        return state.alive[self._near]
 
     def lane(self, job: Job) -> object:
         """That of the state."""
@@ -91,7 +95,7 @@ class MergerNode(Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """`merge`."""
-        return self.stage.merge  # type: ignore[attr-defined]
+        return self.stage.merge
 
     def solve(self, job: Job, result: Result) -> None:
         """A new state on the far side."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from kabo.tasks.core.model.containers import Wrapper
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
@@ -13,6 +14,8 @@ from kabo.tasks.core.run.nodes import Leaf, Node
 
 class WrapperNode(Holder, Leaf):
     """A wrapper: one job for each success of its child."""
+
+    stage: Wrapper
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -98,7 +101,7 @@ class WrapperNode(Holder, Leaf):
 
     def function(self) -> Callable[..., Answers]:
         """`transform`."""
-        return self.stage.transform  # type: ignore[attr-defined]
+        return self.stage.transform
 
     def ends(self, job: Job) -> tuple[State | None, State | None]:
         """Those of the child's solution."""

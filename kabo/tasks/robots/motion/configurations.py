@@ -4,13 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.errors import did_you_mean
 from kabo.scene import Robot
 from kabo.tasks.robots.scenes import TaskScene
 
-Array = npt.NDArray[np.float64]
 OPEN, CLOSED = "open", "closed"
 
 

@@ -7,15 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import candidate, tool_frame
 from kabo.tasks.core import CostTerm, Solution
 from kabo.tasks.robots.motion.configurations import goal_of
 from kabo.tasks.robots.motion.exporting import segments
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
-Array = npt.NDArray[np.float64]
 INFINITE = float("inf")
 
 

@@ -5,13 +5,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import WORLD, Candidate, Frame, Roles, carried_frame, standing_frame, tool_frame
 from kabo.language.scene_description import FeatureName, Stroke
 from kabo.tasks.robots.scenes import TaskScene
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,10 @@
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry import signed_distance
 from kabo.tasks.robots.scenes import Stretch, TaskScene
-
-Array = npt.NDArray[np.float64]
 
 
 def distances_along(scene: TaskScene, each: Stretch, greatest: float, step: float) -> Iterator[float]:

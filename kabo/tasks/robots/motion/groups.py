@@ -1,8 +1,9 @@
 """Groups: objects that hang together move as one; whoever of them is held, or hung on something, becomes the root."""
 
+from kabo.arrays import Array
 from kabo.scene import Attachment, attachment
 from kabo.scene.transforms import inverse, transform
-from kabo.tasks.robots.scenes import Array, TaskScene
+from kabo.tasks.robots.scenes import TaskScene
 
 
 def hung(scene: TaskScene, name: str, parent: str, world_T_parent: Array) -> TaskScene:

@@ -3,10 +3,11 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from kabo.arrays import Array
 from kabo.geometry_server import Keep, Situation, keep_constraint
 from kabo.tasks.core import Container, Failure, Stage
 from kabo.tasks.robots.declaring import RobotStage, refusal
-from kabo.tasks.robots.scenes import Array, TaskScene
+from kabo.tasks.robots.scenes import TaskScene
 
 
 def keep_of(scene: TaskScene, robot: str, given: Any) -> Keep | None:

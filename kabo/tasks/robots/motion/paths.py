@@ -3,16 +3,14 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Refused, way_to
 from kabo.tasks.core import Failure
 from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.keeping import kept
 from kabo.tasks.robots.motion.questions import Question, Search, along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
-
-Array = npt.NDArray[np.float64]
 
 
 def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) -> Stretch | Failure:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from kabo.arrays import Array
 
 LEVER = 0.15  # metres that a radian counts, about the way from the lid to the middle of a bottle
 FINE = 4096  # pieces in which the length is summed up

@@ -10,14 +10,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Keep, Workspace
 from kabo.motion import Blended, blended, fastest, thinned
 from kabo.tasks.robots.motion.keeping import keep_of
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
-
-Array = npt.NDArray[np.float64]
 
 THIN = 0.1  # share of the deviation that is spent on leaving way points out
 ROUNDS = 40  # of making blends that are not proven smaller, and of making them larger again

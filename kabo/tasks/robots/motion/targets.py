@@ -10,8 +10,8 @@ from itertools import chain, repeat
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import (
     BATCH,
     WORLD,
@@ -29,7 +29,6 @@ from kabo.scene import Configuration, Robot
 from kabo.scene.transforms import inverse
 from kabo.tasks.robots.scenes import TaskScene
 
-Array = npt.NDArray[np.float64]
 FEW = (16, 48, 192)  # samples of the first batches for one pose: mostly a few will do
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry import FixedGroup, MovingGroup
 from kabo.geometry_server import Contacts, Pair, Team
 from kabo.plan import Segment
@@ -22,7 +22,6 @@ from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
-Array = npt.NDArray[np.float64]
 SAME = 1e-6  # m: how exactly an object has to end where the motion that is walked takes it
 
 

@@ -11,8 +11,9 @@ from kabo.geometry_server import Pair, Situation, candidate, supports, tool_fram
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, Propagator, Property, Result, Stage
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, RobotStage, refusal
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.questions import along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch

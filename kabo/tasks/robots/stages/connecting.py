@@ -8,7 +8,8 @@ from kabo.geometry_server import Situation
 from kabo.scene import Scene
 from kabo.tasks.core import Connector, Failure, Result
 from kabo.tasks.core.model.results import Answers
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values
+from kabo.tasks.core.model.stages import Values
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage
 from kabo.tasks.robots.motion.keeping import keep_faults
 from kabo.tasks.robots.motion.paths import length, way
 from kabo.tasks.robots.scenes import TaskScene

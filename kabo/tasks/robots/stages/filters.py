@@ -7,8 +7,9 @@ from kabo.geometry_server import Situation, lies_inside
 from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import ROBOT, RobotStage, refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.letting_go import letting_go
 

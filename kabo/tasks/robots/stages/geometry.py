@@ -11,8 +11,9 @@ from kabo.language.scene_description import Shape
 from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import RobotStage, Values
+from kabo.tasks.robots.declaring import RobotStage
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.changes import _checked
 from kabo.tasks.robots.stages.poses import local_pose

@@ -3,16 +3,15 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from kabo.arrays import Array
 from kabo.geometry_server import Context, Situation, Stream, grasp_missing, grasp_roles, grasp_stream, recognised
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot, Scene
 from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.motion.configurations import CLOSED, hand
 from kabo.tasks.robots.motion.directions import Direction
 from kabo.tasks.robots.motion.targets import GraspTarget
@@ -20,8 +19,6 @@ from kabo.tasks.robots.scenes import TaskScene
 
 LIFT = Stroke(FeatureName("world", "up"), 1, 0.05, 0.10)  # how far something is lifted where no family says
 ANY = "any"
-
-Array = npt.NDArray[np.float64]
 
 
 def grasp_properties(robot: Robot, name: str, family: GraspFamily) -> dict[str, Any]:

@@ -8,21 +8,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Candidate, Contacts, Pair, Situation, Team, TeamStream, candidate
 from kabo.kinematics import project, stream_key, uniform
 from kabo.language.scene_description import Constraint
 from kabo.scene import Configuration, Scene
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults
 from kabo.tasks.robots.stages.placements import mate_of
-
-Array = npt.NDArray[np.float64]
 
 SPREADS = (0.25, 0.5, 1.0)  # rad: from how far around home the arms are led to the constraints
 FEW = 16  # times for each
@@ -76,7 +75,7 @@ class MeetingTarget:
     @property
     def _home(self) -> Array:
         """Both arms at home, the hands as they are (n,)."""
-        home = self.stream.base.copy()
+        home: Array = self.stream.base.copy()
         for robot, place in zip(self.stream.team.robots, self.stream.team.joined.values, strict=False):
             home[place][: robot.planned] = robot.configurations.get("home", np.zeros(robot.planned))
         return home

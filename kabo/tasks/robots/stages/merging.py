@@ -13,7 +13,8 @@ from kabo.geometry_server import Contacts, Context, Situation
 from kabo.scene import Component, Scene
 from kabo.tasks.core import Failure, Result, Solution, Stage
 from kabo.tasks.core import Merger as CoreMerger
-from kabo.tasks.robots.declaring import RobotStage, Values, refusal
+from kabo.tasks.core.model.stages import Values
+from kabo.tasks.robots.declaring import RobotStage, refusal
 from kabo.tasks.robots.motion.exporting import DECIMALS
 from kabo.tasks.robots.motion.together import Track, met
 from kabo.tasks.robots.scenes import Stretch, TaskScene

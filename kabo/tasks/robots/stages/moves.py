@@ -5,14 +5,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Situation, candidate
 from kabo.scene import Scene
 from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answer
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.motion.keeping import keep_faults
 from kabo.tasks.robots.motion.paths import grip, length, way
@@ -20,8 +21,6 @@ from kabo.tasks.robots.motion.questions import Question, along
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.poses import pose_of
-
-Array = npt.NDArray[np.float64]
 
 
 class MoveTo(RobotStage, Propagator):

@@ -19,8 +19,9 @@ from kabo.language.scene_description import Mate
 from kabo.scene import Region, Robot, Scene
 from kabo.tasks.core import Failure, Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.motion.directions import Direction
 from kabo.tasks.robots.motion.targets import PlacementTarget
 from kabo.tasks.robots.scenes import TaskScene

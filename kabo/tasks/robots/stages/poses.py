@@ -5,20 +5,19 @@ from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Situation
 from kabo.kinematics import stream_key, uniform
 from kabo.scene import Scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Generator, Monitor, Property, Result
 from kabo.tasks.core.model.results import Answer, Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values
+from kabo.tasks.robots.declaring import ROBOT, RobotStage
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
-
-Array = npt.NDArray[np.float64]
 
 _KEYS = ("frame", "position", "quaternion", "rpy")
 UNIT = 1e-6  # how far from 1 the length of a quaternion may be [docs/files.md#scene]

@@ -5,15 +5,16 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Frame, candidate
 from kabo.kinematics import FrameFeature, keeps, project, rows_of, stacked
 from kabo.scene import Robot
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.motion.configurations import rounded
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.motion.pour_path import PourPath
@@ -21,7 +22,6 @@ from kabo.tasks.robots.motion.targets import feature_pose, pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.stages.symmetries import turned
 
-Array = npt.NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
 
 STEP = 0.02  # m along the path between poses; a radian counts as 0.15 m
@@ -112,7 +112,7 @@ class _Tilting:
     def pose(self, at: Array) -> Array:
         """The pose (4, 4) of the lid at a pose (x, y, theta) of the path."""
         x, y, theta = (float(v) for v in at)
-        result = self.start.copy()
+        result: Array = self.start.copy()
         result[:3, 3] += (x - self.path.start[0]) * self.towards + (y - self.path.start[1]) * UP
         result[:3, :3] = (
             turned((0.0, 0.0, 0.0), self.across, theta - self.path.start[2])[:3, :3] @ self.start[:3, :3]

@@ -10,8 +10,9 @@ from kabo.geometry_server import Situation
 from kabo.scene import Scene
 from kabo.tasks.core import Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import RobotStage, refusal
 from kabo.tasks.robots.motion.exporting import HASTE
 from kabo.tasks.robots.motion.smoothing import Limits, Part, smoothed
 from kabo.tasks.robots.scenes import Stretch

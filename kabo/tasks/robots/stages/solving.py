@@ -4,18 +4,17 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import Candidate, tool_frame
 from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answer
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, refusal
 from kabo.tasks.robots.motion.questions import Question, along
 from kabo.tasks.robots.motion.targets import PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
-
-Array = npt.NDArray[np.float64]
 
 
 class ComputeIK(RobotStage, Wrapper):

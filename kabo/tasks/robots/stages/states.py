@@ -10,8 +10,9 @@ from kabo.kinematics import stream_key, uniform
 from kabo.scene import GeometricState, Scene
 from kabo.tasks.core import Generator, Property, Result
 from kabo.tasks.core.model.results import Answer, Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import ROBOT, RobotStage, refusal
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
 from kabo.tasks.robots.scenes import TaskScene
 

@@ -6,8 +6,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import (
     LINE,
     LINE_TILT,
@@ -24,8 +24,9 @@ from kabo.scene import Scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.motion.configurations import with_joints
 from kabo.tasks.robots.motion.directions import direction_of
 from kabo.tasks.robots.motion.keeping import keep_faults, kept, not_kept
@@ -34,7 +35,6 @@ from kabo.tasks.robots.motion.questions import along
 from kabo.tasks.robots.motion.targets import pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
-Array = npt.NDArray[np.float64]
 Way = list[Array] | Failure
 RESOLUTION = 1e-3  # m, rad: steps of the lengths of a stroke that is not proven whole
 ROUNDING = 1e-9  # of a step: bounds that are whole steps apart are so in decimals

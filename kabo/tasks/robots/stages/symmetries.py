@@ -8,22 +8,22 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.geometry_server import ScenePredicates, Situation
 from kabo.kinematics import stream_key, uniform
 from kabo.scene import Body, Scene
 from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answer
+from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, Values, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import family_faults, grasp_properties
 from kabo.tasks.robots.stages.poses import local_pose, pose_of
 
-Array = npt.NDArray[np.float64]
 AUTO = "auto"
 ALL_AROUND = 16  # ways to stand of what is round, where nothing else is said
 

@@ -3,13 +3,14 @@
 What is ground once is kept: actions by name and arguments, update rules, goals.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
 from kabo.language.formulas import And, Forall, Formula, Temporal
 from kabo.language.problem import Action, Problem
 from kabo.plan import ValueOf
+from kabo.plan.plan import Arguments
 from kabo.verify.knowledge.asking import external_of, succeeds
 from kabo.verify.knowledge.facts import Facts, truth, will_be_known
 from kabo.verify.knowledge.ground import (
@@ -33,8 +34,6 @@ from kabo.verify.knowledge.replay.transition import change_world, look_back, not
 from kabo.verify.knowledge.replay.update_rules import UpdateRules
 from kabo.verify.knowledge.terms import Question
 from kabo.verify.knowledge.updates import Rule, Updates, fired, rules_of, sensing
-
-Arguments = Mapping[str, "str | float | ValueOf"]
 
 
 @dataclass(frozen=True)

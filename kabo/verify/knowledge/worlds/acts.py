@@ -385,9 +385,9 @@ def _learned(belief: Belief, thing: Thing, value: Value, worlds: list[World]) ->
     whether, whole = belief.whether, belief.whole
     if is_symbol(thing):
         told[thing] = value  # type: ignore[index]
-        whether -= {thing}  # type: ignore[arg-type]
+        whether -= {thing}
     else:
-        whole -= {thing}  # type: ignore[arg-type]
+        whole -= {thing}
         if value is True:
-            told.update({claim[0]: claim[1] for claim in thing if claim[2]})  # type: ignore[misc,index]
+            told.update({claim[0]: claim[1] for claim in thing if claim[2]})  # type: ignore[misc]
     return Belief(belief.unknowns, worlds, whether, whole, told, broken=belief.broken, settled=belief.settled)

@@ -40,7 +40,7 @@ class _Excluded(dict[Symbol, frozenset[Value]]):
         super().__init__()
         self._belief = belief
 
-    def get(self, symbol: Symbol, default: object = None) -> frozenset[Value]:  # type: ignore[override]
+    def get(self, symbol: Symbol, default: object = None) -> frozenset[Value]:
         """The values; none for numbers."""
         if symbol not in self:
             unknowns, every = (

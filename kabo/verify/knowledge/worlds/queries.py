@@ -31,9 +31,9 @@ from kabo.language.formulas import (
     Xor,
 )
 from kabo.language.problem import Problem
-from kabo.verify.knowledge.ground import Binding, instances
+from kabo.verify.knowledge.ground import Binding, Symbol, instances
 from kabo.verify.knowledge.terms import Namer, Question, knows, symbol_of
-from kabo.verify.knowledge.worlds.world import CannotJudgeError, Symbol
+from kabo.verify.knowledge.worlds.world import CannotJudgeError
 
 INFERENCE = "what is asked for must not be known, and it follows only from several facts together"
 

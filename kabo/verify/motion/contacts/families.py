@@ -3,16 +3,14 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.language.scene_description import Constraint, Feature, GraspFamily, PlacementFamily, Stroke
 from kabo.scene import Region
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.constraints import LENGTH, WORLD, Role, UnknownFeatureError, missed
 from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
-
-Array = npt.NDArray[np.float64]
 
 FINGERS = 1e-3  # [m or rad] how near the gripper's joints must be to the family's
 OUTSIDE = 1e-6  # [m] how far a body may reach out of its region

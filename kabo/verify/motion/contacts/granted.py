@@ -8,15 +8,12 @@ touch, and from there on every point of the object gets away. mate: two parts, a
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
+from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.scene import Scene
 from kabo.verify.motion.surfaces import mesh_distance
 from kabo.verify.motion.sweep import LEAST, Thing
 
-Array = npt.NDArray[np.float64]
 Pair = frozenset[str]
 
 TOUCHING = (1e-5, 1e-4)  # m: how deep what stands may be in what it stands on; the first that suffices is granted

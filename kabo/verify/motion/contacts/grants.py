@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.language.scene_description import FeatureName, GraspFamily
 from kabo.language.scene_description import Stroke as Described
 from kabo.plan import Grant, Segment
@@ -24,8 +24,6 @@ from kabo.verify.motion.contacts.strokes import Limits, Stroke, box_corners, of_
 from kabo.verify.motion.sweep import Path, Thing
 from kabo.verify.motion.windows import SAME, Window, window_path
 from kabo.verify.motion.world import World
-
-Array = npt.NDArray[np.float64]
 
 LIFT = Described(FeatureName("world", "up"), 1, 0.05, 0.10)  # where no family says how something is lifted
 

@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.verify.motion.arms import Arm, Mount
 from kabo.verify.motion.surfaces import inverse
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass

@@ -3,16 +3,12 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from kabo.arrays import Array
 from kabo.language.scene_description import Mate
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.contacts.families import why_not
 from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

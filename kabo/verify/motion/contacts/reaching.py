@@ -7,9 +7,6 @@ first after it has let go is the retreat of the placement, or that approach back
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
 from kabo.language.scene_description import Stroke as Described
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.constraints import Role
@@ -19,8 +16,6 @@ from kabo.verify.motion.contacts.strokes import Stroke, first_fault, of_family
 from kabo.verify.motion.sweep import Path
 from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass

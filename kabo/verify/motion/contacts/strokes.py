@@ -10,13 +10,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.verify.motion.arms import Mount
 from kabo.verify.motion.chord_bounds import deviations
 from kabo.verify.motion.sweep import Path
-
-Array = npt.NDArray[np.float64]
 
 NEAR = 1.0 / 3.0  # of a family's least length: the part of a stroke that is straight; then a corner may be rounded
 STRAIGHT = 0.01  # [m] of it at least

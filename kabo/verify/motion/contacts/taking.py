@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from kabo.arrays import Array
 from kabo.plan import Segment
 from kabo.verify.motion.calls import Call
 from kabo.verify.motion.contacts.families import check_grasp, check_placement
@@ -14,8 +14,6 @@ from kabo.verify.motion.contacts.mating import check_mate, fittings
 from kabo.verify.motion.limits import JOINED
 from kabo.verify.motion.world import World
 from kabo.verify.report import Finding
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass

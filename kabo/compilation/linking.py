@@ -22,7 +22,7 @@ def whole_compiler() -> Any:
     """Compiles without collections of garbage: it makes millions of objects that live until it ends."""
     from numba.core.compiler import Compiler
 
-    class WholeCompiler(Compiler):  # type: ignore[misc]  # numba has no types
+    class WholeCompiler(Compiler):
         def compile_extra(self, function: Any) -> Any:
             collecting = gc.isenabled()
             gc.disable()
@@ -53,7 +53,7 @@ def part_compiler() -> Any:
         def __getattr__(self, name: str) -> Any:
             return getattr(self._generator, name)
 
-    class PartLibrary(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+    class PartLibrary(JITCodeLibrary):
         """A library that is linked, as numba's own `finalize` does it, but neither optimised nor made executable."""
 
         @property
@@ -70,7 +70,7 @@ def part_compiler() -> Any:
             self._ensure_finalized()
             return 0
 
-    class PartCompiler(Compiler):  # type: ignore[misc]  # numba has no types
+    class PartCompiler(Compiler):
         def compile_extra(self, function: Any) -> Any:
             self.state.library = PartLibrary(self.state.targetctx.codegen(), function.__qualname__)
             self.state.library.enable_object_caching()

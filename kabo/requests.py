@@ -1,24 +1,21 @@
-"""What a request means, free of any door: files in, the object of `--json` out.
+"""What solve, verify, explain and check mean for files: paths and options in, answers as data out.
 
-The command line and the workers of the service call the same functions, so they answer alike.
+The command line and the workers of the service call these functions, so every door gives the same answer. How a request
+arrives, and how its answer is shown, is the door's business.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import msgspec
-
+import kabo
+from kabo import language, meshes, planner
+from kabo import plan as plans
 from kabo.errors import Diagnostic, InputError
-from kabo.planner.result import Progress, invalid_to_json, result_to_json
-from kabo.service.messages import SolveOptions
-
-if TYPE_CHECKING:
-    from kabo.language.problem import Problem
-    from kabo.language.scene_description import SceneDescription
-    from kabo.scene import Scene
-    from kabo.verify import Report
+from kabo.options import SolveOptions
+from kabo.tasks import files as task_files
+from kabo.verify.report import Report
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ def solve_file(
     domain: Path | None = None,
     workers: int = 1,
     within: Path | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: "Callable[[kabo.Progress], None] | None" = None,
     cancelled: Callable[[], bool] | None = None,
     keep: Callable[[Mapping[str, Any], bytes], None] | None = None,
 ) -> Answer:
@@ -45,7 +42,7 @@ def solve_file(
 
     Args:
         path: the problem file.
-        options: what the caller asks for; None where problem and scene decide.
+        options: what the caller says; what is absent or None is left to the problem and the scene.
         domain: the problem's domain file, where formats have one that the problem does not name.
         workers: processes that the planner may use; does not change the answer.
         within: if given, no file outside of this folder is opened.
@@ -53,33 +50,46 @@ def solve_file(
         cancelled: asked now and then; True ends planning soon, with status "exhausted", or with the plan that was found.
         keep: given the object and the plan file's bytes once a plan is found, before it is refined and certified.
     """
-    from kabo.plan import plan_to_json
-    from kabo.planner.solve import solve
-
     try:
         problem = read_problem(path, within, domain)
-        chosen = msgspec.structs.asdict(options)
-        found = None if keep is None else lambda result: keep(result_to_json(result), plan_to_json(result.plan))
-        result = solve(problem, **chosen, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
+        found = (
+            None
+            if keep is None
+            else lambda result: keep(planner.result_to_json(result), plans.plan_to_json(result.plan))
+        )
+        result = kabo.solve(
+            problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found
+        )
     except InputError as error:
-        return Answer(invalid_to_json(error), error=error)
-    return Answer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
+        return Answer(planner.invalid_to_json(error), error=error)
+    return Answer(planner.result_to_json(result), None if result.plan is None else plans.plan_to_json(result.plan))
 
 
-def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> "Problem":
+def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> "language.Problem":
     """The problem in a file, with every file that it names inside the folder `within` (if given).
 
     Raises:
         InputError: all that is wrong in the files; or the files outside of `within`, none of them opened.
     """
-    from kabo.language import load_problem
-    from kabo.service.inline import refuse_outside
-
     if within is None:
-        return load_problem(path, domain)
-    problem = load_problem(path, domain, within=within)
-    refuse_outside(problem, within)
+        return language.load_problem(path, domain)
+    problem = language.load_problem(path, domain, within=within)
+    _refuse_outside(problem, within)
     return problem
+
+
+def _refuse_outside(problem: "language.Problem", folder: Path) -> None:
+    """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
+
+    Raises:
+        InputError: the first that does not.
+    """
+    if problem.scene is None:
+        return
+    for path in language.geometry_files(problem.scene):  # yields a URDF before opening it
+        if not path.resolve().is_relative_to(folder.resolve()):
+            hint = "a server reads only files that were sent along: use paths relative to the scene"
+            raise InputError([Diagnostic(str(problem.scene.path), 1, 1, f'"{path}" may not be read', hint)])
 
 
 def verify_file(
@@ -89,32 +99,50 @@ def verify_file(
     domain: Path | None = None,
     knowledge_only: bool = False,
     paranoid: bool = False,
-) -> "Report":
+) -> Report:
     """Verifies the plan in a file for the problem in a file; `paranoid`: its certificate in exact arithmetic.
 
     Raises:
         InputError: all that is wrong in the problem's files, or in the form of the plan.
         OSError: the plan file cannot be read.
     """
-    from kabo.language import load_problem
-    from kabo.plan import load_plan
-    from kabo.verify import verify_plan
+    given, judged = language.load_problem(problem, domain), plans.load_plan(plan)
+    return kabo.verify_plan(given, judged, knowledge_only=knowledge_only, paranoid=paranoid)
 
-    return verify_plan(
-        load_problem(problem, domain), load_plan(plan), knowledge_only=knowledge_only, paranoid=paranoid
-    )
+
+def explain_file(
+    path: Path,
+    *,
+    domain: Path | None = None,
+    geometry: bool = True,
+    cancelled: Callable[[], bool] | None = None,
+    **options: Any,
+) -> "tuple[kabo.Explanation, InputError | None]":
+    """Why the problem in a file has no plan, and what is wrong in its files (None: nothing).
+
+    Args:
+        path: the problem file.
+        domain: the problem's domain file, where formats have one that the problem does not name.
+        geometry: whether to look for motions, too.
+        cancelled: asked now and then; True ends it soon, with what was found so far.
+        options: of `kabo.explain`.
+    """
+    from kabo.explain.explain import invalid_explanation  # loads the planner, which `check` does without
+
+    try:
+        problem = language.load_problem(path, domain)
+        return kabo.explain(problem, geometry=geometry, cancelled=cancelled, **options), None
+    except InputError as error:
+        return invalid_explanation(error), error
 
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     """All findings in files of any kind; scenes without errors are loaded with their meshes and URDFs."""
-    from kabo.language import check_files as findings_in
-    from kabo.language import is_imported
-
     named = list(paths)
-    found = list(findings_in(named))
+    found = list(language.check_files(named))
     faulty = {finding.file for finding in found if finding.severity == "error"}
     for path in named:
-        if str(path) not in faulty and not is_imported(path):
+        if str(path) not in faulty and not language.is_imported(path):
             found += _geometry_findings(path)
             found += _stage_findings(path)
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
@@ -122,60 +150,46 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
 
 def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
     """What is wrong in the task files that a domain or problem may call, or in a task file itself: stages, values."""
-    from kabo.language import own_task_files
-
-    called = own_task_files(path)
+    called = language.own_task_files(path)
     if not called:
         return ()
-    from kabo.language.findings import Findings
-    from kabo.tasks.files import find_task_file
-
-    findings = Findings()
+    findings = language.Findings()
     for name in called:
-        find_task_file(Path(name), name, findings)
+        task_files.find_task_file(Path(name), name, findings)
     return tuple(findings.diagnostics)
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
-    from kabo.language import load_scene_description
-
     try:
-        description = load_scene_description(path)
+        description = language.load_scene_description(path)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
         return ()
-    from kabo.scene import load_scene
-
     try:
-        scene = load_scene(description)
+        scene = kabo.load_scene(description)
     except InputError as error:
         return error.diagnostics
     return (*_unit_warnings(scene, description), *_turned_warnings(description))
 
 
-def _turned_warnings(description: "SceneDescription") -> Iterator[Diagnostic]:
+def _turned_warnings(description: "language.SceneDescription") -> Iterator[Diagnostic]:
     """Mesh files with components that are inside out, which are turned whenever they are loaded."""
-    from kabo.meshes import FORMATS, load_mesh, outwards
-    from kabo.service.inline import geometry_files
-
-    for path in dict.fromkeys(geometry_files(description)):
-        if path.suffix.lower().removeprefix(".") in FORMATS:
-            done = outwards(load_mesh(path))[1]
+    for path in dict.fromkeys(language.geometry_files(description)):
+        if path.suffix.lower().removeprefix(".") in meshes.FORMATS:
+            done = meshes.outwards(meshes.load_mesh(path))[1]
             if done is not None:
                 fix = "export it with its normals outwards; kabo plans and verifies with the turned mesh"
                 yield Diagnostic(str(path), 1, 1, done, fix, severity="warning")
 
 
-def _unit_warnings(scene: "Scene", description: "SceneDescription") -> tuple[Diagnostic, ...]:
+def _unit_warnings(scene: "kabo.Scene", description: "language.SceneDescription") -> tuple[Diagnostic, ...]:
     """Bodies and robots whose meshes are so large that they may be given in millimetres."""
-    from kabo.meshes import units_warning
-
     found = [
-        units_warning(body.mesh, description.bodies[name].shape.place)
+        meshes.units_warning(body.mesh, description.bodies[name].shape.place)
         for name, body in scene.bodies.items()
         if body.mesh.path is not None
     ]
     found += [
-        units_warning(
+        meshes.units_warning(
             link.mesh,
             description.robots[name].place,
             named=f'link "{link_name}" of robot "{name}"',
@@ -186,13 +200,3 @@ def _unit_warnings(scene: "Scene", description: "SceneDescription") -> tuple[Dia
         if link.mesh is not None
     ]
     return tuple(warning for warning in found if warning is not None)
-
-
-def missing_library(error: BaseException) -> str | None:
-    """The remedy in one line if `error` is a shared library that the system lacks, else None."""
-    text = str(error)
-    if not isinstance(error, ImportError) or "cannot open shared object file" not in text:
-        return None
-    library = text.split(":", maxsplit=1)[0].strip()
-    package = {"libgomp.so.1": "libgomp1"}.get(library, library)
-    return f"the system library {library} is missing: install it, e.g. with `apt-get install {package}`"
