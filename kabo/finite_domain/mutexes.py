@@ -11,10 +11,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain.normal_form import Assignments, NormalOperator, NormalTask, Tests
 
-PLAIN_VARIANTS = 1500  # operators times their conditional effects that plain Python does in a fraction of a second
-MOST_FACTS, MOST_WORK = 6000, 400_000_000
 Condition = tuple[int, ...]  # facts of one variable, one of which must hold
 
 
@@ -198,9 +197,9 @@ def mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
     """
     groups = {id(group): len(group) for o in task.operators for group in o.depends}
     variants = len(task.operators) + sum(groups[id(group)] for o in task.operators for group in o.depends)
-    if variants <= PLAIN_VARIANTS:
+    if variants <= tuning.PLAIN_MUTEX_VARIANTS:
         return plain_mutexes(task, start)
-    if task.facts > MOST_FACTS or variants * task.facts > MOST_WORK:
+    if task.facts > tuning.MAX_MUTEX_FACTS or variants * task.facts > tuning.MAX_MUTEX_WORK:
         return variables_alone(task)
     return compiled_mutexes(task, start)
 

@@ -14,14 +14,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.arrays import Integers
 from kabo.finite_domain.heuristics.plain_relaxation import PlainTables, relaxed_plan
 
 Facts = Sequence[int] | NDArray[Any] | int  # an int is a set of bits: bit i says that fact i is true
 Engine = Literal["automatic", "python", "compiled"]
-WORTH_LOADING = (
-    600_000  # visits of operators' conditions and adds in Python that take as long as loading the kernel
-)
 BUCKETS = 1024
 UNREACHED_BELOW = 1 << 28  # costs by h_add are cut off here: they only compare supporters
 
@@ -130,7 +128,11 @@ class _Core:
             return False
         if self._switched:
             return True
-        if self._engine == "automatic" and _spent.visits < WORTH_LOADING and not _load.cache_info().currsize:
+        if (
+            self._engine == "automatic"
+            and _spent.visits < tuning.PLAIN_RELAXATION_VISITS
+            and not _load.cache_info().currsize
+        ):
             return False
         self._prepare()
         self._switched = True

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never, as_number
 from kabo.finite_domain.result import SearchResult, Status
 
-PLAIN_WORK = 40_000  # generated states: about as long in Python as loading the kernel
 BETWEEN_LOOKS = 100_000  # expansions between two questions whether to stop
 BUFFER = 4096
 ROWS = (1 << 31) - 1  # states are counted in 32 bits
@@ -42,7 +42,11 @@ def breadth_first(
     if compiled.plain.at_goal(packed):
         return SearchResult("solved", (), 0, 0, 0, 1, optimal=True)
     if plain_work is None:
-        plain_work = 0 if _kernels.cache_info().currsize else compiled.plain_left("breadth-first", PLAIN_WORK)
+        plain_work = (
+            0
+            if _kernels.cache_info().currsize
+            else compiled.plain_left("breadth-first", tuning.PLAIN_BREADTH_FIRST_STATES)
+        )
     found = _plain(compiled, packed, never, budget, plain_work) if plain_work else None
     compiled.spend("breadth-first", found.generated if found else plain_work)
     return found or _compiled(compiled, packed, never, budget)

@@ -12,13 +12,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never, as_number
 from kabo.finite_domain.result import SearchResult
 
-PLAIN_STATES = 4000  # entered in plain Python, at most: less time than loading the kernel takes
-PLAIN_PAIRS = 200_000  # pairs of variables looked at in them, and operators
 MOST_PLAN_FACTS = 256  # of a relaxed plan that are counted
-PAIR_BYTES = 512 << 20  # for the pairs seen; partitions that come later are told apart by facts alone
 
 
 def bfws(
@@ -54,7 +52,7 @@ def _plain_states(compiled: CompiledTask) -> int:
     if _compiled.cache_info().currsize:
         return 0
     each = len(compiled.normal.sizes) ** 2 + len(compiled.normal.operators) + 1
-    return compiled.plain_left("novelty", min(PLAIN_STATES, PLAIN_PAIRS // each))
+    return compiled.plain_left("novelty", min(tuning.PLAIN_NOVELTY_STATES, tuning.PLAIN_NOVELTY_PAIRS // each))
 
 
 @cache
@@ -72,7 +70,7 @@ def pair_words(facts: int) -> int:
 
 def pair_partitions(facts: int) -> int:
     """How many partitions may remember pairs of so many facts."""
-    return PAIR_BYTES // max(8, 8 * pair_words(facts))
+    return tuning.NOVELTY_PAIR_BYTES // max(8, 8 * pair_words(facts))
 
 
 class _Plain:

@@ -6,10 +6,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never, as_number
 from kabo.finite_domain.result import SearchResult
-
-PLAIN_WORK = 5000  # generated states: less time in Python than loading the kernel takes
 
 
 def astar(
@@ -18,7 +17,7 @@ def astar(
     start: Sequence[int] | None = None,
     forbidden: Sequence[int] | NDArray[Any] | None = None,
     budget: Budget | None = None,
-    plain_work: int = PLAIN_WORK,
+    plain_work: int | None = None,
 ) -> SearchResult:
     """A plan of least cost; or the proof that there is none.
 
@@ -32,7 +31,8 @@ def astar(
     """
     budget = budget or Budget()
     packed, never = compiled.start(start), compiled.never(forbidden)
-    found = _plain(compiled, packed, never, budget, plain_work)
+    work = tuning.PLAIN_ASTAR_STATES if plain_work is None else plain_work
+    found = _plain(compiled, packed, never, budget, work)
     if found is None:
         from kabo.finite_domain.search.compiled_astar import search
 
