@@ -36,8 +36,8 @@ class StageStatistics:
     costs: list[float] = field(default_factory=list)
 
 
-class PlanningRun(Protocol):
-    """What a node may ask of its planning run, and what it reports to it."""
+class Scheduler(Protocol):
+    """What a node may ask of the scheduler of its planning run, and what it reports to it."""
 
     flows: Mapping[Stage, Flow]
     scene: Any
@@ -66,7 +66,7 @@ class StageNode:
     """A stage in one planning run."""
 
     def __init__(
-        self, stage: Stage, planning: PlanningRun, parent: "StageNode | None", level: "Level", index: int
+        self, stage: Stage, planning: Scheduler, parent: "StageNode | None", level: "Level", index: int
     ) -> None:
         self.stage = stage
         self.planning = planning
