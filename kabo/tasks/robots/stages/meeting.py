@@ -82,7 +82,7 @@ class MeetingTarget:
         return home
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: meeting does not determine one pose."""
+        """None: nothing is known, because meeting does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
