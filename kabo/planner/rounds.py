@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from kabo import tuning
 from kabo.errors import CutOff
-from kabo.knowledge import Task
+from kabo.knowledge import GroundedTask
 from kabo.planner.geometry.assembly import symbolic_variants
 from kabo.planner.geometry.eager import EagerGeometry
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator, Expect, Variant, in_order
@@ -69,7 +69,7 @@ class SymbolicRounds:
 class ExternalRounds:
     """Rounds that ask functions which the caller supplies, until all calls along a skeleton succeed."""
 
-    def __init__(self, run: PlanningRun, task: Task, procedures: ExternalProcedures) -> None:
+    def __init__(self, run: PlanningRun, task: GroundedTask, procedures: ExternalProcedures) -> None:
         self._run, self._task, self.geometry = run, task, procedures
         self._seconds = 0.0  # spent in procedures before the present search
 
@@ -109,7 +109,7 @@ class GeometricRounds:
         expect: called with the calls that will be asked next.
     """
 
-    def __init__(self, run: PlanningRun, task: Task, server: ProcedureServer, expect: Expect) -> None:
+    def __init__(self, run: PlanningRun, task: GroundedTask, server: ProcedureServer, expect: Expect) -> None:
         self._run, self._task, self._server, self._on_expected = run, task, server, expect
         self.refusals = RefusalTable(server)
         eager = run.options.geometry_order == "eager"

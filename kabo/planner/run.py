@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.budgets import StopFlag
 from kabo.geometry_server.answers import Failure
-from kabo.knowledge import Task, verdict_of
+from kabo.knowledge import GroundedTask, verdict_of
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.options import Options
@@ -79,7 +79,7 @@ class PlanningRun:
             self.progress(Progress(doing, self.searched.expanded, self.searched.generated, calls))
 
 
-def search_once(run: PlanningRun, task: Task, geometry: Geometry | None) -> SearchResult:
+def search_once(run: PlanningRun, task: GroundedTask, geometry: Geometry | None) -> SearchResult:
     """A skeleton, the proof that there is none, or what ended the search; `run` counts and times it."""
     began = perf_counter()
     left = run.options.max_expansions - run.searched.expanded
@@ -96,7 +96,7 @@ def search_once(run: PlanningRun, task: Task, geometry: Geometry | None) -> Sear
 
 def without_plan(
     run: PlanningRun,
-    task: Task,
+    task: GroundedTask,
     found: Unreachable | Exhausted,
     statistics: Mapping[str, Any],
     failures: Sequence[tuple[GroundCall, Failure]] = (),

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
 from kabo.frozen_gc import frozen_gc
-from kabo.knowledge import Task, ground, verdict_of
+from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
 from kabo.planner.geometry.assembly import assemble
@@ -89,7 +89,7 @@ def solve(
     return _with_figures(result, external) if procedures else result
 
 
-def planned(run: PlanningRun, task: Task, rounds: Rounds) -> Variants | Unreachable | Exhausted:
+def planned(run: PlanningRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
     """A skeleton along which every call succeeded; the proof that there is none; or the budget that was spent."""
     try:
         while True:
@@ -106,7 +106,7 @@ def planned(run: PlanningRun, task: Task, rounds: Rounds) -> Variants | Unreacha
 
 
 # ------------------------------------------------------------------------------------ with a scene's geometry
-def _with_geometry(run: PlanningRun, task: Task) -> Result:
+def _with_geometry(run: PlanningRun, task: GroundedTask) -> Result:
     # Loads kernels for most of a second, which a problem without a scene never needs.
     from kabo.planner.refine.with_geometry import finished, load_procedures, unsuccessful_calls
 
@@ -130,13 +130,13 @@ def _with_geometry(run: PlanningRun, task: Task) -> Result:
 
 
 # ------------------------------------------------------------------------------------------ without a scene's
-def _symbolic(run: PlanningRun, task: Task) -> Result:
+def _symbolic(run: PlanningRun, task: GroundedTask) -> Result:
     found = planned(run, task, SymbolicRounds(run))
     statistics = statistics_of(run)
     return _solved(run, found) if isinstance(found, tuple) else without_plan(run, task, found, statistics)
 
 
-def _with_external(run: PlanningRun, task: Task, external: ExternalProcedures) -> Result:
+def _with_external(run: PlanningRun, task: GroundedTask, external: ExternalProcedures) -> Result:
     """The result of planning until all external procedures along a plan succeed."""
     found = planned(run, task, ExternalRounds(run, task, external))
     statistics = statistics_of(run) | external.figures()

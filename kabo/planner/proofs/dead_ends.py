@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from kabo.knowledge import Task, relaxed_reach
+from kabo.knowledge import GroundedTask, relaxed_reach
 from kabo.planner.proofs.wording import listed
 from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
@@ -17,7 +17,7 @@ MAX_PARTS = 20  # of the goal, that are looked for one by one
 MAX_SHOWN = 6
 
 
-def dead_ends(task: Task, deadline: Callable[[], bool] | None = None) -> list[str]:
+def dead_ends(task: GroundedTask, deadline: Callable[[], bool] | None = None) -> list[str]:
     """Sentences that say what stands in the way; none if that cannot be found out soon.
 
     Args:

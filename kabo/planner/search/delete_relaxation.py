@@ -12,7 +12,7 @@ import numpy as np
 from kabo import tuning
 from kabo.arrays import Integers
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
-from kabo.knowledge import GroundAction, Query, Task
+from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import Claim, open_entries
 from kabo.knowledge.progression import Effects, Update
@@ -23,7 +23,7 @@ from kabo.language.formulas import GroundCall
 class Relaxation:
     """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
 
-    def __init__(self, task: Task, refused: frozenset[GroundCall] = frozenset()) -> None:
+    def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         """Leaves out the actions with refused calls."""
         builder = _RelaxationBuilder(task, [action for action in task.actions if action.call not in refused])
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
@@ -86,7 +86,7 @@ class _RelaxationBuilder:
     before it: sensed already and still open.
     """
 
-    def __init__(self, task: Task, actions: Sequence[GroundAction]) -> None:
+    def __init__(self, task: GroundedTask, actions: Sequence[GroundAction]) -> None:
         self._width, self._whether = task.width, task.whether
         self.operators: list[RelaxedOperator] = []
         self.auxiliary = 0
