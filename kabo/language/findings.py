@@ -1,4 +1,4 @@
-"""Everything found wrong while reading: collected, never raised one by one, so that all is reported at once."""
+"""Findings: all errors and warnings of one reading, collected so that they are reported at once."""
 
 from collections.abc import Collection, Mapping
 
@@ -13,7 +13,7 @@ _FEW = 12
 
 
 class Findings:
-    """The diagnostics of one reading; the same finding at the same place is kept once."""
+    """The diagnostics of one reading, without duplicates."""
 
     def __init__(self) -> None:
         self._found: dict[tuple[str, int, int, str], Diagnostic] = {}
@@ -22,7 +22,7 @@ class Findings:
         self._last: Place | None = None  # where the end of the list is said
 
     def know(self, source: SourceFile) -> None:
-        """Makes the lines of `source` available to findings in it."""
+        """Registers a source, so that findings in it can quote its lines."""
         self._sources[source.name] = source
 
     def add(self, place: Place, message: str, hint: str | None = None, *, warning: bool = False) -> None:
@@ -70,7 +70,7 @@ class Findings:
 
     @property
     def may_suggest(self) -> bool:
-        """Whether near names are still looked for; after many findings it would take too long."""
+        """Whether similar names are still looked for: not after many findings, which would take too long."""
         return self._suggestions <= _MOST_SUGGESTIONS
 
     @property

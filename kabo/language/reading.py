@@ -1,6 +1,6 @@
-"""From paths of any format to a Problem: told by their endings, with the files that belong together.
+"""From paths to a Problem, in any format: the ending of a file says its format; domains are found beside problems.
 
-YAML files go to the language room; PDDL and PKS files are read here.
+YAML files are read by kabo.language.yaml; those of PDDL and PKS are put together here.
 """
 
 import os
@@ -21,7 +21,7 @@ PKS = (".xml", ".pks")
 
 
 def is_imported(path: str | Path) -> bool:
-    """Whether the file is of another format than kabo's own."""
+    """Whether the file is of PDDL or PKS, by its ending."""
     return Path(path).suffix.lower() in PDDL + PKS
 
 
@@ -74,7 +74,7 @@ class Reading:
         self._within = within
 
     def problem(self, named: Sequence[str]) -> Problem | None:
-        """The only problem of the files, with its domain."""
+        """The problem of the files with its domain; None after a report, also if there are several problems or none."""
         if len({type(_format_of(name)) for name in named}) > 1:
             self.findings.add(Place(named[-1], 1, 1), "the two files are of different formats")
             return None
@@ -187,7 +187,7 @@ def _endings_like(name: str) -> tuple[str, ...]:
 
 
 def _format_of(name: str) -> Format:
-    """The format of a file; only what is needed is loaded."""
+    """The reader of a file's format; only that one is loaded."""
     if Path(name).suffix.lower() in PDDL:
         from kabo.language.pddl.problem import Pddl
 

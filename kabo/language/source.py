@@ -1,4 +1,4 @@
-"""Text files as they lie on disk: decoded once, with the place of every character.
+"""Text files with the place (line and column) of every character.
 
 A place is computed from an offset and only when a finding needs it, so reading costs nothing for correct files.
 """
@@ -20,7 +20,7 @@ _LINE_BREAK = re.compile(r"\r\n|\n|\r")
 
 
 class UnreadableError(Exception):
-    """A file that cannot be read as text: says why, the remedy, and where if the place is known."""
+    """A file that cannot be read as text; carries the reason, a remedy and, if known, the offset."""
 
     def __init__(self, message: str, hint: str | None = None, offset: int | None = None, text: str = "") -> None:
         super().__init__(message)
@@ -29,7 +29,7 @@ class UnreadableError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class SourceFile:
-    """A text file: `name` as people see it in messages, `digest` the SHA-256 of its bytes."""
+    """A text file: `name` is its name in messages, `digest` the SHA-256 of its bytes."""
 
     path: Path
     name: str
@@ -58,7 +58,7 @@ class SourceFile:
         return begin, end
 
     def shown_line(self, number: int) -> str | None:
-        """The line if it is short enough to be shown: a file may be a single line of megabytes."""
+        """The line, or None if it is too long to be shown: a file may be a single line of megabytes."""
         if not 1 <= number <= len(self._starts):
             return None
         begin, end = self.bounds(number)
@@ -109,7 +109,7 @@ def _read_bytes(path: Path, most: int) -> bytes:
 
 
 def missing_file_reason(path: Path) -> str | None:
-    """Why `path` cannot be opened as a file, or None if it seems that it can; reads nothing."""
+    """The reason why `path` cannot be opened as a file, or None; the file is not read."""
     try:
         mode = os.stat(path).st_mode
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""From the pieces of PDDL effects to kabo's updates: about knowledge where all is known, else about the world."""
+"""From PDDL's conditional effects to kabo's updates: of knowledge where all is known, else of the world (`when … then`)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _MOST_CASES = 64
 
 @dataclass(frozen=True)
 class Disjunct:
-    """One way in which a condition holds: for some variables, with what is known and with claims of the world."""
+    """A disjunct of a condition: for some variables a part that is always known, and claims about the world."""
 
     variables: tuple[f.Variable, ...] = ()
     guard: tuple[f.Formula, ...] = ()  # nothing in it can be unknown
@@ -29,7 +29,7 @@ class _CannotBeAsked(Exception):
 def updates_of(
     here: NameResolver, pieces: list[ConditionalEffect], known: Callable[[object], bool]
 ) -> tuple[f.Effect, ...]:
-    """The updates, in the order of the pieces; neighbours under the same condition are one."""
+    """The updates, in the order of the effects; neighbours under the same condition are joined."""
     updates: list[f.Effect] = []
     for group in _groups(pieces):
         updates.extend(_updates(here, group, known))

@@ -19,7 +19,7 @@ _DATABASES = ("Kf", "Kw", "Kv", "Kx", "LCW")
 
 @dataclass(frozen=True)
 class _GuardedUpdate:
-    """One update, with the variables and conditions around it."""
+    """An update with the variables and the condition around it."""
 
     variables: tuple[f.Variable, ...]
     condition: f.Formula
@@ -49,7 +49,7 @@ def read_effects(here: NameResolver, node: Expression, *, conditional: bool = Tr
 
 
 def _groups(pieces: Iterable[_GuardedUpdate]) -> Iterator[list[_GuardedUpdate]]:
-    """Neighbours under the same variables and condition."""
+    """The updates grouped: neighbours with the same variables and condition together."""
     group: list[_GuardedUpdate] = []
     for piece in pieces:
         if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):

@@ -1,4 +1,4 @@
-"""From paths to a Problem: which files belong together, and every finding of all of them at once."""
+"""From paths of YAML files to a Problem: the files that belong together, with all findings at once."""
 
 import os
 from collections.abc import Iterable
@@ -83,7 +83,7 @@ class _Loading:
         return reading
 
     def note(self, reading: DomainReading) -> None:
-        """Counts the task files that were read among those that belong to this reading."""
+        """Records the task files that a domain has read as files of this reading."""
         digests = reading.tasks.digests
         self.digests |= digests
         self.tasks.update(digests)
@@ -125,7 +125,7 @@ _TELLING = {
 
 
 def kind_of(root: Mapping) -> str | None:
-    """What a document is, told by the keys that only one kind of file has; None if there are none."""
+    """The kind of a document, by the keys that only one kind of file has; None if it has none of them."""
     keys = root.entries.keys()
     for kind, telling in _TELLING.items():
         if keys & telling:

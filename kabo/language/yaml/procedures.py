@@ -1,4 +1,4 @@
-"""The geometric procedures that a domain may call: tasks, each a file whose declared properties are its arguments.
+"""The geometric procedures that a domain may call: each is a task file, whose declared properties are its arguments.
 
 Task files beside the domain come first, then the library that kabo brings along [docs/tasks.md]. Read here are their
 headers, as data: what the stages mean is the task room's business. A file is opened when its name is called.
