@@ -12,8 +12,7 @@ from kabo.language.definitions import Definition, Format
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.problem import Problem
-from kabo.language.source import SourceFile, UnreadableError, read_source
-from kabo.language.yaml.paths import OUTSIDE, beside, lies_within, near_file
+from kabo.language.source import SourceFile, UnreadableError, beside, lies_within, read_source
 
 MAX_BYTES = 8_000_000
 PDDL = (".pddl",)
@@ -115,16 +114,9 @@ class Reading:
 
     def _source(self, name: str) -> SourceFile | None:
         try:
-            if not lies_within(Path(name), self._within):
-                raise UnreadableError(OUTSIDE)
-            return read_source(Path(name), name, MAX_BYTES)
+            return read_source(Path(name), name, MAX_BYTES, within=self._within)
         except UnreadableError as error:
-            place = Place(name, 1, 1)
-            if error.offset is not None:
-                before = error.text[: error.offset]
-                place = Place(name, before.count("\n") + 1, error.offset - before.rfind("\n"))
-            hint = error.hint or near_file(self.findings, Path(name), self._within)
-            self.findings.add(place, error.message, hint)
+            self.findings.add_unreadable(name, error, self._within)
             return None
 
     def _report_number(

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import product
+from itertools import groupby, product
+from operator import attrgetter
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction
@@ -31,21 +32,9 @@ def updates_of(
 ) -> tuple[f.Effect, ...]:
     """The updates, in the order of the effects; neighbours under the same condition are joined."""
     updates: list[f.Effect] = []
-    for group in _groups(pieces):
-        updates.extend(_updates(here, group, known))
+    for _, group in groupby(pieces, attrgetter("variables", "condition")):
+        updates.extend(_updates(here, list(group), known))
     return tuple(updates)
-
-
-def _groups(pieces: list[ConditionalEffect]) -> Iterator[list[ConditionalEffect]]:
-    """Neighbours that differ in their outcomes only."""
-    group: list[ConditionalEffect] = []
-    for piece in pieces:
-        if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
-            yield group
-            group = []
-        group.append(piece)
-    if group:
-        yield group
 
 
 def _updates(

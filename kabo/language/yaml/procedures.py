@@ -13,8 +13,7 @@ from kabo.language.findings import Findings
 from kabo.language.names import NAME
 from kabo.language.source import UnreadableError, read_source
 from kabo.language.task_description import ProcedureProperty, Signature, TaskDescription
-from kabo.language.yaml.paths import OUTSIDE, lies_within
-from kabo.language.yaml.task_file import read_task_text, report_unreadable
+from kabo.language.yaml.task_file import read_task_text
 
 FOLDER = "tasks"
 LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
@@ -73,11 +72,9 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
 
     def _task(self, path: str) -> TaskDescription | None:
         try:
-            if not lies_within(Path(path), self._within):
-                raise UnreadableError(OUTSIDE)
-            source = read_source(Path(path), path)
+            source = read_source(Path(path), path, within=self._within)
         except UnreadableError as error:
-            report_unreadable(path, error, self._findings)
+            self._findings.add(error.place(path), error.message, error.hint)
             return None
         self.digests[path] = source.digest
         return read_task_text(source, self._findings)

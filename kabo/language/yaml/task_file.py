@@ -54,16 +54,9 @@ def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | No
     try:
         source = read_source(path, name)
     except UnreadableError as error:
-        report_unreadable(name, error, findings)
+        findings.add(error.place(name), error.message, error.hint)
         return None
     return read_task_text(source, findings)
-
-
-def report_unreadable(name: str, error: UnreadableError, findings: Findings) -> None:
-    """Reports an unreadable file, at the first byte that is no text if that is why."""
-    before = error.text[: error.offset or 0]
-    place = Place(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
-    findings.add(place, error.message, error.hint)
 
 
 def read_task_text(source: SourceFile, findings: Findings) -> TaskDescription | None:
