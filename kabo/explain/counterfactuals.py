@@ -9,7 +9,7 @@ import numpy as np
 from kabo.errors import InputError
 from kabo.explain.failed_calls import Finding
 from kabo.explain.scene_changes import Change, Finer, Moved, Removed, changed, removable
-from kabo.geometry_server import Shortfall, Situation, Surroundings, supports
+from kabo.geometry_server import SceneSurroundings, Shortfall, Situation, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
 from kabo.planner.solve import solve
@@ -55,7 +55,7 @@ class Means:
 
 
 def candidates(
-    problem: Problem, surroundings: Surroundings, findings: Sequence[Finding], most: int = MOST
+    problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding], most: int = MOST
 ) -> list[Change]:
     """The changes that what stood in the way suggests, the most promising first."""
     needed = [finding for finding in findings if not finding.dispensable] or list(findings)
@@ -63,7 +63,7 @@ def candidates(
     return found[:most]
 
 
-def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[Finding]) -> Iterator[Change]:
+def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding]) -> Iterator[Change]:
     for finding in findings[:BLAMED]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (Removed(name) for name in freed if not _carries(surroundings, name))
@@ -83,7 +83,7 @@ def _moved(robot: str, by: Any, margin: float) -> Moved:
     return Moved(robot, (x, y, z))
 
 
-def _carries(surroundings: Surroundings, name: str) -> bool:
+def _carries(surroundings: SceneSurroundings, name: str) -> bool:
     """Whether an object stands on a body at the start."""
     scene = surroundings.scene
     start = Situation.of(scene.start)
@@ -91,7 +91,7 @@ def _carries(surroundings: Surroundings, name: str) -> bool:
 
 
 def tried(
-    problem: Problem, surroundings: Surroundings, changes: Sequence[Change], means: Means, **options: Any
+    problem: Problem, surroundings: SceneSurroundings, changes: Sequence[Change], means: Means, **options: Any
 ) -> list[Counterfactual]:
     """What came of each change; what solves the problem first, fewest actions first, else in their order.
 

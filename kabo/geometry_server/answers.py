@@ -49,7 +49,7 @@ Answer = Success | Failure
 
 
 @dataclass
-class Statistics:
+class GeometryStatistics:
     """What the geometry did, in counts (docs/plans.md#the-result); the only thing of the server that changes."""
 
     inverse_kinematics_calls: int = 0
@@ -73,22 +73,22 @@ class Statistics:
         if isinstance(answer, Failure):
             self.failures.setdefault(procedure, Counter())[answer.reason] += 1
 
-    def copy(self) -> "Statistics":
+    def copy(self) -> "GeometryStatistics":
         """The counts as they are now."""
-        return Statistics().add(self)
+        return GeometryStatistics().add(self)
 
-    def add(self, other: "Statistics") -> "Statistics":
+    def add(self, other: "GeometryStatistics") -> "GeometryStatistics":
         """These counts, with those of work that was done elsewhere."""
         self._count(other, 1)
         return self
 
-    def since(self, before: "Statistics") -> "Statistics":
+    def since(self, before: "GeometryStatistics") -> "GeometryStatistics":
         """What was counted after `before` was copied."""
         counted = self.copy()
         counted._count(before, -1)
         return counted
 
-    def _count(self, other: "Statistics", sign: int) -> None:
+    def _count(self, other: "GeometryStatistics", sign: int) -> None:
         for each in fields(self):
             value = getattr(other, each.name)
             if isinstance(value, (int, float)):

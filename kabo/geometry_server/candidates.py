@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
 from kabo.geometry_server.frames import WORLD, Frame, Roles, carried_frame, fits, rows, standing_frame, tool_frame
-from kabo.geometry_server.spreading import open_turn
+from kabo.geometry_server.open_turns import open_turn
 from kabo.kinematics import (
     OutOfReach,
     is_carried,

@@ -8,14 +8,14 @@ from weakref import WeakValueDictionary
 
 from kabo.errors import CutOff
 from kabo.geometry_server.candidates import BATCH, Candidate
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Scene
 
-_SHARED: "WeakValueDictionary[int, Context]" = WeakValueDictionary()
+_SHARED: "WeakValueDictionary[int, ProcedureContext]" = WeakValueDictionary()
 _NUMBERS = count()
 
 
-def shared(number: int) -> "Context":
+def shared(number: int) -> "ProcedureContext":
     """The context of a number: in the process that made it, and in those that were forked from it since.
 
     Raises:
@@ -25,14 +25,14 @@ def shared(number: int) -> "Context":
 
 
 @dataclass(frozen=True)
-class Context:
+class ProcedureContext:
     """The surroundings, the seed of all streams, and how many batches of candidates and path samples to try.
 
     `patience`: how many candidates in a row may be blocked by what can be moved away; None: any number.
     `stop` says that time or budget is spent.
     """
 
-    surroundings: Surroundings
+    surroundings: SceneSurroundings
     seed: int
     batches: int
     path_samples: int
@@ -44,7 +44,7 @@ class Context:
         object.__setattr__(self, "_number", next(_NUMBERS))
         _SHARED[self._number] = self  # type: ignore[attr-defined]
 
-    def __reduce__(self) -> "tuple[Callable[[int], Context], tuple[int]]":
+    def __reduce__(self) -> "tuple[Callable[[int], ProcedureContext], tuple[int]]":
         return shared, (self._number,)  # type: ignore[attr-defined]
 
     @property

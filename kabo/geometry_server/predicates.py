@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array
-from kabo.geometry import Bounds, Container, Enclosure, FixedGroup, Motion, MovingGroup, SweptVolume, includes
+from kabo.geometry import Bounds, Enclosure, FixedGroup, InnerSolid, Motion, MovingGroup, SweptVolume, includes
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.standing import lies_inside
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.support_relations import lies_inside
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import GeometricState, world_T
 from kabo.scene.transforms import flat, transform
 
@@ -34,7 +34,7 @@ class ScenePredicates:
     A thing is the name of a body, or `robot.link`. Contacts that a scene allows are not looked at.
     """
 
-    surroundings: Surroundings
+    surroundings: SceneSurroundings
     state: GeometricState
 
     def thing(self, name: str) -> FixedGroup:
@@ -125,13 +125,13 @@ class ScenePredicates:
             for d in DEPTHS
         )
 
-    def _container(self, name: str) -> Container:
+    def _container(self, name: str) -> InnerSolid:
         mesh, pose = self.surroundings.mesh(name), flat(self.pose(name))
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
         if len(mesh.faces) <= FEW:
-            return Container(pose, mesh.vertices, mesh.faces, 0.0)
-        return Container.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
+            return InnerSolid(pose, mesh.vertices, mesh.faces, 0.0)
+        return InnerSolid.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
 
     def distance(self, first: str, second: str) -> Bounds:
         """Proven bounds of the signed distance of two things [m]: negative where they overlap."""

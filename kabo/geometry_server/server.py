@@ -12,12 +12,12 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.errors import CutOff
 from kabo.geometry import Budget
-from kabo.geometry_server.answers import Statistics
-from kabo.geometry_server.context import Context
+from kabo.geometry_server.answers import GeometryStatistics
+from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.identifiers import IdentifierMap
 from kabo.geometry_server.predicates import ScenePredicates
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.geometry_server.teams import Team, TeamStream
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import stream_key
@@ -42,11 +42,11 @@ class GeometryServer:
     seed: int = 0
     exact: bool = False
     stop: Callable[[], bool] = lambda: False
-    statistics: Statistics = field(default_factory=Statistics)
+    statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
 
     def __post_init__(self) -> None:
         self.budget = Budget.share(self.scene.epsilon if self.epsilon is None else self.epsilon)
-        self.surroundings = Surroundings(self.scene, self.budget, self.exact, self.statistics)
+        self.surroundings = SceneSurroundings(self.scene, self.budget, self.exact, self.statistics)
         self.surroundings.look = self.look
         self.identifiers = IdentifierMap()
 
@@ -130,7 +130,7 @@ class GeometryServer:
         return self.identifiers.state(identifier)
 
     # -------------------------------------------------------------------------------------------------- effort
-    def context(self, effort: int = 0, hasty: bool = False) -> Context:
+    def context(self, effort: int = 0, hasty: bool = False) -> ProcedureContext:
         """What procedures and stages are given to work with, with more to try at each level of effort.
 
         `hasty`: path searches give up early, because there are other candidates.
@@ -138,4 +138,4 @@ class GeometryServer:
         batches = BATCHES * MORE_BATCHES**effort
         samples = HASTY if hasty else PATH_SAMPLES * MORE_PATH_SAMPLES**effort
         patience = PATIENCE if effort == 0 else None
-        return Context(self.surroundings, self.seed, batches, samples, self.stop, patience)
+        return ProcedureContext(self.surroundings, self.seed, batches, samples, self.stop, patience)

@@ -11,13 +11,13 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry_server.answers import Pair
-from kabo.geometry_server.context import Context
+from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key, values
 from kabo.kinematics.kernels import rows as columns
-from kabo.motion import Blocked, connect, shortcut
+from kabo.motion import NoPath, connect, shortcut
 from kabo.scene import Robot
 
 LINE, LINE_TILT = 1e-3, 5e-3  # m, rad: how far a straight stretch may leave its line, and how far it may turn
@@ -90,7 +90,7 @@ def _told(row: Array, found: float) -> str:
 
 
 def keep_constraint(
-    context: Context, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
+    context: ProcedureContext, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
 ) -> Keep | None:
     """The motion constraint of that name for what the robot holds; None if there is none, or it does not fit.
 
@@ -183,7 +183,7 @@ def way_to(
     bounds = robot.tree.lower[:n], robot.tree.upper[:n]
     free = free_segment, free_configurations
     path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
-    if isinstance(path, Blocked):
+    if isinstance(path, NoPath):
         workspace.surroundings.statistics.samples += path.samples
         pairs = workspace.pairs
         hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))

@@ -12,7 +12,7 @@ from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import InputError
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
-from kabo.geometry_server.answers import Pair, Statistics
+from kabo.geometry_server.answers import GeometryStatistics, Pair
 from kabo.geometry_server.situation import Situation
 from kabo.meshes import hull_of
 from kabo.remembering import Remembered
@@ -35,10 +35,10 @@ def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosu
     )
 
 
-class Surroundings:
+class SceneSurroundings:
     """The bodies of a scene as convex parts, made when first asked for, and poses of links that stand still."""
 
-    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: Statistics) -> None:
+    def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: GeometryStatistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
         self.look: Callable[[], None] = never  # called while parts are made; what it raises ends that
         # Parts are made once for a scene: servers come and go with seeds.

@@ -19,7 +19,7 @@ from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
 from kabo.geometry_server.extras import Extra
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Attachment, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
@@ -38,7 +38,7 @@ def contacts(pairs: Iterable[Pair]) -> Contacts:
 class Workspace:
     """One robot, what it carries, and what is around it, with the contacts that are permitted meanwhile."""
 
-    surroundings: Surroundings
+    surroundings: SceneSurroundings
     robot: Robot
     situation: Situation
     carried: Mapping[str, Attachment]
@@ -49,7 +49,7 @@ class Workspace:
     @classmethod
     def of(
         cls,
-        surroundings: Surroundings,
+        surroundings: SceneSurroundings,
         robot: str,
         situation: Situation,
         permitted: Contacts = frozenset(),
@@ -294,7 +294,7 @@ class Workspace:
 
 
 def workspace_of(
-    surroundings: Surroundings,
+    surroundings: SceneSurroundings,
     robot: str,
     situation: Situation,
     permitted: Contacts = frozenset(),

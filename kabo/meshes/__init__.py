@@ -6,8 +6,8 @@ checked and told in one sentence; what is written is read back and compared bit 
 
 from kabo.meshes.hulls import hull_faces, hull_of
 from kabo.meshes.mesh import Mesh
+from kabo.meshes.mesh_errors import refuse, require_numbers, unusable
 from kabo.meshes.reading import FORMATS, load_mesh
-from kabo.meshes.refusals import refuse, require_numbers, unusable
 from kabo.meshes.repair import outwards, repaired
 from kabo.meshes.requirements import require_closed, require_solid, units_warning
 from kabo.meshes.soundness import Soundness, examine

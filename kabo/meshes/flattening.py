@@ -6,9 +6,9 @@ stay with an edge that nobody shares. Flipped with it, it becomes two faces with
 
 import numpy as np
 
+from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.soundness import flat
-from kabo.meshes.words import counted
 
 _ROUNDS = 8
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.topology import edges_of
-from kabo.meshes.words import counted
 
 _QUAD_EDGE = 0.1  # of the diagonal: a longer hole of four edges may be meant
 

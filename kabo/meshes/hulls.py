@@ -4,7 +4,7 @@ import numpy as np
 
 from kabo.errors import KaboError
 from kabo.meshes.mesh import Faces, Mesh, Vertices
-from kabo.meshes.refusals import unusable
+from kabo.meshes.mesh_errors import unusable
 
 FLAT = "give it a thickness, or a primitive shape"
 

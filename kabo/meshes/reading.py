@@ -16,11 +16,11 @@ import numpy as np
 
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
+from kabo.meshes.counts import counted
 from kabo.meshes.headers import misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
+from kabo.meshes.mesh_errors import EXPORT, refuse, require_numbers, unusable
 from kabo.meshes.plain_off import plain_triangles
-from kabo.meshes.refusals import EXPORT, refuse, require_numbers, unusable
-from kabo.meshes.words import counted
 from kabo.remembering import Remembered
 
 FORMATS = ("dae", "glb", "obj", "off", "ply", "stl")

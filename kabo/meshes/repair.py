@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from kabo.meshes.counts import counted
 from kabo.meshes.flattening import without_flat_faces
 from kabo.meshes.holes import fill_small_holes
 from kabo.meshes.mesh import Faces, Mesh, Vertices
-from kabo.meshes.separation import separated
 from kabo.meshes.soundness import turned_components
 from kabo.meshes.topology import components, edges_of, labels, neighbours, repeating
-from kabo.meshes.words import counted
+from kabo.meshes.touching_surfaces import separated
 
 WELD = 1e-7  # of the diagonal: vertices nearer than this are one
 

@@ -9,11 +9,11 @@ from typing import Literal
 
 from kabo.errors import Diagnostic
 from kabo.language.formulas import Place
+from kabo.meshes.counts import counted, listed
 from kabo.meshes.mesh import Mesh, merged
-from kabo.meshes.refusals import EXPORT, require_numbers, unusable
+from kabo.meshes.mesh_errors import EXPORT, require_numbers, unusable
 from kabo.meshes.soundness import Soundness, examine
 from kabo.meshes.topology import edges_of
-from kabo.meshes.words import counted, listed
 
 LARGE = 5.0  # metres: parts and robots are smaller, and in millimetres nearly all are larger
 SMALLEST = 1e-9  # metres: smaller ones are given in the wrong unit, or are a point

@@ -22,7 +22,7 @@ DECIMALS = 9  # plans store as many: what is proven is what is stored
 
 
 @dataclass(frozen=True)
-class Space:
+class FreeSpace:
     """Where a path may run: what is free, and under a constraint the way back onto it. Counts what was hit."""
 
     free_segment: FreeSegment

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, seeds, stream_key
-from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, Projection, Space
+from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
 RANGE = 1.0  # the longest extension of a tree [rad, L2]
 RESTART = 3000  # samples after which new trees are started: run times have a heavy tail
 
 
 @dataclass(frozen=True)
-class Blocked:
+class NoPath:
     """No path within the budget: how often each numbered thing was hit, and the samples spent."""
 
     hits: Counter[int]
@@ -69,7 +69,7 @@ def connect(
     samples: int,
     projection: Projection | None = None,
     restart: int = RESTART,
-) -> Array | Blocked:
+) -> Array | NoPath:
     """Way points (m, n) from start to goal, every piece between them proven free, or what was in the way.
 
     The straight segment is tried first. The answer depends on the arguments only.
@@ -91,10 +91,10 @@ def connect(
     low, high = np.array(lower, np.float64), np.array(upper, np.float64)
     if not low.shape == high.shape == ends[0].shape or not np.all(np.isfinite([*ends, low, high])):
         raise ValueError("start, goal and limits must be finite and of one shape")
-    space = Space(free_segment, free_configurations, projection)
+    space = FreeSpace(free_segment, free_configurations, projection)
     for found in free_configurations(ends):
         if found >= 0:
-            return Blocked(Counter({int(found): 1}), 0)
+            return NoPath(Counter({int(found): 1}), 0)
     if space.is_free(ends[0], ends[1]):
         return ends
     spent = 0
@@ -104,11 +104,11 @@ def connect(
         spent += used
         if way is not None:
             return np.array(way)
-    return Blocked(space.hits, spent)
+    return NoPath(space.hits, spent)
 
 
 def _grow(
-    ends: Array, space: Space, low: Array, high: Array, key: Key, budget: int
+    ends: Array, space: FreeSpace, low: Array, high: Array, key: Key, budget: int
 ) -> tuple[list[Array] | None, int]:
     """Way points of a path and the samples used, or None and the whole budget."""
     trees = _Tree(ends[0]), _Tree(ends[1])
@@ -128,7 +128,7 @@ def _grow(
     return None, budget
 
 
-def _reach(tree: _Tree, space: Space, target: Array) -> int | None:
+def _reach(tree: _Tree, space: FreeSpace, target: Array) -> int | None:
     """Grows a tree towards a configuration until it is there (its node) or blocked (None)."""
     node = tree.nearest(target)
     while not np.array_equal(tree.nodes[node], target):

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, uniform
-from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, Projection, Space
+from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
 GAIN = 1e-3  # a shortcut must save so much [rad, L2]: less is not worth its proof
 
@@ -34,7 +34,7 @@ def shortcut(
         patience: how many attempts in a row may be in vain; None: any number.
     """
     path = np.array(waypoints, np.float64)
-    space, vain = Space(free_segment, free_configurations, projection), 0
+    space, vain = FreeSpace(free_segment, free_configurations, projection), 0
     for attempt in range(attempts):
         if len(path) < 3 or (patience is not None and vain >= patience):
             break
@@ -50,7 +50,7 @@ def length(waypoints: Array) -> float:
     return float(np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum())
 
 
-def _shortened(path: Array, share0: float, share1: float, space: Space) -> Array | None:
+def _shortened(path: Array, share0: float, share1: float, space: FreeSpace) -> Array | None:
     """The path with the part between two shares of its length replaced; None if that is blocked or no gain."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     (i, a), (j, b) = (_point(path, lengths, share * lengths[-1]) for share in (share0, share1))
@@ -70,7 +70,7 @@ def _shortened(path: Array, share0: float, share1: float, space: Space) -> Array
     return found if whole else None
 
 
-def _way(a: Array, b: Array, space: Space) -> list[Array] | None:
+def _way(a: Array, b: Array, space: FreeSpace) -> list[Array] | None:
     """Way points after a of a proven path to b: straight, or pulled onto the constraint; None if blocked."""
     if space.is_free(a, b):
         return [b]

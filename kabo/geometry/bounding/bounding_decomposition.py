@@ -112,7 +112,7 @@ def bounding_decomposition(
 
 def _believed(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
     """What a file in the cache holds, if it keeps what it says."""
-    from kabo.geometry.bounding.believed_parts import believed
+    from kabo.geometry.bounding.verified_parts import believed
     from kabo.geometry.triangles.solids import Solid
 
     if found is None or max(found[1]) > epsilon:
@@ -128,8 +128,8 @@ def _made(
     vertices_per_part: int | None,
     path: Path | None,
 ) -> Made:
-    from kabo.geometry.bounding.believed_parts import remember
-    from kabo.geometry.bounding.enclosing_union import TooFine, Undecided, proven_union
+    from kabo.geometry.bounding.enclosing_union import TooManyCells, Undecided, proven_union
+    from kabo.geometry.bounding.verified_parts import remember
     from kabo.geometry.triangles.solids import Solid
 
     solid = Solid(vertices, faces)
@@ -139,14 +139,14 @@ def _made(
             union = _union(coarse or solid, epsilon_left, parts, vertices_per_part)
             if coarse is not None:
                 union = proven_union(solid, union, epsilon - epsilon_left, epsilon)
-        except (TooFine, Undecided):
+        except (TooManyCells, Undecided):
             if coarse is None:
                 raise
             union = _union(solid, epsilon, parts, vertices_per_part)
-    except (TooFine, Undecided) as error:
+    except (TooManyCells, Undecided) as error:
         why = (
             "need more than a thousand convex parts"
-            if isinstance(error, TooFine)
+            if isinstance(error, TooManyCells)
             else "have hollows around which no convex parts could be proven"
         )
         said = f"is too fine: its {len(faces)} triangles {why} within {epsilon:g} m"

@@ -17,7 +17,7 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding import contraction_state as state
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
-from kabo.geometry.bounding.kernels.carried import start
+from kabo.geometry.bounding.kernels.carried_triangles import start
 from kabo.geometry.bounding.kernels.star import NOTHING, prepare
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
@@ -160,10 +160,10 @@ def _require_options(epsilon: float, side: str, cost: str) -> None:
 
 def _settings(
     points: Array, epsilon: float, limit: float, vertices: int, cost: int, certify: bool
-) -> state.Settings:
+) -> state.ContractionSettings:
     low, high = points.min(axis=0), points.max(axis=0)
     diagonal, middle = float(np.linalg.norm(high - low)), 0.5 * (low + high)
-    return state.Settings(
+    return state.ContractionSettings(
         cost=cost,
         certify=certify,
         vertices=vertices,
@@ -192,7 +192,7 @@ def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
 
 
 def _contracted(
-    points: Array, faces: Integers, settings: state.Settings, locked: NDArray[np.bool_]
+    points: Array, faces: Integers, settings: state.ContractionSettings, locked: NDArray[np.bool_]
 ) -> tuple[Array, Integers, dict[str, int]]:
     """The vertices and faces that are left, and the counts."""
     count, certify = len(faces), settings.certify

@@ -5,7 +5,7 @@ clips every segment, closes every face that crosses the plane by the segments wh
 once more as a new face, the cut. The hull of a cell's points therefore contains all of the solid inside the cell, its
 interior too: extreme points of a cut region lie on the border of that region, and all borders are kept. So the hulls
 of the cells of one mesh together cover the solid, by construction; rounding moves points by a few 1e-16 of their
-size, which `kabo.geometry.bounding.reduction` more than makes up for.
+size, which `kabo.geometry.bounding.enclosing_polytope` more than makes up for.
 """
 
 from dataclasses import dataclass

@@ -14,7 +14,7 @@ from kabo.geometry.triangles.kernels.orientation import SCRATCH
 WIDEST = 20_000  # faces of a star; larger ones are left alone
 
 
-class Settings(NamedTuple):
+class ContractionSettings(NamedTuple):
     """What decides about contractions; metres."""
 
     cost: int  # which cost function (kernels.quadrics)
@@ -77,7 +77,7 @@ class Star(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """The original triangles on the faces; `kernels.carried` tells what the arrays mean."""
+    """The original triangles on the faces; `kernels.carried_triangles` tells what the arrays mean."""
 
     heads: Integers  # (F,)
     items: Integers  # (N,)
@@ -90,7 +90,7 @@ class Carried(NamedTuple):
     free: Integers  # (3,) first free node, how many, and below how many stale ones are looked for
 
 
-class Draft(NamedTuple):
+class CarriedDraft(NamedTuple):
     """What a contraction would do to the carried triangles."""
 
     nodes: Integers  # (M,)
@@ -185,9 +185,9 @@ def carried_of(faces: int, nodes: int) -> Carried:
     )
 
 
-def draft_of(faces: int, moves: int) -> Draft:
+def draft_of(faces: int, moves: int) -> CarriedDraft:
     """Room for so many moves."""
-    return Draft(_zeros(moves), _zeros(moves), np.empty(moves), _zeros(faces, 2), _zeros(3))
+    return CarriedDraft(_zeros(moves), _zeros(moves), np.empty(moves), _zeros(faces, 2), _zeros(3))
 
 
 def work_of(faces: int) -> Work:

@@ -12,7 +12,7 @@ from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.kernels.depths import between_is_far
+from kabo.geometry.bounding.kernels.depth_octree import between_is_far
 from kabo.geometry.bounding.nearness import GLANCE, INSIDE, SAMPLES, Voids, judged, looks_near
 from kabo.geometry.triangles.solids import Solid
 

@@ -19,7 +19,7 @@ from kabo.arrays import Array, Integers
 from kabo.children import made_in_child, never
 from kabo.errors import KaboError
 from kabo.geometry.bounding.cells import Cell, cut, whole
-from kabo.geometry.bounding.reduction import enclosing_polytope, hull_planes, solid_points
+from kabo.geometry.bounding.enclosing_polytope import enclosing_polytope, hull_planes, solid_points
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes.topology import edges_of, repeating
 
@@ -35,12 +35,12 @@ SHARES = (0.02, 0.5)  # of what is left to the tolerance: tried as tighter bound
 Cut = tuple[Array, float]  # a plane: normal·x = offset
 
 
-class TooFine(Exception):
+class ToleranceTooFine(Exception):
     """The tolerance needs more parts than is reasonable; carries the number of parts and the tolerance left."""
 
 
 @dataclass(frozen=True)
-class Piece:
+class EnclosedCell:
     """What the mesh keeps in a cell, and the part that encloses it; `part` is None while none is close enough."""
 
     points: Array  # (P, 3) hull vertices of what is kept
@@ -120,15 +120,15 @@ def proven_deviation(solid: Solid, parts: list[Array], tolerance: float) -> floa
     return tolerance
 
 
-def _piece(solid: Solid, tolerance: float, points: Array, cell: Cell | None) -> Piece:
+def _piece(solid: Solid, tolerance: float, points: Array, cell: Cell | None) -> EnclosedCell:
     """The piece with its part, if one is proven close enough."""
     points = solid_points(points, 5e-3 * tolerance)
     if cell is None or _may_do(solid, points, tolerance):
         part = enclosing_polytope(points, 0.5 * tolerance)
         near = (solid.outside_distances(part) <= PROVABLE * tolerance).all()
         if near and solid.proves_within(part, hull_planes(part), tolerance):
-            return Piece(points, cell, part)
-    return Piece(points, cell, None)
+            return EnclosedCell(points, cell, part)
+    return EnclosedCell(points, cell, None)
 
 
 def _may_do(solid: Solid, points: Array, tolerance: float) -> bool:
@@ -169,7 +169,7 @@ def _by_coacd(vertices: Array, faces: Integers, parameters: dict[str, Any]) -> l
     return [np.asarray(hull[0], np.float64) for hull in coacd.run_coacd(coacd.Mesh(vertices, faces), **parameters)]
 
 
-def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Iterator[Piece]:
+def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Iterator[EnclosedCell]:
     """Pieces with parts: cells are cut until each has one."""
     work = [(cell, list(cuts))]
     count = 0
@@ -181,7 +181,7 @@ def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Ite
             yield piece
             continue
         if count + len(work) >= MOST_PARTS:
-            raise TooFine(f"{MOST_PARTS}")
+            raise ToleranceTooFine(f"{MOST_PARTS}")
         index, normal, offset = _best_cut(cell, piece.points, left)
         rest = [c for i, c in enumerate(left) if i != index]
         work += [(half, rest) for half in cut(cell, normal, offset) if len(half.segments)]
@@ -217,7 +217,7 @@ def _volume(points: Array) -> float:
         return 0.0
 
 
-def _joined(solid: Solid, tolerance: float, pieces: list[Piece]) -> list[Piece]:
+def _joined(solid: Solid, tolerance: float, pieces: list[EnclosedCell]) -> list[EnclosedCell]:
     """The pieces with neighbours joined, cheapest first, where one part may stand for both."""
     refused: set[tuple[int, int]] = set()
     gains: dict[tuple[int, int], float] = {}
@@ -241,7 +241,7 @@ def _joined(solid: Solid, tolerance: float, pieces: list[Piece]) -> list[Piece]:
             return list(numbered.values())
 
 
-def _gain(first: Piece, second: Piece) -> float:
+def _gain(first: EnclosedCell, second: EnclosedCell) -> float:
     """The volume that joining two pieces would add, in parts of theirs; infinite if they are apart or it is too much."""
     low = np.maximum(first.points.min(axis=0), second.points.min(axis=0))
     high = np.minimum(first.points.max(axis=0), second.points.max(axis=0))

@@ -14,10 +14,10 @@ from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
+from kabo.geometry.bounding.enclosing_polytope import PROOF
 from kabo.geometry.bounding.nearness import Voids, judged, proven_near
-from kabo.geometry.bounding.reduction import PROOF
 from kabo.geometry.bounding.simplification import enclosing_part
-from kabo.geometry.bounding.splitting import Atom, TooFine, atoms, in_two
+from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, in_two, split_solid
 from kabo.geometry.triangles.solids import Solid
 
 CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
@@ -50,20 +50,20 @@ class Undecided(Exception):
     """A cell cannot be enclosed within epsilon, however small it is cut."""
 
 
-def cells_of(solid: Solid, epsilon: float) -> list[Atom]:
+def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
     """Cells that hold all of the solid, whose hulls look near it.
 
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    cells = atoms(solid, COARSE * epsilon, MOST, CELLS * epsilon)
+    cells = split_solid(solid, COARSE * epsilon, MOST, CELLS * epsilon)
     if len(cells) <= FEW:
-        with suppress(TooFine):
-            cells = atoms(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, cells)
+        with suppress(TooManyCells):
+            cells = split_solid(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, cells)
     return _shorter(solid, cells, epsilon) if len(cells) > NUMEROUS else cells
 
 
-def _shorter(solid: Solid, cells: list[Atom], epsilon: float) -> list[Atom]:
+def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[HulledCell]:
     """The cells, the longest of which are cut across: what a long one holds on the way, a neighbour may take."""
     cells = list(cells)
     while len(cells) < MANY:
@@ -75,7 +75,7 @@ def _shorter(solid: Solid, cells: list[Atom], epsilon: float) -> list[Atom]:
     return cells
 
 
-def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners: int | None) -> Union:
+def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, corners: int | None) -> Union:
     """The union of parts around all cells, each proven within `epsilon` [m] of the solid.
 
     Args:
@@ -109,7 +109,7 @@ def enclosing_union(solid: Solid, cells: Sequence[Atom], epsilon: float, corners
     return Union(tuple(ordered), tuple(deviation(solid, part, epsilon) for part in ordered))
 
 
-def _sets(solid: Solid, cells: list[Atom], epsilon: float, voids: Voids) -> list[Members]:
+def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -> list[Members]:
     """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
     for share, nearest in JOINED if len(cells) <= CROWDED else JOINED[-1:]:
@@ -181,7 +181,7 @@ def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Un
 
 def _chosen(
     solid: Solid,
-    cells: list[Atom],
+    cells: list[HulledCell],
     sets: list[Members],
     made: dict[Members, Array | None],
     epsilon: float,
@@ -223,8 +223,8 @@ def _cost(members: Members, made: dict[Members, Array | None], typical: float, c
 
 
 def _in_smaller_cells(
-    solid: Solid, atom: Atom, epsilon: float, corners: int | None, voids: Voids
-) -> list[tuple[Atom, Array]]:
+    solid: Solid, atom: HulledCell, epsilon: float, corners: int | None, voids: Voids
+) -> list[tuple[HulledCell, Array]]:
     """A cell that has no part, cut until all that is left of it has one."""
     work, found = [(atom, 0)], []
     while work:
@@ -243,7 +243,7 @@ def _in_smaller_cells(
 
 def _shrunk(
     solid: Solid,
-    cells: list[Atom],
+    cells: list[HulledCell],
     live: list[int],
     parts: dict[Members, Array],
     needed: dict[Members, set[int]],
@@ -267,15 +267,15 @@ def _shrunk(
     return parts
 
 
-def _held(part: Array, cells: list[Atom], live: list[int]) -> set[int]:
+def _held(part: Array, cells: list[HulledCell], live: list[int]) -> set[int]:
     """The cells that are proven to lie inside a part, by more than rounding can undo."""
     planes = ConvexHull(part).equations
     return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -PROOF).all()}
 
 
-def _covers(cells: list[Atom], live: list[int], parts: list[Array]) -> bool:
+def _covers(cells: list[HulledCell], live: list[int], parts: list[Array]) -> bool:
     """Whether every cell is proven to lie inside a part."""
     return set(live) == set().union(*(_held(part, cells, live) for part in parts))
 
 
-__all__ = ["TooFine", "Undecided", "Union", "cells_of", "deviation", "enclosing_union", "proven_union"]
+__all__ = ["TooManyCells", "Undecided", "Union", "cells_of", "deviation", "enclosing_union", "proven_union"]

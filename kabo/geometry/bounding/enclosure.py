@@ -2,7 +2,7 @@
 
 Parts are looked up beside the mesh file, then in the cache, else computed by
 `kabo.geometry.bounding.decomposition` and kept. What a file says is believed once it is proven
-[kabo.geometry.bounding.believed_parts]. Parts beside a mesh that a scene scales are scaled with it: those with
+[kabo.geometry.bounding.verified_parts]. Parts beside a mesh that a scene scales are scaled with it: those with
 deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
 """
 
@@ -75,7 +75,7 @@ def enclosing_parts(
 
 def _believed(solid: "Solid", stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
     """Of stored enclosures the one that fits best, if it keeps what it says."""
-    from kabo.geometry.bounding.believed_parts import believed
+    from kabo.geometry.bounding.verified_parts import believed
 
     left = dict(stored)
     while (best := stored_parts.fitting(left, tolerance)) is not None:
@@ -138,9 +138,9 @@ def _made(
     pieces: Sequence[Array] = (),
     look: Callable[[], None] = never,
 ) -> Enclosure:
-    from kabo.geometry.bounding.believed_parts import remember
-    from kabo.geometry.bounding.decomposition import TooFine, decompose, proven_deviation
+    from kabo.geometry.bounding.decomposition import ToleranceTooFine, decompose, proven_deviation
     from kabo.geometry.bounding.pieces import parts_of_pieces
+    from kabo.geometry.bounding.verified_parts import remember
     from kabo.geometry.triangles.solids import Solid
 
     turned, done = outwards(Mesh(solid.vertices, solid.faces))
@@ -150,7 +150,7 @@ def _made(
         parts = (parts_of_pieces(solid, pieces, tolerance) if pieces else None) or decompose(
             solid, tolerance, seed, look
         )
-    except TooFine as error:
+    except ToleranceTooFine as error:
         raise _unusable(
             name,
             f"a mesh of {len(solid.faces)} triangles needs more than {error} convex parts "

@@ -3,7 +3,7 @@
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.kernels.within import directed_bounds, farthest_sample
+from kabo.geometry.bounding.kernels.triangle_bounds import directed_bounds, farthest_sample
 from kabo.geometry.triangles.triangle_trees import tree_of
 
 

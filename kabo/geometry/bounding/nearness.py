@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
-from kabo.geometry.bounding.kernels.depths import first_far, hull_is_far
+from kabo.geometry.bounding.kernels.depth_octree import first_far, hull_is_far
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
 from kabo.geometry.triangles.solids import FLAT, Solid
 

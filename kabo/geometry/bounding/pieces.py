@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
 from kabo.geometry.bounding.cells import Cell, cut, whole
-from kabo.geometry.bounding.reduction import enclosing_polytope, hull_planes
+from kabo.geometry.bounding.enclosing_polytope import enclosing_polytope, hull_planes
 from kabo.geometry.triangles.solids import Solid
 
 OVERLAP = 3e-5  # m: pieces grow by so much, so that neighbours overlap and rounding leaves no gap between them

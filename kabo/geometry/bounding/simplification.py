@@ -8,10 +8,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.bounding.kernels.depths import star_is_far
+from kabo.geometry.bounding.enclosing_polytope import contains_proven, widened
+from kabo.geometry.bounding.kernels.depth_octree import star_is_far
 from kabo.geometry.bounding.kernels.polytope_corners import contractions
 from kabo.geometry.bounding.nearness import Voids, faces_near, judged, proven_near
-from kabo.geometry.bounding.reduction import contains_proven, widened
 from kabo.geometry.triangles.solids import Solid
 
 MANY = 24  # corners above which several edges are contracted in a round

@@ -16,9 +16,9 @@ from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.cells import Cell, cut, whole
-from kabo.geometry.bounding.kernels.sight import blocked_pairs, first_crossings
+from kabo.geometry.bounding.enclosing_polytope import solid_points
+from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
 from kabo.geometry.bounding.nearness import EVEN, judged
-from kabo.geometry.bounding.reduction import solid_points
 from kabo.geometry.triangles.solids import Solid
 
 SIGHTS = 48  # points of a cell between which lines are drawn
@@ -53,7 +53,7 @@ class Creases:
 
 
 @dataclass(frozen=True)
-class Atom:
+class HulledCell:
     """What the mesh keeps in a cell: its hull's corners (P, 3), and the concave edges."""
 
     points: Array
@@ -61,11 +61,13 @@ class Atom:
     concave: Creases
 
 
-class TooFine(Exception):
+class TooManyCells(Exception):
     """More cells would be needed than were allowed; carries their number."""
 
 
-def atoms(solid: Solid, limit: float, most: int, sight: float, begun: Sequence[Atom] | None = None) -> list[Atom]:
+def split_solid(
+    solid: Solid, limit: float, most: int, sight: float, begun: Sequence[HulledCell] | None = None
+) -> list[HulledCell]:
     """Cells whose hulls look near the solid within `limit` [m]; together they hold all of it.
 
     Args:
@@ -77,7 +79,7 @@ def atoms(solid: Solid, limit: float, most: int, sight: float, begun: Sequence[A
         TooFine: more than `most` cells would be needed.
     """
     work = [_whole(solid, sight)] if begun is None else list(begun)
-    found: list[Atom] = []
+    found: list[HulledCell] = []
     while work:
         atom = work.pop()
         near, far = judged(solid, atom.points, limit, PROOF)
@@ -85,17 +87,17 @@ def atoms(solid: Solid, limit: float, most: int, sight: float, begun: Sequence[A
             found.append(atom)
             continue
         if len(found) + len(work) >= most:
-            raise TooFine(f"{most}")
+            raise TooManyCells(f"{most}")
         work += in_two(solid, atom, sight, far)
     return found
 
 
-def _whole(solid: Solid, sight: float) -> Atom:
+def _whole(solid: Solid, sight: float) -> HulledCell:
     cell = whole(solid.vertices, solid.faces)
-    return Atom(solid_points(cell.points, THICK * sight), cell, creases(solid.vertices, solid.faces))
+    return HulledCell(solid_points(cell.points, THICK * sight), cell, creases(solid.vertices, solid.faces))
 
 
-def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[Atom]:
+def in_two(solid: Solid, atom: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
     """The parts of a cell on both sides of a plane.
 
     Args:
@@ -106,7 +108,7 @@ def in_two(solid: Solid, atom: Atom, limit: float, far: Array | None) -> list[At
     normal, offset = plane[:3], float(plane[3])
     above = atom.concave.middles @ normal >= offset
     return [
-        Atom(solid_points(half.points, THICK * limit), half, atom.concave.within(side))
+        HulledCell(solid_points(half.points, THICK * limit), half, atom.concave.within(side))
         for half, side in zip(cut(atom.cell, normal, offset), (~above, above), strict=True)
         if len(half.segments)
     ]
@@ -139,7 +141,7 @@ def _middle(points: Array) -> Array:
     return plane
 
 
-def _best_plane(solid: Solid, atom: Atom, limit: float, far: Array) -> Array:
+def _best_plane(solid: Solid, atom: HulledCell, limit: float, far: Array) -> Array:
     """The plane (4,) that separates most blocked pairs for few others."""
     points = atom.points
     sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHTS)

@@ -26,7 +26,7 @@ def name_of(vertices: Array, faces: Integers, parameters: tuple[float | int | No
 def read(folder: Path, name: str) -> tuple[tuple[Array, ...], tuple[float, ...]] | None:
     """The parts and their deviations; None if the file is missing, foreign or damaged.
 
-    What they say of the mesh is not asked here [kabo.geometry.bounding.believed_parts].
+    What they say of the mesh is not asked here [kabo.geometry.bounding.verified_parts].
     """
     whole = read_whole(_file(folder, name))
     if whole is None:

@@ -55,7 +55,7 @@ def digest_beside(mesh: Path | None) -> str | None:
 def read(path: Path, digest: str) -> dict[float, Enclosure]:
     """The stored enclosures of the mesh by tolerance [m]; none if the file is missing, foreign, old or damaged.
 
-    What they say of the mesh is not asked here [kabo.geometry.bounding.believed_parts].
+    What they say of the mesh is not asked here [kabo.geometry.bounding.verified_parts].
     """
     whole = read_whole(path)
     if whole is None:

@@ -8,11 +8,11 @@ import fcl
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry.collision.arrays import chain_of
-from kabo.geometry.collision.exact import Surface, surface_of, surrounds
+from kabo.geometry.collision.exact_view import Surface, surface_of, surrounds
 from kabo.geometry.collision.kernels.tracks import motion as motion_bounds
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.motions import Motion, Segment
+from kabo.geometry.collision.view_arrays import chain_of
 from kabo.geometry.parts import FixedGroup, Mesh
 
 

@@ -11,17 +11,17 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.arrays import chain_of, reach
 from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.tracks import turning
 from kabo.geometry.collision.kernels.volumes import frames_on, part_bounds
+from kabo.geometry.collision.view_arrays import chain_of, reach
 from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 Segment = tuple[Array, Array]  # start and end (n,)
 
 
-class Placed(NamedTuple):
+class PlacedParts(NamedTuple):
     """The parts of one body in its joint's frame."""
 
     blocks: Array  # (B, 3, 24)
@@ -80,7 +80,7 @@ class Motion:
         )
 
     @cached_property
-    def placed(self) -> list[Placed]:
+    def placed(self) -> list[PlacedParts]:
         """The parts of every body.
 
         Raises:
@@ -116,7 +116,7 @@ class Motion:
         return found
 
 
-def placed(body: MovingGroup) -> Placed:
+def placed(body: MovingGroup) -> PlacedParts:
     """The parts of a body in its joint's frame.
 
     Raises:
@@ -131,13 +131,13 @@ def placed(body: MovingGroup) -> Placed:
     starts = np.array([0, count], np.int64)
     place_groups(packed.blocks, packed.sizes, starts, pose, blocks, extents, np.empty((1, 6)), np.empty(1))
     radii = np.linalg.norm(blocks, axis=1).max(axis=1, initial=0.0) * (1.0 + 1e-12)
-    return Placed(blocks, packed.sizes, extents, radii, packed.diameters)
+    return PlacedParts(blocks, packed.sizes, extents, radii, packed.diameters)
 
 
-_STANDING: "WeakKeyDictionary[FixedGroup, Placed]" = WeakKeyDictionary()
+_STANDING: "WeakKeyDictionary[FixedGroup, PlacedParts]" = WeakKeyDictionary()
 
 
-def standing_parts(body: FixedGroup) -> Placed:
+def standing_parts(body: FixedGroup) -> PlacedParts:
     """The parts of a standing body in the world, made once for as long as the body is there.
 
     Raises:

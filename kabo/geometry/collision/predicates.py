@@ -20,11 +20,11 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
-from kabo.geometry.collision.arrays import offset_for
 from kabo.geometry.collision.kernels.containment import first_outside
 from kabo.geometry.collision.kernels.distance import unions_apart, unions_distance
 from kabo.geometry.collision.kernels.volumes import FINER, MEET, volumes_meet
 from kabo.geometry.collision.motions import Motion, Segment, Swept, placed, standing, standing_parts
+from kabo.geometry.collision.view_arrays import offset_for
 from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.geometry.triangles.solids import Solid
 
@@ -33,7 +33,7 @@ HALVINGS = 14  # of a segment: 2^20 intervals in all
 
 
 @dataclass(frozen=True, eq=False)
-class Container:
+class InnerSolid:
     """A solid that lies within a container: an inner bounding mesh, or the container's own mesh (deviation 0).
 
     Wherever the container is more than `deviation` deep, the inner mesh contains it. Neither needs to be convex.
@@ -60,7 +60,7 @@ class Container:
     solid: Solid = field(init=False)
 
     @classmethod
-    def within(cls, world_T_container: Array, vertices: Array, faces: Integers, tolerance: float) -> "Container":
+    def within(cls, world_T_container: Array, vertices: Array, faces: Integers, tolerance: float) -> "InnerSolid":
         """The container of a closed mesh through an inner bounding mesh, at most `tolerance` [m] inside it.
 
         Raises:
@@ -151,7 +151,7 @@ def _halves(segment: Segment) -> list[Segment]:
     return [(segment[0], middle), (middle, segment[1])] if _moves(segment) else [segment]
 
 
-def includes(container: Container, body: FixedGroup, budget: Budget) -> bool:
+def includes(container: InnerSolid, body: FixedGroup, budget: Budget) -> bool:
     """Whether a body is proven to lie inside a container [K Def. 1.4].
 
     False where any point of the body is outside; True where all of it is epsilon deep.

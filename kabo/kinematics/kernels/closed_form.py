@@ -15,7 +15,7 @@ from kabo.kinematics.kernels.forms import (
     solve_spherical,
     solve_three_parallel,
 )
-from kabo.kinematics.kernels.turns import carried, cross, direction, origin, turned
+from kabo.kinematics.kernels.subproblems import carried, cross, direction, origin, turned
 from kabo.scene.kernels.poses import forward_kinematics
 
 MOST = 8  # solutions of one pose

@@ -7,7 +7,7 @@ frames, offsets and link lengths will do as long as the axes lie as the form dem
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.kinematics.kernels.turns import (
+from kabo.kinematics.kernels.subproblems import (
     FREE,
     SMALL,
     across,

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
 from kabo.children import end_with_parent
-from kabo.geometry_server import Answer, Situation, Statistics
+from kabo.geometry_server import Answer, GeometryStatistics, Situation
 from kabo.language.formulas import GroundCall
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class Workers:
         self._ended: list[_Worker] = []
         self._whose: dict[tuple[object, ...], _Worker] = {}
         self._expected: set[tuple[object, ...]] = set()
-        self._found: dict[tuple[object, ...], tuple[Answer, Statistics]] = {}
+        self._found: dict[tuple[object, ...], tuple[Answer, GeometryStatistics]] = {}
 
     def __enter__(self) -> "Workers":
         self._procedures.elsewhere = self.take
@@ -119,7 +119,7 @@ class Workers:
 
     def take(
         self, call: GroundCall, situation: Situation, attempt: int, effort: int
-    ) -> tuple[Answer, Statistics] | None:
+    ) -> tuple[Answer, GeometryStatistics] | None:
         """The answer to a question that was expected, with what it cost; None if nobody was asked, or it must stop."""
         key = Question(call, situation, attempt, effort).key
         if key not in self._expected:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Context, Pair, Situation, Stream
+from kabo.geometry_server import Pair, ProcedureContext, Situation, Stream
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
 from kabo.tasks.robots import meanings
@@ -99,15 +99,15 @@ class RobotStage(Stage):
         """
         return ()
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """A proof, without sampling, that the stage fails wherever what the proof reads is as in the situation."""
         return None
 
-    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+    def foresee(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """Why the stage is not likely to succeed, whatever comes before it; asked once, before any search."""
         return None
 
-    def wanted(self, context: Context, situation: Situation) -> Sequence[Stream]:
+    def wanted(self, context: ProcedureContext, situation: Situation) -> Sequence[Stream]:
         """What it would sample in a situation, within reach or not: for telling how far out of reach that is."""
         return ()
 

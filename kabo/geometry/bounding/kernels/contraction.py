@@ -9,8 +9,7 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.bounding.kernels import heap
-from kabo.geometry.bounding.kernels.apartness import keeps_apart
-from kabo.geometry.bounding.kernels.carried import (
+from kabo.geometry.bounding.kernels.carried_triangles import (
     apply_draft,
     draft_moves,
     draft_proof,
@@ -27,7 +26,8 @@ from kabo.geometry.bounding.kernels.star import (
     keeps_topology,
     set_moved,
 )
-from kabo.geometry.bounding.kernels.within import triangle_bound
+from kabo.geometry.bounding.kernels.star_crossings import keeps_apart
+from kabo.geometry.bounding.kernels.triangle_bounds import triangle_bound
 from kabo.geometry.triangles.kernels.octree import insert, remove
 from kabo.geometry.triangles.kernels.triangle_tree import nearest_triangle, to_face_squared
 

@@ -7,7 +7,7 @@ itself, and large tetrahedra over large triangles are settled at once.
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.bounding.kernels.depths import FAR, NEAR, settled
+from kabo.geometry.bounding.kernels.depth_octree import FAR, NEAR, settled
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
 

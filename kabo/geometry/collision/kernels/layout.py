@@ -1,7 +1,7 @@
 """Where the arrays of a configuration check lie in one flat array, its memory.
 
 Each array that a kernel is given costs the call 40 ns, and 1 us when its header has left the caches; so `memory_of`
-(kabo.geometry.collision.arrays) lays them all out one behind the other, whole numbers first, and kernels take them
+(kabo.geometry.collision.view_arrays) lays them all out one behind the other, whole numbers first, and kernels take them
 from there.
 """
 

@@ -12,12 +12,12 @@ and "hit" may be said where this, numeric and both bodies' own deviations are at
 pose in the middle decides if it brings the parts that close by itself; else both halves are looked at. D falls with
 the square of the interval, spread linearly, so the bisection ends.
 
-The arguments are the fields of `Chain`, `Bodies`, `Tracks`, `Scratch` and `Sweep` (kabo.geometry.collision.arrays).
+The arguments are the fields of `Chain`, `Bodies`, `Tracks`, `Scratch` and `Sweep` (kabo.geometry.collision.view_arrays).
 """
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.boxes import boxes_near, place_block, place_box, unite_boxes
-from kabo.geometry.collision.kernels.check import usable
+from kabo.geometry.collision.kernels.configuration_check import usable
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.collision.kernels.tracks import (
     COARSE,

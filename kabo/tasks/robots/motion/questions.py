@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kabo.geometry_server import Context, Refused, way_to
+from kabo.geometry_server import ProcedureContext, Refused, way_to
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.keeping import keep_of
 from kabo.tasks.robots.scenes import TaskScene, configuration
@@ -40,7 +40,7 @@ class Question:
     search: Search | None = None
     target: "Target | None" = None
 
-    def passes(self, context: Context, without: str | None = None) -> bool:
+    def passes(self, context: ProcedureContext, without: str | None = None) -> bool:
         """Whether the answer is yes in another context, or with a body out of the way; all else is the same."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:

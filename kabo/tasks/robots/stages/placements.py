@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from kabo.geometry_server import (
-    Context,
-    Place,
+    Destination,
+    ProcedureContext,
     Situation,
     Stream,
     grasps_there,
@@ -77,7 +77,7 @@ class SamplePlacement(RobotStage, Monitor):
             yield "there is no place: it says neither a region nor a support"
         yield from family_faults(self, scene, "placements")
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """The region is out of reach, however the object is held."""
         known = self._known(context)
         if known is None:
@@ -89,7 +89,7 @@ class SamplePlacement(RobotStage, Monitor):
         text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
         return refusal("out_of_reach", text, proof=True, missing=missing)
 
-    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+    def foresee(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """No grasp of the object was found anywhere in the region."""
         known = self._known(context)
         if known is None:
@@ -100,7 +100,7 @@ class SamplePlacement(RobotStage, Monitor):
             return None
         return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
 
-    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+    def wanted(self, context: ProcedureContext, situation: Situation) -> list[Stream]:
         """What puts the object down as it is held; in nobody's hand, grasps of it at a few places in the region."""
         known = self._known(context)
         if known is None:
@@ -111,7 +111,7 @@ class SamplePlacement(RobotStage, Monitor):
             return [made.stream for made in placement_streams(context, robot, name, place, situation)]
         return grasps_there(context, robot, context.scene.bodies[name], place, situation)
 
-    def _known(self, context: Context) -> tuple[Robot, str, Region] | None:
+    def _known(self, context: ProcedureContext) -> tuple[Robot, str, Region] | None:
         robot, name, region = (self.known(key) for key in ("robot", "object", "region"))
         scene = context.scene
         if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
@@ -119,14 +119,14 @@ class SamplePlacement(RobotStage, Monitor):
         return scene.robots[robot], name, scene.regions[region]
 
 
-def _place(context: Context, region: str | None, support: str | None) -> Place:
+def _place(context: ProcedureContext, region: str | None, support: str | None) -> Destination:
     scene = context.scene
     if region is not None and region not in scene.regions:
         raise ValueError(f"the scene has no region {region!r}; it has {', '.join(scene.regions) or 'none'}")
     if support is not None and support not in scene.bodies:
         raise ValueError(f"the scene has no body {support!r}")
     chosen = None if region is None else scene.regions[region]
-    return Place(support if support is not None or chosen is None else chosen.support, chosen)
+    return Destination(support if support is not None or chosen is None else chosen.support, chosen)
 
 
 class SampleMate(RobotStage, Monitor):

@@ -6,7 +6,7 @@ from kabo.arrays import Array
 from kabo.geometry import FixedGroup, contains
 from kabo.geometry_server.frames import WORLD, fits, has, rows, standing_frame
 from kabo.geometry_server.situation import Situation
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
 from kabo.scene import Body, KinematicTree, Region
@@ -24,7 +24,7 @@ def _unmoved() -> KinematicTree:
 NOTHING_MOVES = _unmoved()  # the tree of constraints between things that stand
 
 
-def supports(surroundings: Surroundings, situation: Situation, name: str) -> tuple[str, ...]:
+def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
     """The bodies on which an object stands, by any of its placement families, in order of the scene."""
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
@@ -40,7 +40,7 @@ def supports(surroundings: Surroundings, situation: Situation, name: str) -> tup
     )
 
 
-def why_unsupported(surroundings: Surroundings, situation: Situation, name: str) -> str | None:
+def why_unsupported(surroundings: SceneSurroundings, situation: Situation, name: str) -> str | None:
     """Why none of the bodies that an object may touch is known to carry it; None if it touches none."""
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
@@ -78,13 +78,13 @@ def _unfit(body: Body, pose: Array, under: Body, under_pose: Array) -> str:
     return "; ".join(told) or "it has none"
 
 
-def _standing(surroundings: Surroundings, name: str, pose: Array) -> FixedGroup:
+def _standing(surroundings: SceneSurroundings, name: str, pose: Array) -> FixedGroup:
     mesh = surroundings.scene.bodies[name].mesh
     return FixedGroup(flat(pose), surroundings.enclosure(name), (mesh.vertices, mesh.faces))
 
 
 def _stands(
-    surroundings: Surroundings,
+    surroundings: SceneSurroundings,
     body: Body,
     pose: Array,
     under: Body,
@@ -98,7 +98,7 @@ def _stands(
     return satisfied(rows(about, roles), np.empty(0), NOTHING_MOVES, EXACTLY)
 
 
-def _boxes_meet(surroundings: Surroundings, body: Body, pose: Array, under: Body, under_pose: Array) -> bool:
+def _boxes_meet(surroundings: SceneSurroundings, body: Body, pose: Array, under: Body, under_pose: Array) -> bool:
     low, high = _box(body, pose)
     key = "box", under.name, under_pose.tobytes()
     other_low, other_high = surroundings.remembered(key, lambda: _box(under, under_pose))
@@ -110,7 +110,7 @@ def _box(body: Body, pose: Array) -> tuple[Array, Array]:
     return points.min(axis=0), points.max(axis=0)
 
 
-def lies_inside(surroundings: Surroundings, name: str, pose: Array, region: Region) -> bool:
+def lies_inside(surroundings: SceneSurroundings, name: str, pose: Array, region: Region) -> bool:
     """Whether a body at world_T_body (4, 4) is proven to lie inside a region: its convex parts do [K Def. 1]."""
     region_T_body = np.linalg.inv(region.world_T_region) @ pose
     points = np.concatenate(surroundings.enclosure(name).parts) @ region_T_body[:3, :3].T + region_T_body[:3, 3]

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from kabo.geometry import Budget, CollisionView, Enclosure, ExactView, FixedGroup, MovingGroup
-from kabo.geometry.collision.views import FREE
+from kabo.geometry.collision.collision_view import FREE
 from tests.geometry.worlds import box, move, rng_rows, slide, three_joints
 from tests.support.strategies import IDENTITY
 

@@ -1,6 +1,6 @@
 """The configuration check: forward kinematics, boxes of groups, oriented boxes of parts, then separating axes.
 
-Kernels take the fields of `Chain`, `Bodies` and what they write (kabo.geometry.collision.arrays says what they
+Kernels take the fields of `Chain`, `Bodies` and what they write (kabo.geometry.collision.view_arrays says what they
 are) one by one; Python gives them in one flat array [kabo.geometry.collision.kernels.layout]. A kernel allocates nothing.
 """
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.layout import MARGIN, OFFSET, WORD, numbers_of, whole_numbers_of
-from kabo.geometry.collision.kernels.oriented import faces_near, relative
+from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
 from kabo.geometry.collision.kernels.separation import posed_apart
 from kabo.scene.kernels.poses import forward_kinematics
 

@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 
 from kabo.kinematics import FrameFeature, keeps, projector, rows_of, seeds, stacked, stream_key, unkept_row, values
-from kabo.kinematics.keeping import INSET
-from kabo.kinematics.kernels import keeping as kernels
+from kabo.kinematics.kernels import motion_bounds as kernels
+from kabo.kinematics.motion_constraints import INSET
 from kabo.kinematics.projection import arrays_of
 from tests.kinematics.trees import planar, seven_axes, twin, two_arms
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from kabo.errors import Diagnostic, MeshError
 from kabo.language.formulas import Place
+from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Mesh
-from kabo.meshes.words import counted
 
 FARTHEST = 1e9  # metres: beyond, squares of coordinates lose their meaning long before they overflow
 EXPORT = "export the mesh again"

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from kabo.arrays import Array, Integers
 from kabo.kinematics.constraints import FrameFeature, Rows, normals, rows_of, stacked
 from kabo.kinematics.kernels import rows as columns
-from kabo.kinematics.kernels.keeping import first_row_not_kept
+from kabo.kinematics.kernels.motion_bounds import first_row_not_kept
 from kabo.kinematics.kernels.projection import FREEZES, project_seeds
 from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, storable_limits, values
 from kabo.scene.kernels.poses import forward_kinematics

@@ -7,7 +7,7 @@ import pytest
 
 from kabo.geometry_server import GeometryServer, grasp_stream
 from kabo.geometry_server.frames import Frame
-from kabo.geometry_server.spreading import open_turn
+from kabo.geometry_server.open_turns import open_turn
 from kabo.kinematics import FrameFeature, rows_of, stacked, values
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene import world_T

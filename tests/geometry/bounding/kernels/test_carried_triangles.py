@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from kabo.geometry.bounding import contraction_state as state
-from kabo.geometry.bounding.kernels import carried as kernels
+from kabo.geometry.bounding.kernels import carried_triangles as kernels
 from kabo.meshes import Mesh
 from tests.geometry.surfaces import distances_to_surface
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup, MovingGroup
-from kabo.geometry.collision.kernels.check import first_hit
-from kabo.geometry.collision.views import FREE
+from kabo.geometry.collision.collision_view import FREE
+from kabo.geometry.collision.kernels.configuration_check import first_hit
 from kabo.scene import PRISMATIC
 from tests.geometry.worlds import box, move, one_joint, rng_rows, slide, three_joints
 from tests.support.strategies import IDENTITY

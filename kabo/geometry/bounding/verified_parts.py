@@ -17,9 +17,9 @@ from scipy.spatial import QhullError
 
 from kabo.arrays import Array
 from kabo.compilation import cache_folder
+from kabo.geometry.bounding.enclosing_polytope import hull_planes
 from kabo.geometry.bounding.nearness import proven_near
 from kabo.geometry.bounding.pieces import uncovered
-from kabo.geometry.bounding.reduction import hull_planes
 from kabo.geometry.triangles.solids import Solid
 from kabo.remembering import Remembered
 

@@ -17,9 +17,9 @@ from scipy.sparse.csgraph import connected_components
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
-from kabo.geometry.collision.arrays import chain_of, last_shared_joints
+from kabo.geometry.collision.collision_view import FREE, Counters
 from kabo.geometry.collision.kernels.tracks import motion, turning
-from kabo.geometry.collision.views import FREE, Counters
+from kabo.geometry.collision.view_arrays import chain_of, last_shared_joints
 from kabo.geometry.parts import FixedGroup, Mesh, MovingGroup, poses_of
 from kabo.geometry.triangles.solids import Solid
 from kabo.remembering import Remembered

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from kabo.geometry import Budget, Enclosure
-from kabo.geometry.collision import certificate
-from kabo.geometry.collision.certificate import Course, Placed, Prover, Unproven, ordered
+from kabo.geometry.collision import separation_proofs
 from kabo.geometry.collision.kernels.witness import prove_pairs
+from kabo.geometry.collision.separation_proofs import Course, PlacedBody, Prover, Unproven, ordered
 from kabo.scene import KinematicTree
 from kabo.scene.transforms import flat, transform
 
@@ -33,7 +33,7 @@ def course(*waypoints, at=(0.0, 0.0, 0.5), parts=1) -> tuple[Prover, Course]:
         piece[:, 0] = np.where(piece[:, 0] < 0, -0.05 + 0.1 * k / parts, -0.05 + 0.1 * (k + 1) / parts)
         pieces.append(piece)
     prover = Prover({"cube": ordered(Enclosure(tuple(pieces), 0.0))}, NEAR, CLEARANCE)
-    bodies = [Placed("cube", 2, flat(transform((0.2, 0, 0)))), Placed("cube", 0, flat(transform(at)))]
+    bodies = [PlacedBody("cube", 2, flat(transform((0.2, 0, 0)))), PlacedBody("cube", 0, flat(transform(at)))]
     return prover, Course(slide(), np.array(waypoints, dtype=float), bodies, np.array([[0, 1, 0]], np.int64))
 
 
@@ -78,7 +78,7 @@ def test_narrow_passages_are_proven_down_to_rounding(gap):
 def test_the_kernel_is_its_own_python_original(monkeypatch):
     prover, path = course([0.5, 0.7], [0.4, 1.0], [0.5, 1.6], at=(0.0, 0.0, 0.45), parts=3)
     compiled = prover.prove(path)
-    monkeypatch.setattr(certificate, "prove_pairs", prove_pairs.py_func)
+    monkeypatch.setattr(separation_proofs, "prove_pairs", prove_pairs.py_func)
     assert prover.prove(path) == compiled
 
 

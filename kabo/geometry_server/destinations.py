@@ -9,7 +9,7 @@ from kabo.geometry_server.candidates import (
     base_position,
     placement_stream,
 )
-from kabo.geometry_server.context import Context
+from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.frames import WORLD, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import satisfied
@@ -20,7 +20,7 @@ HELD_EXACTLY = 1e-4  # m, rad: how exactly a hold must be a grasp of a family
 
 
 @dataclass(frozen=True)
-class Place:
+class Destination:
     """Where to put something: a support, a region, or a support within a region."""
 
     support: str | None
@@ -28,7 +28,12 @@ class Place:
 
 
 def placement_streams(
-    context: Context, robot: Robot, name: str, target: Place, situation: Situation, wanted: str = "any"
+    context: ProcedureContext,
+    robot: Robot,
+    name: str,
+    target: Destination,
+    situation: Situation,
+    wanted: str = "any",
 ) -> list[PlacementStream]:
     """The streams of all placement families of what the robot holds that fit the target."""
     body, held = context.scene.bodies[name], situation.held(name)
@@ -47,7 +52,7 @@ def placement_streams(
     return [stream for stream in made if stream is not None]
 
 
-def recognised(context: Context, robot: Robot, name: str, situation: Situation) -> GraspFamily | None:
+def recognised(context: ProcedureContext, robot: Robot, name: str, situation: Situation) -> GraspFamily | None:
     """The grasp family by which a robot holds an object; None if no family declares this hold."""
     body, held = context.scene.bodies[name], situation.held(name)
     roles = {"tool": tool_frame(robot), "this": carried_frame(robot, body, held), "world": WORLD}

@@ -6,9 +6,9 @@ the next one that passes it forwards: these two belong together.
 
 import numpy as np
 
+from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.topology import Edges, edges_of, fans, fans_around, neighbours
-from kabo.meshes.words import counted
 
 
 def separated(vertices: Vertices, faces: Faces, done: list[str]) -> tuple[Vertices, Faces]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.bounding.kernels.star import set_moved
-from kabo.geometry.bounding.kernels.within import (
+from kabo.geometry.bounding.kernels.triangle_bounds import (
     FAR,
     LEVEL,
     NEAREST,

@@ -11,9 +11,9 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server.candidates import Stream, base_position, grasp_stream, joints_at, within
-from kabo.geometry_server.context import Context
+from kabo.geometry_server.context import ProcedureContext
+from kabo.geometry_server.destinations import Destination
 from kabo.geometry_server.frames import WORLD, Frame, fits, rows, standing_frame
-from kabo.geometry_server.placing import Place
 from kabo.geometry_server.situation import Situation
 from kabo.kinematics import FREE_BODY, sample, stacked, stream_key
 from kabo.scene import Body, Configuration, Robot
@@ -23,7 +23,7 @@ PLACES, GRASPS = 24, 16  # places tried, and grasps at each
 NEAREST = 1  # places to tell how far out of reach they are
 
 
-def places(context: Context, body: Body, target: Place, situation: Situation) -> Iterator[Array]:
+def places(context: ProcedureContext, body: Body, target: Destination, situation: Situation) -> Iterator[Array]:
     """Poses (4, 4) at which a body fulfils its placement families on a target, a few of each."""
     this = Frame(6, np.eye(4), body.features)
     roles = {"this": this, "world": WORLD}
@@ -43,7 +43,9 @@ def places(context: Context, body: Body, target: Place, situation: Situation) ->
                 yield unflat(joints_at(FREE_BODY, q)[6])
 
 
-def may_place(context: Context, robot: Robot, body: Body, target: Place, situation: Situation) -> bool:
+def may_place(
+    context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
+) -> bool:
     """Whether the robot finds a grasp of the body at any of the places; True where no place was found at all."""
     hand = _open_hand(robot, situation.configuration(robot.name))
     none = True
@@ -57,7 +59,12 @@ def may_place(context: Context, robot: Robot, body: Body, target: Place, situati
 
 
 def grasps_there(
-    context: Context, robot: Robot, body: Body, target: Place, situation: Situation, most: int = NEAREST
+    context: ProcedureContext,
+    robot: Robot,
+    body: Body,
+    target: Destination,
+    situation: Situation,
+    most: int = NEAREST,
 ) -> list[Stream]:
     """The grasps of a body at those of its places on a target that are nearest to the robot's base."""
     hand, base = _open_hand(robot, situation.configuration(robot.name)), base_position(robot)

@@ -11,9 +11,9 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.budget import Budget
-from kabo.geometry.collision.arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
-from kabo.geometry.collision.kernels.check import first_hit, first_hits
+from kabo.geometry.collision.kernels.configuration_check import first_hit, first_hits
 from kabo.geometry.collision.kernels.sweep import first_swept_hit
+from kabo.geometry.collision.view_arrays import bodies_of, chain_of, memory_of, sweep_of, tracks_of
 from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.arrays import chain_of, offset_for
-from kabo.geometry.collision.arrays import reach as reach_of
 from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, ONE, prove_pairs
+from kabo.geometry.collision.view_arrays import chain_of, offset_for
+from kabo.geometry.collision.view_arrays import reach as reach_of
 from kabo.geometry.parts import COLUMNS, Enclosure
 from kabo.scene import KinematicTree
 
@@ -34,7 +34,7 @@ class Parts(NamedTuple):
     boxes: Array  # (B, 6) lower and upper
 
 
-class Placed(NamedTuple):
+class PlacedBody(NamedTuple):
     """A body on a joint of the moving tree; joint 0 is the world."""
 
     mesh: str
@@ -51,7 +51,7 @@ class Course:
 
     tree: KinematicTree
     waypoints: Array  # (W, n), W >= 2
-    bodies: Sequence[Placed]
+    bodies: Sequence[PlacedBody]
     pairs: Integers
     at_any_times: bool = False
 
@@ -113,7 +113,7 @@ class Prover:
         self._codes, self._axes = np.zeros(NODES, np.uint8), np.zeros((NODES, 3))
         self._stack = np.zeros((DEPTH, 6), np.int64)
 
-    def radius(self, body: Placed) -> float:
+    def radius(self, body: PlacedBody) -> float:
         """How far the parts of a body reach from the joint that carries it [m]."""
         key = body.mesh, body.joint_T_body.tobytes()
         if key not in self._radii:

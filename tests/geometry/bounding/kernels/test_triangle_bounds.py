@@ -6,7 +6,7 @@ import trimesh
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from kabo.geometry.bounding.kernels import within as kernels
+from kabo.geometry.bounding.kernels import triangle_bounds as kernels
 from kabo.geometry.triangles.triangle_trees import tree_of
 from tests.geometry.surfaces import distances_to_surface
 

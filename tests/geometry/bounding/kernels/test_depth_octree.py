@@ -6,7 +6,15 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from kabo.geometry.bounding.kernels.depths import FAR, NEAR, OPEN, first_far, hull_is_far, settled, star_is_far
+from kabo.geometry.bounding.kernels.depth_octree import (
+    FAR,
+    NEAR,
+    OPEN,
+    first_far,
+    hull_is_far,
+    settled,
+    star_is_far,
+)
 from kabo.geometry.bounding.nearness import SAMPLES
 from kabo.geometry.triangles.solids import Solid
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.geometry.collision.kernels.oriented import faces_near, relative
+from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
 from tests.support.strategies import IDENTITY, placement_of
 
 MARGIN = 1e-3

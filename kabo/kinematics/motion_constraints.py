@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
 from kabo.kinematics.constraints import Rows
-from kabo.kinematics.kernels import keeping as kernels
+from kabo.kinematics.kernels import motion_bounds as kernels
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.projection import arrays_of, checked, project
 from kabo.scene.tree import KinematicTree
