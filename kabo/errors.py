@@ -92,3 +92,13 @@ def did_you_mean(word: str, known: Iterable[str]) -> str | None:
     """The remedy `did you mean "…"?` with the known word nearest to `word`, or None if none is near."""
     near = difflib.get_close_matches(word, sorted(known), n=1)
     return f'did you mean "{near[0]}"?' if near else None
+
+
+def missing_library(error: BaseException) -> str | None:
+    """The remedy in one line if `error` is a shared library that the system lacks, else None."""
+    text = str(error)
+    if not isinstance(error, ImportError) or "cannot open shared object file" not in text:
+        return None
+    library = text.split(":", maxsplit=1)[0].strip()
+    package = {"libgomp.so.1": "libgomp1"}.get(library, library)
+    return f"the system library {library} is missing: install it, e.g. with `apt-get install {package}`"

@@ -28,13 +28,9 @@ EDGES = {
 }
 # What a process remembers beyond a call, and why nobody can get another's answer from it [decision 026].
 REMEMBERED = {
-    "kabo/compilation.py": {
-        "_sources_digest",
-        "_numba",
-        "_links",
-        "_private_folder",
-        "_warn_of",
-    },  # of this installation
+    "kabo/compilation/cache.py": {"_private_folder", "_warn_of"},  # of this installation
+    "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
+    "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},
     "kabo/finite_domain/search/blind_search.py": {"_kernels"},  # loaded code
     "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},
     "kabo/finite_domain/search/novelty_search.py": {"_compiled"},
@@ -48,7 +44,6 @@ REMEMBERED = {
     "kabo/knowledge/grounding/unsupported.py": {"_parts_of"},  # of classes of kabo
     "kabo/language/yaml/procedures.py": {"library_names", "library_signature"},  # of this installation
     "kabo/language/yaml/syntax.py": {"_parser"},
-    "kabo/linking.py": {"whole_compiler", "part_compiler"},
     "kabo/meshes/reading.py": {"_TRIANGLES"},  # by content
     "kabo/scene/robots.py": {"_SHARED"},  # as contexts
     "kabo/tasks/binding.py": {"library_task"},  # of this installation

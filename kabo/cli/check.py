@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Prints every finding; exit code 2 if one of them is an error."""
     from kabo.planner.result import diagnostic_to_json
-    from kabo.service import check_files
+    from kabo.requests import check_files
 
     with clean_standard_output():
         found = check_files(options.files)

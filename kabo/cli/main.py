@@ -13,7 +13,7 @@ from kabo import __version__
 from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, task, verify
 from kabo.cli.limits import limited
 from kabo.cli.solving import require_writable
-from kabo.errors import CutOff, InputError, KaboError, ServiceError
+from kabo.errors import CutOff, InputError, KaboError, ServiceError, missing_library
 
 COMMANDS: tuple[ModuleType, ...] = (
     solve,
@@ -114,8 +114,6 @@ def parser() -> argparse.ArgumentParser:
 
 def _told(error: Exception, *, as_json: bool) -> int:
     """Says what went wrong to people and (with --json) as one object `{code, message}`; returns the exit code."""
-    from kabo.service import missing_library
-
     if isinstance(error, InputError):
         code, message, exit_code = "bad_request", str(error), exit_codes.BAD_INPUT
     elif isinstance(error, ServiceError):

@@ -19,7 +19,7 @@ DEADLINE_S = 3600.0
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo request`."""
-    add_search_arguments(parser)
+    add_search_arguments(parser, NAME)
     parser.add_argument(
         "--connect", action="append", default=[], metavar="ENDPOINT", help="e.g. tcp/127.0.0.1:7447"
     )

@@ -11,20 +11,19 @@ HELP = "find a plan for a problem file, print it as a tree and write it as JSON"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo solve`."""
-    add_search_arguments(parser)
+    add_search_arguments(parser, NAME)
     parser.add_argument("--workers", type=natural, default=1, metavar="N", help="processes to use (default: 1)")
 
 
 def run(options: argparse.Namespace) -> int:
     """Solves, shows the plan or why there is none, and writes the plan file only if there is one."""
-    from kabo.service import SolveOptions, solve_file
+    from kabo.requests import solve_file
 
-    chosen = SolveOptions(**chosen_options(options))
     try:
         with clean_standard_output(), options.door.reporting() as report, interruptible() as stop:
             answer = solve_file(
                 options.problem,
-                chosen,
+                chosen_options(options),
                 domain=options.domain,
                 workers=max(1, options.workers),
                 progress=report,

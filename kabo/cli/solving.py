@@ -5,49 +5,21 @@ import math
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from kabo.cli import exit_codes
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
 from kabo.errors import Diagnostic, InputError
-from kabo.options import GEOMETRIES, GEOMETRY_ORDERS, QUALITIES, SEARCHES
+from kabo.options import OPTIONS, Option, SolveOptions
 
 TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
-OPTIONS = (
-    *("search", "seed", "epsilon", "geometry", "geometry_order", "quality"),
-    *("max_expansions", "max_samples", "timeout", "memory", "certificate"),
-)
 
 
-def add_search_arguments(parser: argparse.ArgumentParser) -> None:
+def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve") -> None:
     """The options that say how to search; each that is not given is left to the problem and the scene."""
     add_problem_argument(parser)
-    parser.add_argument("--search", choices=SEARCHES, help="how to search (default: best; astar: least cost)")
-    parser.add_argument("--seed", type=natural, metavar="N", help="of all random samples (default: 0)")
-    parser.add_argument("--epsilon", type=epsilon, metavar="E", help="tolerance of geometric predicates in metres")
-    parser.add_argument("--geometry", choices=GEOMETRIES, help="how bodies are checked")
-    parser.add_argument(
-        "--geometry-order",
-        choices=GEOMETRY_ORDERS,
-        default="adaptive",
-        help="when procedures are evaluated: along a finished plan (lazy), at every search node (eager), or lazy "
-        "until that is in vain (default: adaptive)",
-    )
-    parser.add_argument(
-        "--quality",
-        choices=QUALITIES,
-        default="fast",
-        help="motion as it is found, or refined: shorter, smoother, both arms at once (default: fast)",
-    )
-    parser.add_argument(
-        "--certificate",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="whether the plan carries what proves its motions free (default: it does)",
-    )
-    parser.add_argument("--max-expansions", type=natural, metavar="N", help="search nodes expanded at most")
-    parser.add_argument("--max-samples", type=natural, metavar="N", help="samples of procedures at most")
+    add_options(parser, command)
     add_limits(parser, "the problem's, else 600")
     parser.set_defaults(cut_off=told_cut_off)
     parser.add_argument(
@@ -59,6 +31,52 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
         help="the plan file (default: plan.json)",
     )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
+
+
+def add_options(parser: argparse.ArgumentParser, command: str, **defaults: object) -> None:
+    """The options of a solve that a command has, from the table; `defaults` are those that differ for this command."""
+    for option in OPTIONS.values():
+        if command not in option.commands:
+            continue
+        given: dict[str, Any] = {"help": _help(option, defaults.get(option.name, option.default)), "default": None}
+        if option.choices:
+            given["choices"] = option.choices
+        elif option.kind is bool:
+            given["action"] = argparse.BooleanOptionalAction
+        else:
+            given |= {"type": _parser(option), "metavar": "N" if option.kind is int else option.name[0].upper()}
+        parser.add_argument(argument_of(option), **given)
+
+
+def argument_of(option: Option) -> str:
+    """An option as it is written on the command line."""
+    return "--" + option.name.replace("_", "-")
+
+
+def _help(option: Option, default: object) -> str:
+    """What an option means, and what it is if it is not given."""
+    last = option.otherwise or ("yes" if default is True else f"{default}")
+    first = "" if option.problem_key is None else "the problem's, else "
+    return f"{option.help} (default: {first}{last})".replace("`", "").replace("%", "%%")
+
+
+def _parser(option: Option) -> Callable[[str], Any]:
+    """What reads the value of an option that is a number."""
+    if option.kind is int:
+        return natural
+    if option.at_least is None or option.at_most is None:
+        return positive
+    least, most = option.at_least, option.at_most
+
+    def bounded(text: str) -> float:
+        value = float(positive(text))
+        if not least <= value <= most:
+            wanted = "a length" if option.unit == "m" else "a number"
+            span = f"{least:g} to {most:g} {option.unit}".rstrip()
+            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted} from {span}")
+        return value
+
+    return bounded
 
 
 def add_problem_argument(parser: argparse.ArgumentParser) -> None:
@@ -89,13 +107,13 @@ class _OneOrTwo(argparse.Action):
         namespace.domain = values[0] if len(values) == 2 else None
 
 
-def chosen_options(options: argparse.Namespace) -> dict[str, Any]:
-    """The options of the search that were given, by the names of the message `SolveOptions`.
-
-    `timeout` is what is left of it.
-    """
-    chosen = {name: getattr(options, name) for name in OPTIONS if getattr(options, name) is not None}
-    return chosen if options.timeout is None else chosen | {"timeout": options.door.left(options.timeout)}
+def chosen_options(options: argparse.Namespace) -> SolveOptions:
+    """The options of a solve that were given; `timeout` is what is left of it."""
+    given = {name: getattr(options, name, None) for name in OPTIONS}
+    chosen = {name: value for name, value in given.items() if value is not None}
+    if options.timeout is not None:
+        chosen["timeout"] = options.door.left(options.timeout)
+    return cast("SolveOptions", chosen)
 
 
 def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
@@ -194,17 +212,6 @@ def require_writable(path: Path) -> None:
     except OSError as error:
         hint = "name another file to write"
         raise InputError([Diagnostic(str(path), 1, 1, f"cannot be written: {error.strerror}", hint)]) from None
-
-
-def epsilon(text: str) -> float:
-    """A tolerance that geometric predicates can keep."""
-    from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
-
-    value = positive(text)
-    if not SMALLEST_EPSILON <= value <= LARGEST_EPSILON:
-        wanted = f"a length from {SMALLEST_EPSILON:g} to {LARGEST_EPSILON:g} m"
-        raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}")
-    return float(value)
 
 
 natural = _number(int, 0, "a whole number from 0 on")

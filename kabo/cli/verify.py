@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the report; exit code 5 if any finding stands against the plan."""
-    from kabo.service import verify_file
+    from kabo.requests import verify_file
 
     with clean_standard_output():
         report = verify_file(

@@ -19,7 +19,7 @@ from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
-from kabo.options import Search
+from kabo.options import Options, Search
 from kabo.planner.geometry.external_procedures import Procedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from kabo.explain.failed_calls import Finding
     from kabo.explain.geometry import Obstacles
 
-MAX_EXPANSIONS, SECONDS = 2_000_000, 60.0
+SECONDS = 60.0
 
 SHOWN_GAPS = 3  # constructs beyond kabo's reasoning that the summary names
 
@@ -142,7 +142,7 @@ def explain(
         verdict: Verdict = "proved" if unproved is None else "exhausted"
         summary = _proved(goals) if unproved is None else _unproved(unproved, goals)
     else:
-        expansions = MAX_EXPANSIONS if max_expansions is None else max_expansions
+        expansions = Options.max_expansions if max_expansions is None else max_expansions
         verdict, summary = _searched(problem, judged, search, expansions, stop)
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
             from kabo.explain.geometry import obstacles  # symbolic problems never pay for geometry
@@ -157,7 +157,7 @@ def explain(
 
 
 def _has_motions(problem: Problem) -> bool:
-    return problem.scene is not None and problem.options.geometry != "none"
+    return problem.scene is not None and problem.options.get("geometry") != "none"
 
 
 def _proved(goals: list[UnreachableGoal]) -> list[str]:

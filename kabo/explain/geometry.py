@@ -67,7 +67,9 @@ def obstacles(
         InputError: the scene does not load.
     """
     clock = _Clock(seconds, cancelled)
-    samples = next(n for n in (options.get("max_samples"), problem.options.max_samples, SAMPLES) if n is not None)
+    samples = next(
+        n for n in (options.get("max_samples"), problem.options.get("max_samples"), SAMPLES) if n is not None
+    )
     options = {**options, "max_samples": samples, "max_expansions": expansions}
     asked: list[GeometricProcedures] = []
     result = solve(

@@ -78,7 +78,7 @@ def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
             initial = tuple(_without(body, problem.initial))
             return replace(problem, scene=_scene_without(given, body), objects=objects, initial=initial)
         case Finer(epsilon):
-            return replace(problem, options=replace(problem.options, epsilon=epsilon))
+            return replace(problem, options={**problem.options, "epsilon": epsilon})
         case Moved(name, by):
             robot = given.robots[name]
             turn = world_T(scene, scene.start, robot.base.frame)[:3, :3]

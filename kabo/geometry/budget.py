@@ -12,8 +12,8 @@ Both sides of the collision predicate, for two bodies whose enclosing parts stic
 
 from dataclasses import dataclass
 
-from kabo.language.scene_description import LARGEST_EPSILON as LARGEST
-from kabo.language.scene_description import SMALLEST_EPSILON as SMALLEST
+from kabo.options import LARGEST_EPSILON as LARGEST
+from kabo.options import SMALLEST_EPSILON as SMALLEST
 
 LOWER_NUMERIC = 4e-10  # of `numeric`: rounding of a gap (at most 2e-10, asserted at load) and of world vertices
 

@@ -1,7 +1,6 @@
 from kabo.language.problem import Action as Action
 from kabo.language.problem import Domain as Domain
 from kabo.language.problem import Function as Function
-from kabo.language.problem import Options as Options
 from kabo.language.problem import Parameter as Parameter
 from kabo.language.problem import Problem as Problem
 from kabo.language.reading import check_files as check_files

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from kabo.language.formulas import Application, Atom, Effect, Formula, GroundCall, Place, ProcedureCall, Term
 from kabo.language.scene_description import SceneDescription
-from kabo.options import Geometry, Search
+from kabo.options import SolveOptions
 
 
 @dataclass(frozen=True)
@@ -101,19 +101,6 @@ class Domain:
 
 
 @dataclass(frozen=True)
-class Options:
-    """What a problem file says about how to solve it; None where it says nothing."""
-
-    search: Search | None = None
-    seed: int | None = None
-    epsilon: float | None = None
-    geometry: Geometry | None = None
-    max_expansions: int | None = None
-    max_samples: int | None = None
-    seconds: float | None = None
-
-
-@dataclass(frozen=True)
 class Problem:
     """Everything that is known before planning.
 
@@ -128,7 +115,7 @@ class Problem:
     objects: Mapping[str, str]
     initial: tuple[Effect, ...]
     goal: tuple[Formula, ...]
-    options: Options
+    options: SolveOptions
     scene: SceneDescription | None
     path: Path
     files: Mapping[str, str]

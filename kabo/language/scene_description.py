@@ -11,7 +11,6 @@ from typing import Literal
 
 from kabo.language.formulas import Place
 
-SMALLEST_EPSILON, LARGEST_EPSILON = 1e-6, 0.3  # m: the tolerances that geometric predicates can keep
 FARTHEST = 1000.0  # m: of a position from its frame, of a size
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

@@ -7,6 +7,7 @@ verifier's to judge.
 import re
 from pathlib import Path
 
+from kabo.options import OPTIONS, Option
 from kabo.plan.certificate_json import certificate_from_json
 from kabo.plan.checked_json import Place, read_checked
 from kabo.plan.plan import (
@@ -24,7 +25,7 @@ _ID = re.compile(r"n(0|[1-9][0-9]*)")
 _HASH = re.compile(r"sha256:[0-9a-f]{64}")
 _SEGMENT = ("robot", "joints", "waypoints", "times", "procedure", "stage", "attach", "detach", "allowed_contacts")
 _MOVING = ("motion", "after", "overlap")
-_OPTIONS = ("max_expansions", "max_samples", "geometry_order", "quality")
+_FIRST_OPTIONS = ("search", "seed", "epsilon", "geometry")  # of every plan; plans of older kabos have no others
 
 
 def load_plan(path: Path) -> Plan:
@@ -96,22 +97,19 @@ def _hash(place: Place) -> str:
 
 
 def _options(place: Place) -> dict[str, str | float | int | None]:
-    fields = place.fields(("search", "seed", "epsilon", "geometry"), _OPTIONS)
-    result: dict[str, str | float | int | None] = {}
-    for name, value in fields.items():
-        if name in ("search", "geometry"):
-            result[name] = value.one_of("bounding", "exact", "none") if name == "geometry" else value.text()
-        elif name == "seed":
-            result[name] = value.index()
-        elif name == "geometry_order":
-            result[name] = None if value.value is None else value.one_of("lazy", "eager", "adaptive")
-        elif name == "quality":
-            result[name] = value.one_of("fast", "good")
-        elif name == "epsilon":
-            result[name] = None if value.value is None else value.number()
-        else:
-            result[name] = None if value.value is None else value.index()
-    return result
+    header = [name for name, option in OPTIONS.items() if option.in_header != "never"]
+    fields = place.fields(_FIRST_OPTIONS, tuple(name for name in header if name not in _FIRST_OPTIONS))
+    return {name: _option(OPTIONS[name], value) for name, value in fields.items()}
+
+
+def _option(option: Option, place: Place) -> str | float | int | None:
+    if option.null_in_header and place.value is None:
+        return None
+    if option.name == "search":  # by whatever planner
+        return place.text()
+    if option.choices:
+        return place.one_of(*option.choices)
+    return place.index() if option.kind is int else place.number()
 
 
 def _node(place: Place) -> Node:

@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, cast
 
 from kabo.budgets import StopFlag
 from kabo.knowledge import Task, verdict_of
 from kabo.language.problem import Problem
-from kabo.options import Geometry as GeometryKind
-from kabo.options import GeometryOrder, Quality, Search
+from kabo.options import Options
 from kabo.planner.geometry.external_procedures import Procedures
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Result
@@ -22,40 +20,6 @@ if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic p
     from kabo.planner.geometry.eager import Interleaved
     from kabo.planner.geometry.refusals import Ledger
     from kabo.tasks.procedures import GeometricProcedures
-
-MAX_EXPANSIONS, MAX_SAMPLES, SECONDS = 2_000_000, 5_000_000, 600.0
-DEFAULT_SEARCH: Search = "best"
-DEFAULT_QUALITY: Quality = "fast"
-
-
-@dataclass(frozen=True)
-class Options:
-    """The resolved options of one run: command line before problem before scene before these defaults."""
-
-    search: Search
-    seed: int
-    epsilon: float | None
-    geometry: GeometryKind
-    geometry_order: GeometryOrder
-    max_expansions: int
-    max_samples: int
-    timeout: float
-    quality: Quality = DEFAULT_QUALITY
-    memory: float = inf  # bytes
-
-    def written(self) -> dict[str, str | float | int | None]:
-        """The options as the plan keeps them: what it depends on."""
-        order = None if self.geometry == "none" else self.geometry_order
-        written: dict[str, str | float | int | None] = {
-            "search": self.search,
-            "seed": self.seed,
-            "epsilon": self.epsilon,
-            "geometry": self.geometry,
-            "geometry_order": order,
-            "max_expansions": self.max_expansions,
-            "max_samples": self.max_samples,
-        }
-        return written if self.quality == DEFAULT_QUALITY else {**written, "quality": self.quality}
 
 
 @dataclass
@@ -75,7 +39,6 @@ class Run:
     packed: PackedTask | None = None
     refined: Mapping[str, float] = field(default_factory=dict)
     witness: "Callable[[GeometricProcedures], None] | None" = None
-    certificate: bool = True
     certified: Mapping[str, Any] = field(default_factory=dict)
     cut_off: list[str] = field(default_factory=list)  # what a plan that was found lacks, in sentences
     on_found: Callable[[Result], None] | None = None
@@ -91,7 +54,7 @@ class Run:
     @property
     def certifies(self) -> bool:
         """Whether a plan gets a certificate."""
-        return self.certificate and self.options.geometry == "bounding"
+        return self.options.certificate and self.options.geometry == "bounding"
 
     def note_cut(self, doing: str, lacks: str) -> None:
         """Notes what a plan lacks because something was cut off."""

@@ -16,50 +16,32 @@ from kabo.errors import CutOff
 from kabo.frozen_gc import older_objects_apart
 from kabo.knowledge import Task, ground, verdict_of
 from kabo.language.problem import Problem
-from kabo.options import Geometry, GeometryOrder, Quality, Search
+from kabo.options import Options, SolveOptions, takes_options
 from kabo.plan import Plan
 from kabo.planner.geometry.external_procedures import Procedures, refuse_without_motion
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
-from kabo.planner.run import (
-    DEFAULT_QUALITY,
-    DEFAULT_SEARCH,
-    MAX_EXPANSIONS,
-    MAX_SAMPLES,
-    SECONDS,
-    Options,
-    Run,
-    search_once,
-    statistics_of,
-    without_plan,
-)
+from kabo.planner.run import Run, search_once, statistics_of, without_plan
 from kabo.planner.search.skeleton import Exhausted, Found, Unreachable
 
 if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
+    from typing_extensions import Unpack  # Python 3.11 has it itself
+
     from kabo.tasks.procedures import GeometricProcedures
 
 
+@takes_options
 @older_objects_apart()
 def solve(
     problem: Problem,
     *,
-    search: Search | None = None,
-    seed: int | None = None,
-    epsilon: float | None = None,
-    geometry: Geometry | None = None,
-    geometry_order: GeometryOrder = "adaptive",
-    max_expansions: int | None = None,
-    max_samples: int | None = None,
-    timeout: float | None = None,
-    memory: float | None = None,
-    quality: Quality = DEFAULT_QUALITY,
-    certificate: bool = True,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., bool]] | None = None,
     witness: "Callable[[GeometricProcedures], None] | None" = None,
     on_found: Callable[[Result], None] | None = None,
+    **options: "Unpack[SolveOptions]",
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
 
@@ -68,17 +50,6 @@ def solve(
 
     Args:
         problem: what to solve.
-        search: `best`, `greedy`, `astar`, `breadth-first`, `depth-first` or `iterative-deepening`.
-        seed: of all random samples.
-        epsilon: tolerance of geometric predicates [m].
-        geometry: `bounding`, `exact` or `none`.
-        geometry_order: when procedures are asked: `lazy` along a finished plan, `eager` in the search, or `adaptive`.
-        max_expansions: search nodes expanded at most.
-        max_samples: samples of procedures at most.
-        timeout: seconds after which the run gives up; infinite for no limit.
-        memory: bytes that this process may hold before the run gives up (None: half of what there is).
-        quality: `fast`: the motion as it was found; `good`: refined afterwards, which may take longer than finding it.
-        certificate: whether the plan carries what proves its motions free; with `geometry` `bounding` only.
         workers: processes that ask procedures of geometry; one: this one does.
         progress: told now and then what is done.
         cancelled: asked now and then whether to stop.
@@ -88,32 +59,24 @@ def solve(
             none. Equal arguments must have equal answers. Tests and calls without a function always succeed.
         witness: given the procedures of geometry before any is called, to look at what came of them afterwards.
         on_found: given the result as soon as there is a plan, if that is still to be refined or certified.
+        options: `kabo.options.SolveOptions`; what is None or absent is left to the problem, the scene or the default.
 
     Raises:
         InputError: the problem uses what the planner does not support, its scene does not load, or a procedure's
             answer is not as the domain declares it.
     """
-    given = problem.options
-    asked = Procedures(problem, procedures or {}, geometry_order, _first(seed, given.seed, 0))
+    scene = problem.scene
+    found: SolveOptions = {"memory": default_memory(), "epsilon": None if scene is None else scene.epsilon}
+    chosen = Options.of(options, problem.options, found)
+    asked = Procedures(problem, procedures or {}, chosen.geometry_order, chosen.seed)
     replaced = _stands_for_geometry(procedures, problem)
-    has_geometry = problem.scene is not None and (geometry or given.geometry) != "none" and not replaced
-    scene_epsilon = problem.scene.epsilon if has_geometry and problem.scene is not None else None
-    options = Options(
-        search or given.search or DEFAULT_SEARCH,
-        _first(seed, given.seed, 0),
-        _first(epsilon, given.epsilon, scene_epsilon) if has_geometry else None,
-        _first(geometry, given.geometry, "bounding") if has_geometry else "none",
-        geometry_order,
-        _first(max_expansions, given.max_expansions, MAX_EXPANSIONS),
-        _first(max_samples, given.max_samples, MAX_SAMPLES),
-        _first(timeout, given.seconds, SECONDS),
-        quality if has_geometry else DEFAULT_QUALITY,
-        default_memory() if memory is None else memory,
-    )
+    has_geometry = scene is not None and chosen.geometry != "none" and not replaced
+    if not has_geometry:
+        chosen = replace(chosen, geometry="none")
     if has_geometry:
         refuse_without_motion(problem)
     asking = asked.answering() if procedures else problem
-    run = Run(asking, options, progress, cancelled, workers, witness=witness, certificate=certificate)
+    run = Run(asking, chosen, progress, cancelled, workers, witness=witness)
     run.on_found = on_found
     task = ground(run.problem)
     run.symbolic_s = perf_counter() - run.began - asked.seconds
@@ -132,10 +95,6 @@ def _with_figures(result: Result, asked: Procedures) -> Result:
     """The result with what the given functions were asked among its statistics."""
     rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
     return replace(result, statistics={**result.statistics, "procedures": rows})
-
-
-def _first(*values: Any) -> Any:
-    return next((value for value in values if value is not None), None)
 
 
 def _symbolic(run: Run, task: Task) -> Result:

@@ -1,7 +1,7 @@
 """The same requests as on the command line, over zenoh: a queue, worker processes, one reply for every request.
 
 `Server` and `Client` load zenoh when they are first used. What a request means, free of any transport, is in
-`solve_file`; the command line calls it too, so that every door answers with the same object.
+`kabo.requests`; the command line calls it too, so that every door gives the same answer.
 """
 
 from kabo.lazy import lazy_names

@@ -1,12 +1,6 @@
-from kabo.service.answers import Answer as Answer
-from kabo.service.answers import check_files as check_files
-from kabo.service.answers import missing_library as missing_library
-from kabo.service.answers import solve_file as solve_file
-from kabo.service.answers import verify_file as verify_file
 from kabo.service.client import Client as Client
 from kabo.service.inline import pack_problem as pack_problem
 from kabo.service.inline import problem_for as problem_for
-from kabo.service.messages import SolveOptions as SolveOptions
 from kabo.service.server import Server as Server
 from kabo.service.server import Settings as Settings
 from kabo.service.session import DEFAULT_ENDPOINT as DEFAULT_ENDPOINT

@@ -7,15 +7,12 @@ is checked to stay inside it before anything is opened.
 import base64
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
-from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
 
-from kabo.errors import Diagnostic, InputError
 from kabo.language import load_problem
-from kabo.language.problem import Problem
-from kabo.language.scene_description import SceneDescription
+from kabo.language.files import files_of
 from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable
 
 MAX_FILES = 10_000
@@ -58,48 +55,6 @@ def pack_problem(path: Path, domain: Path | None = None) -> dict[str, Any]:
     return {key: Path(os.path.abspath(each)).relative_to(base).as_posix() for key, each in named.items()} | {
         "files": packed
     }
-
-
-def files_of(problem: Problem) -> Iterator[Path]:
-    """Every file that solving a problem reads: its texts, URDFs, meshes and the convex parts beside them."""
-    folder = problem.path.parent
-    yield problem.path
-    yield from (folder / name for name in problem.files)
-    if problem.scene is not None:
-        for path in geometry_files(problem.scene):
-            yield path
-            parts = path.with_name(path.name + ".parts")
-            if parts.is_file():
-                yield parts
-
-
-def geometry_files(scene: SceneDescription) -> Iterator[Path]:
-    """The meshes and URDFs of a scene, and the meshes that the URDFs name."""
-    for shape in (*(body.shape for body in scene.bodies.values()), *(r.shape for r in scene.regions.values())):
-        if shape.path is not None:
-            yield shape.path
-    for robot in scene.robots.values():
-        own = None if robot.gripper is None else robot.gripper.urdf
-        for urdf in (robot.urdf, own):
-            if urdf is not None:
-                yield urdf
-                yield from meshes_of(urdf, scene.packages)
-
-
-def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
-    """The mesh files that a URDF names; a file that is no URDF names none: loading the scene says so."""
-    try:
-        root = ElementTree.parse(urdf).getroot()  # noqa: S314
-    except (ElementTree.ParseError, OSError, UnicodeDecodeError):
-        return
-    for element in root.iter("mesh"):
-        name = element.get("filename", "")
-        if name.startswith("package://"):
-            package, _, rest = name.removeprefix("package://").partition("/")
-            if package in packages:
-                yield packages[package] / rest
-        elif name:
-            yield urdf.parent / name.removeprefix("file://")
 
 
 def unpack_problem(
@@ -149,20 +104,6 @@ def below(root: Path, name: str) -> PurePosixPath:
     if not (root / safe_name(name)).resolve().is_relative_to(root.resolve()):
         raise Forbidden(f"the path {name!r} does not lie below the server's root")
     return safe_name(name)
-
-
-def refuse_outside(problem: Problem, folder: Path) -> None:
-    """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
-
-    Raises:
-        InputError: the first that does not.
-    """
-    if problem.scene is None:
-        return
-    for path in geometry_files(problem.scene):  # yields a URDF before opening it
-        if not path.resolve().is_relative_to(folder.resolve()):
-            hint = "a server reads only files that were sent along: use paths relative to the scene"
-            raise InputError([Diagnostic(str(problem.scene.path), 1, 1, f'"{path}" may not be read', hint)])
 
 
 def _main_file(path: str | None, files: Mapping[str, Any]) -> str:

@@ -7,12 +7,12 @@ that a large request does not hold up the others.
 import hashlib
 import math
 import re
-from typing import Annotated, Any, Literal
+from types import NoneType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Optional, cast, get_args, get_type_hints
 
 import msgspec
 
-from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
-from kabo.options import Geometry, GeometryOrder, Quality, Search
+from kabo.options import OPTIONS, Option, SolveOptions
 
 PROTOCOL = 1
 MAX_DEADLINE_S = 86_400.0
@@ -34,20 +34,32 @@ Code = Literal[
 _IDENTIFIER = re.compile(r"[A-Za-z0-9_.-]{1,128}")
 
 
-class SolveOptions(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True, frozen=True):
-    """The options of `solve`, as every door takes them; None leaves the choice to problem and scene."""
+def _field(option: Option, said: Any) -> tuple[str, Any, Any]:
+    """Name, type and default of an option in a message; `said` is its type in `SolveOptions`."""
+    limits = {"ge": option.at_least, "gt": option.above, "le": option.at_most}
+    given: Any = {key: value for key, value in limits.items() if value is not None}
+    kind = said if option.choices or option.kind is bool else Annotated[option.kind, msgspec.Meta(**given)]
+    if NoneType in get_args(said):
+        return option.name, Optional[kind], None  # noqa: UP007, UP045  the type is made here, not written
+    return option.name, kind, option.default
 
-    search: Search | None = None
-    seed: Annotated[int, msgspec.Meta(ge=0)] | None = None
-    epsilon: Annotated[float, msgspec.Meta(ge=SMALLEST_EPSILON, le=LARGEST_EPSILON)] | None = None
-    geometry: Geometry | None = None
-    geometry_order: GeometryOrder = "adaptive"
-    quality: Quality = "fast"
-    certificate: bool = True
-    max_expansions: Annotated[int, msgspec.Meta(ge=0)] | None = None
-    max_samples: Annotated[int, msgspec.Meta(ge=0)] | None = None
-    timeout: Annotated[float, msgspec.Meta(ge=0)] | None = None
-    memory: Annotated[float, msgspec.Meta(gt=0)] | None = None  # bytes
+
+if TYPE_CHECKING:  # checkers need not know the fields: whoever solves is given them by name
+    OptionsMessage = msgspec.Struct
+else:
+    _SAID = get_type_hints(SolveOptions)
+    OptionsMessage = msgspec.defstruct(
+        "SolveOptions",
+        [_field(option, _SAID[name]) for name, option in OPTIONS.items()],
+        forbid_unknown_fields=True,
+        omit_defaults=True,
+        frozen=True,
+    )
+
+
+def said(message: OptionsMessage) -> SolveOptions:
+    """The options that a message says."""
+    return cast("SolveOptions", msgspec.structs.asdict(message))
 
 
 class InlineFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -73,7 +85,7 @@ class SolveRequest(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     id: str
     problem: ProblemFiles
     deadline_s: float = DEFAULT_DEADLINE_S
-    options: SolveOptions = SolveOptions()
+    options: OptionsMessage = OptionsMessage()
 
 
 class Envelope(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

@@ -23,13 +23,12 @@ _LIGHTS = FiniteTask(
 
 def plan_once() -> None:
     """Plans a small symbolic and a small geometric problem, and runs each compiled search on a task of two lights."""
-    from kabo.service.answers import solve_file
-    from kabo.service.messages import SolveOptions
+    from kabo.requests import solve_file
 
     _search_once()
     for problem in (_domains() / each for each in PROBLEMS):
         if problem.is_file():
-            solve_file(problem, SolveOptions())
+            solve_file(problem, {})
 
 
 def _domains() -> Path:

@@ -26,9 +26,10 @@ from pathlib import Path
 
 import msgspec
 
+from kabo.errors import missing_library
 from kabo.frozen_gc import older_objects_apart
 from kabo.planner.result import Progress
-from kabo.service.messages import SolveRequest, Unreadable, read
+from kabo.service.messages import SolveRequest, Unreadable, read, said
 
 STOP = b"stop"
 TICK_S = 0.02
@@ -100,8 +101,8 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
         Refused: the request cannot be read, or names files that it may not.
         Stopped: the job was cancelled, or its deadline has passed.
     """
+    from kabo.requests import solve_file
     from kabo.service import inline
-    from kabo.service.answers import solve_file
 
     try:
         message = read(SolveRequest, request)
@@ -118,7 +119,7 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
             with _working_in(folder):
                 answer = solve_file(
                     Path(path),
-                    message.options,
+                    said(message.options),
                     domain=domain,
                     within=Path(),
                     progress=ticker.progress,
@@ -215,8 +216,6 @@ def _worked(
     except (EOFError, BrokenPipeError):
         raise
     except Exception as error:  # noqa: BLE001 - the outer edge of a worker
-        from kabo.service.answers import missing_library
-
         remedy = missing_library(error)
         if remedy is None:
             traceback.print_exc()

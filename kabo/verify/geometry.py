@@ -69,7 +69,7 @@ def _check_statements(plan: Plan, scene: Scene) -> Iterator[Finding]:
 def _epsilon(problem: Problem, plan: Plan) -> Iterator[str]:
     """A note where the plan was made with another epsilon than its files say."""
     assert problem.scene is not None
-    given = problem.options.epsilon
+    given = problem.options.get("epsilon")
     made, told = plan.options.get("epsilon"), problem.scene.epsilon if given is None else given
     if isinstance(made, float | int) and made != told:
         yield f"the plan was made with an epsilon of {made:g} m, the files say {told:g} m"

@@ -8,7 +8,8 @@ import pytest
 
 from kabo.cli import exit_codes
 from kabo.cli.main import COMMANDS, parser
-from kabo.service.messages import Code, SolveOptions, Status
+from kabo.options import OPTIONS
+from kabo.service.messages import Code, Status
 
 REPOSITORY = Path(__file__).parents[2]
 COMMANDS_PAGE = (REPOSITORY / "docs" / "commands.md").read_text()
@@ -48,7 +49,7 @@ def test_every_exit_code_is_described():
 def test_every_error_code_option_and_status_field_of_the_service_is_described():
     listed = set(re.findall(r"^\| `([a-z_]+)` \|", SERVICE_PAGE, flags=re.MULTILINE))
     assert listed == set(get_args(Code))
-    for name in (*SolveOptions.__struct_fields__, *Status.__struct_fields__):
+    for name in (*OPTIONS, *Status.__struct_fields__):
         assert f"`{name}`" in SERVICE_PAGE or f'"{name}"' in SERVICE_PAGE
 
 

@@ -166,7 +166,7 @@ def _plan(path: Path, number: int) -> None:
 
 
 def _verified(path: Path, number: int) -> None:
-    from kabo.service import verify_file
+    from kabo.requests import verify_file
 
     str(verify_file(path.parents[1] / "domains/medicate/n5.yaml", path, knowledge_only=True))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kabo.geometry.budget import Budget
-from kabo.language.scene_description import LARGEST_EPSILON, SMALLEST_EPSILON
+from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 
 @pytest.mark.parametrize("epsilon", [SMALLEST_EPSILON, 1e-4, 2e-3, 5e-3, 0.02, LARGEST_EPSILON])

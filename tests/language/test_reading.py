@@ -10,9 +10,10 @@ import kabo
 from kabo.cli import main
 from kabo.errors import InputError
 from kabo.language import check_files
-from kabo.service.answers import solve_file
+from kabo.options import SolveOptions
+from kabo.requests import solve_file
 from kabo.service.inline import pack_problem, unpack_problem
-from kabo.service.messages import ProblemFiles, SolveOptions
+from kabo.service.messages import ProblemFiles
 from tests.language.samples import PKS_UNTYPED
 
 DOMAIN = """(define (domain lamps) (:predicates (lit ?l))

@@ -9,10 +9,11 @@ import pytest
 
 from kabo.geometry_server import Success
 from kabo.knowledge import ground
+from kabo.options import Options
 from kabo.planner.geometry import eager as interleaved
 from kabo.planner.geometry import refusals as ledger
 from kabo.planner.rounds import Rounds
-from kabo.planner.run import Options, Run
+from kabo.planner.run import Run
 from tests.conftest import PROPERTY_SCALE
 from tests.support.random_geometry import COMPONENTS, Hybrid, numbers, random_hybrid
 

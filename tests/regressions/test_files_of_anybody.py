@@ -20,8 +20,9 @@ from kabo.geometry_server import GeometryServer
 from kabo.language import load_problem, load_scene_description
 from kabo.meshes import load_mesh
 from kabo.plan import plan_from_json
+from kabo.requests import check_files
 from kabo.scene import Scene, load_scene
-from kabo.service import check_files, messages
+from kabo.service import messages
 
 CORPUS = Path(__file__).parents[1] / "fuzz/corpus"
 HOME = Path(__file__).parents[2]

@@ -8,8 +8,10 @@ import pytest
 
 from kabo.errors import InputError
 from kabo.language import load_problem
+from kabo.options import SolveOptions
+from kabo.requests import solve_file
 from kabo.scene import load_scene
-from kabo.service import SolveOptions, pack_problem, problem_for, solve_file
+from kabo.service import pack_problem, problem_for
 from kabo.service.inline import Forbidden, below, safe_name, unpack_problem
 from kabo.service.messages import InlineFile, ProblemFiles, Status, Unreadable
 

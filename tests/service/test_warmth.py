@@ -16,7 +16,8 @@ from tests.service.test_server import ask
 WARMTH = """
 import json, sys
 from pathlib import Path
-from kabo.service import SolveOptions, solve_file
+from kabo.options import SolveOptions
+from kabo.requests import solve_file
 from kabo.service.worker import warm_up
 
 def compiled():

@@ -5,7 +5,7 @@ from pathlib import Path
 from hypothesis import strategies as st
 
 from kabo.language import formulas as f
-from kabo.language.problem import Action, Domain, Function, Options, Parameter, Problem
+from kabo.language.problem import Action, Domain, Function, Parameter, Problem
 
 # ------------------------------------------------------------------------------------------------ short spellings
 X, Y = f.Constant("x"), f.Constant("y")
@@ -85,7 +85,7 @@ def problem(
     )
     objects = {"x": "thing", "y": "thing"} if objects is None else objects
     path = Path("small.yaml")
-    return Problem("small", domain, objects, tuple(initial), tuple(goal), Options(), None, path, {})
+    return Problem("small", domain, objects, tuple(initial), tuple(goal), {}, None, path, {})
 
 
 COLOUR = Function("colour", (), values=("u", "v", "w"))

@@ -9,7 +9,7 @@ import pytest
 
 REPOSITORY = Path(__file__).parents[2]
 VERIFY = REPOSITORY / "kabo" / "verify"
-SHARED = {"kabo.language", "kabo.plan", "kabo.scene", "kabo.meshes", "kabo.errors"}
+SHARED = {"kabo.language", "kabo.plan", "kabo.scene", "kabo.meshes", "kabo.errors", "kabo.arrays", "kabo.lazy"}
 IGNORED = {
     tokenize.COMMENT,
     tokenize.NL,

@@ -14,7 +14,7 @@ from kabo.language.pddl.forms import Form, Node, Word, read_forms
 from kabo.language.pddl.initial import Initial, build_initial, read_initial
 from kabo.language.pddl.sections import PddlDefinition, definitions_of
 from kabo.language.pddl.terms import Context
-from kabo.language.problem import Domain, Options, Problem
+from kabo.language.problem import Domain, Problem
 from kabo.language.source import SourceFile
 from kabo.language.tree_algebra import nodes, symbols
 
@@ -71,7 +71,7 @@ def read_pddl(
     if only:
         built.functions.pop(cost or "")  # type: ignore[attr-defined]
     name = Names().take(problem.name)
-    return Problem(name, built, objects, effects, goal, Options(), None, problem.document.source.path, dict(files))
+    return Problem(name, built, objects, effects, goal, {}, None, problem.document.source.path, dict(files))
 
 
 def _declare(vocabulary: Vocabulary, domain: PddlDefinition) -> None:

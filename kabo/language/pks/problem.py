@@ -15,7 +15,7 @@ from kabo.language.pks.expressions import Expression, statements, tokens_of
 from kabo.language.pks.formulas import read_formula
 from kabo.language.pks.markup import Element, Markup, read_markup
 from kabo.language.pks.terms import Context
-from kabo.language.problem import Action, Domain, Options, Problem
+from kabo.language.problem import Action, Domain, Problem
 from kabo.language.source import SourceFile
 
 _ALLOWED = {
@@ -117,7 +117,7 @@ class Pks:
         name = Names().take(problem.name or "problem")
         return Problem(
             name, built, dict(vocabulary.objects.values()), _initial(vocabulary, problem),
-            _goal(vocabulary, problem), Options(), None, problem.source.path, dict(files),
+            _goal(vocabulary, problem), {}, None, problem.source.path, dict(files),
         )  # fmt: skip
 
 

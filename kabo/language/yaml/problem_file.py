@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingType
+from typing import Any, cast
 
 from kabo.language import formulas as f
 from kabo.language.findings import Findings, spell_place
-from kabo.language.problem import Options, Problem
+from kabo.language.problem import Problem
 from kabo.language.spelling import spell
 from kabo.language.task_description import FAMILIES, THINGS, Property, Signature
 from kabo.language.vocabulary import Scope, Symbol, Vocabulary
@@ -17,11 +18,13 @@ from kabo.language.yaml.scene_file import SceneReading
 from kabo.language.yaml.syntax import Tree, parse
 from kabo.language.yaml.terms import Context
 from kabo.language.yaml.values import Reader
-from kabo.options import GEOMETRIES, SEARCHES
+from kabo.options import OPTIONS, Option, SolveOptions
 
 PROBLEM_KEYS = ("problem", "domain", "scene", "objects", "bodies", "regions", "initial", "goal", "options")
-OPTION_KEYS = ("search", "seed", "epsilon", "geometry", "budget")
-BUDGET_KEYS = ("expansions", "samples", "seconds")
+
+_SAID = {tuple(each.problem_key.split(".")): each for each in OPTIONS.values() if each.problem_key is not None}
+OPTION_KEYS = tuple(dict.fromkeys(path[0] for path in _SAID))
+BUDGET_KEYS = tuple(path[1] for path in _SAID if path[0] == "budget")
 
 
 def read_problem(
@@ -88,28 +91,34 @@ def _read_objects(
 
 
 # ------------------------------------------------------------------------------------------------------- options
-def read_options(reader: Reader, node: Node | None) -> Options:
-    """The options of a problem; what is absent is None."""
+def read_options(reader: Reader, node: Node | None) -> SolveOptions:
+    """The options that a problem says."""
     mapping = reader.mapping(node, "`options`")
     if mapping is None:
-        return Options()
+        return {}
     reader.keys(mapping, OPTION_KEYS, "`options`")
     budget = reader.mapping(mapping.get("budget"), "`budget`")
     if budget is not None:
         reader.keys(budget, BUDGET_KEYS, "`budget`")
+    found: dict[str, Any] = {}
+    for path, option in _SAID.items():
+        holder = mapping if len(path) == 1 else budget
+        value = None if holder is None else _read_option(reader, option, holder.get(path[-1]), f"`{path[-1]}`")
+        if value is not None:
+            found[option.name] = value
+    return cast("SolveOptions", found)
 
-    def limit(key: str) -> Node | None:
-        return None if budget is None else budget.get(key)
 
-    return Options(
-        search=reader.choice(mapping.get("search"), SEARCHES, "`search`"),
-        seed=reader.whole(mapping.get("seed"), "`seed`"),
-        epsilon=reader.epsilon(mapping.get("epsilon"), "`epsilon`"),
-        geometry=reader.choice(mapping.get("geometry"), GEOMETRIES, "`geometry`"),
-        max_expansions=reader.whole(limit("expansions"), "`expansions`", 1),
-        max_samples=reader.whole(limit("samples"), "`samples`", 1),
-        seconds=reader.positive(limit("seconds"), "`seconds`"),
-    )
+def _read_option(reader: Reader, option: Option, node: Node | None, what: str) -> str | float | None:
+    if option.choices:
+        return reader.choice(node, option.choices, what)
+    if option.kind is int:
+        return reader.whole(node, what, option.problem_least)
+    if option.kind is bool:
+        return reader.boolean(node, what)
+    if option.at_least is None or option.at_most is None:
+        return reader.positive(node, what)
+    return reader.between(node, what, option.at_least, option.at_most, option.unit)
 
 
 # -------------------------------------------------------------------------------------- objects and their things

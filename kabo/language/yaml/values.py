@@ -12,8 +12,9 @@ from typing import TypeVar
 
 from kabo.language.findings import Findings
 from kabo.language.names import NAME, RESERVED, proper_name
-from kabo.language.scene_description import FARTHEST, LARGEST_EPSILON, SMALLEST_EPSILON
+from kabo.language.scene_description import FARTHEST
 from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _LARGEST_WHOLE = 10**18
@@ -170,10 +171,14 @@ class Reader:
 
     def epsilon(self, node: Node | None, what: str) -> float | None:
         """A tolerance that geometric predicates can keep [m]."""
+        return self.between(node, what, SMALLEST_EPSILON, LARGEST_EPSILON, "m")
+
+    def between(self, node: Node | None, what: str, least: float, most: float, unit: str) -> float | None:
+        """A number above zero within two bounds."""
         value = self.positive(node, what)
-        if value is not None and node is not None and not SMALLEST_EPSILON <= value <= LARGEST_EPSILON:
-            span = f"between {SMALLEST_EPSILON:g} and {LARGEST_EPSILON:g} m"
-            self.findings.add(node.place, f"{what} must lie {span}, this is {value:g} m")
+        if value is not None and node is not None and not least <= value <= most:
+            span = f"between {least:g} and {most:g} {unit}"
+            self.findings.add(node.place, f"{what} must lie {span}, this is {value:g} {unit}")
             return None
         return value
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Generator, Hashable
 
 from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
-from kabo.options import Search
+from kabo.options import Options, Search
 from kabo.planner.search.fixpoint import Fixpoint
 from kabo.planner.search.greedy_search import newest_first
 from kabo.planner.search.late_sensing import delay_sensing
@@ -36,7 +36,6 @@ from kabo.planner.search.skeleton import (
 from kabo.planner.search.solved import Memo, Solved
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
 
-DEFAULT_SEARCH: Search = "best"
 SECOND_OPINION = (
     150  # expansions: what `best` solves with fewer is solved once more, and the smaller plan is taken
 )
@@ -71,7 +70,7 @@ def find_skeleton(
     Raises:
         KeyError: there is no search of that name.
     """
-    limits, search = limits or Limits(), search or DEFAULT_SEARCH
+    limits, search = limits or Limits(), search or Options.search
     if search in ("best", "astar", "breadth-first") and not task.branchings:
         found = (packed or PackedTask(task)).skeleton(search, geometry, limits)
         if found is not None:

@@ -12,7 +12,7 @@ import pytest
 from kabo.errors import InputError
 from kabo.language import check_files, load_problem, load_scene_description
 from kabo.language import formulas as f
-from kabo.language.problem import Function, Options
+from kabo.language.problem import Function
 from kabo.language.scene_description import Feature, FeatureName, Stroke
 from tests.language.conftest import DOMAIN, PROBLEM, SCENE, Kitchen
 
@@ -21,7 +21,7 @@ def test_a_problem_holds_what_its_files_say(kitchen: Kitchen) -> None:
     problem = load_problem(kitchen.write())
     assert problem.name == "one_bottle"
     assert dict(problem.objects) == {"shelf": "location", "left": "robot", "bottle_1": "bottle"}
-    assert problem.options == Options(search="breadth-first", seed=3, seconds=10.0)
+    assert problem.options == {"search": "breadth-first", "seed": 3, "timeout": 10.0}
     assert dict(problem.domain.types) == {"robot": None, "bottle": None, "location": None}
     assert problem.domain.predicates["at_location"] == ("bottle", "location")
     assert problem.domain.functions["content"] == Function("content", ("bottle",), None, ("water", "wine"))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from kabo import compilation
+from kabo.compilation import cache as cache_module
 from kabo.compilation import cache_folder
 
 
@@ -19,7 +19,7 @@ def _fresh(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Every test warns anew and makes private folders of its own."""
     monkeypatch.setenv("KABO_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    for remembered in (compilation._private_folder, compilation._warn_of):
+    for remembered in (cache_module._private_folder, cache_module._warn_of):
         remembered.cache_clear()
 
 

@@ -1,6 +1,7 @@
-"""What a request means, free of any door: files in, the object of `--json` out.
+"""What solve, verify, explain and check mean for files: paths and options in, answers as data out.
 
-The command line and the workers of the service call the same functions, so they answer alike.
+The command line and the workers of the service call these functions, so every door gives the same answer. How a request
+arrives, and how its answer is shown, is the door's business.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -8,13 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
 from kabo.errors import Diagnostic, InputError
+from kabo.language import check_files as findings_in
+from kabo.language import is_imported, load_problem
+from kabo.language.files import geometry_files
+from kabo.options import SolveOptions
 from kabo.planner.result import Progress, invalid_to_json, result_to_json
-from kabo.service.messages import SolveOptions
 
 if TYPE_CHECKING:
+    from kabo.explain.explain import Explanation
     from kabo.language.problem import Problem
     from kabo.language.scene_description import SceneDescription
     from kabo.scene import Scene
@@ -45,7 +48,7 @@ def solve_file(
 
     Args:
         path: the problem file.
-        options: what the caller asks for; None where problem and scene decide.
+        options: what the caller says; what is absent or None is left to the problem and the scene.
         domain: the problem's domain file, where formats have one that the problem does not name.
         workers: processes that the planner may use; does not change the answer.
         within: if given, no file outside of this folder is opened.
@@ -58,9 +61,8 @@ def solve_file(
 
     try:
         problem = read_problem(path, within, domain)
-        chosen = msgspec.structs.asdict(options)
         found = None if keep is None else lambda result: keep(result_to_json(result), plan_to_json(result.plan))
-        result = solve(problem, **chosen, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
+        result = solve(problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
     except InputError as error:
         return Answer(invalid_to_json(error), error=error)
     return Answer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
@@ -72,14 +74,25 @@ def read_problem(path: Path, within: Path | None = None, domain: Path | None = N
     Raises:
         InputError: all that is wrong in the files; or the files outside of `within`, none of them opened.
     """
-    from kabo.language import load_problem
-    from kabo.service.inline import refuse_outside
-
     if within is None:
         return load_problem(path, domain)
     problem = load_problem(path, domain, within=within)
-    refuse_outside(problem, within)
+    _refuse_outside(problem, within)
     return problem
+
+
+def _refuse_outside(problem: "Problem", folder: Path) -> None:
+    """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
+
+    Raises:
+        InputError: the first that does not.
+    """
+    if problem.scene is None:
+        return
+    for path in geometry_files(problem.scene):  # yields a URDF before opening it
+        if not path.resolve().is_relative_to(folder.resolve()):
+            hint = "a server reads only files that were sent along: use paths relative to the scene"
+            raise InputError([Diagnostic(str(problem.scene.path), 1, 1, f'"{path}" may not be read', hint)])
 
 
 def verify_file(
@@ -96,7 +109,6 @@ def verify_file(
         InputError: all that is wrong in the problem's files, or in the form of the plan.
         OSError: the plan file cannot be read.
     """
-    from kabo.language import load_problem
     from kabo.plan import load_plan
     from kabo.verify import verify_plan
 
@@ -105,11 +117,33 @@ def verify_file(
     )
 
 
+def explain_file(
+    path: Path,
+    *,
+    domain: Path | None = None,
+    geometry: bool = True,
+    cancelled: Callable[[], bool] | None = None,
+    **options: Any,
+) -> "tuple[Explanation, InputError | None]":
+    """Why the problem in a file has no plan, and what is wrong in its files (None: nothing).
+
+    Args:
+        path: the problem file.
+        domain: the problem's domain file, where formats have one that the problem does not name.
+        geometry: whether to look for motions, too.
+        cancelled: asked now and then; True ends it soon, with what was found so far.
+        options: of `kabo.explain`.
+    """
+    from kabo.explain.explain import explain, invalid_explanation
+
+    try:
+        return explain(load_problem(path, domain), geometry=geometry, cancelled=cancelled, **options), None
+    except InputError as error:
+        return invalid_explanation(error), error
+
+
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
     """All findings in files of any kind; scenes without errors are loaded with their meshes and URDFs."""
-    from kabo.language import check_files as findings_in
-    from kabo.language import is_imported
-
     named = list(paths)
     found = list(findings_in(named))
     faulty = {finding.file for finding in found if finding.severity == "error"}
@@ -155,7 +189,6 @@ def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
 def _turned_warnings(description: "SceneDescription") -> Iterator[Diagnostic]:
     """Mesh files with components that are inside out, which are turned whenever they are loaded."""
     from kabo.meshes import FORMATS, load_mesh, outwards
-    from kabo.service.inline import geometry_files
 
     for path in dict.fromkeys(geometry_files(description)):
         if path.suffix.lower().removeprefix(".") in FORMATS:
@@ -186,13 +219,3 @@ def _unit_warnings(scene: "Scene", description: "SceneDescription") -> tuple[Dia
         if link.mesh is not None
     ]
     return tuple(warning for warning in found if warning is not None)
-
-
-def missing_library(error: BaseException) -> str | None:
-    """The remedy in one line if `error` is a shared library that the system lacks, else None."""
-    text = str(error)
-    if not isinstance(error, ImportError) or "cannot open shared object file" not in text:
-        return None
-    library = text.split(":", maxsplit=1)[0].strip()
-    package = {"libgomp.so.1": "libgomp1"}.get(library, library)
-    return f"the system library {library} is missing: install it, e.g. with `apt-get install {package}`"

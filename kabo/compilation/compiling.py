@@ -3,90 +3,27 @@
 numba notices changes in a kernel's own file only: a caller keeps running its callee's old code. So the compiled
 code lies in a folder named after the hash of *all* kernel sources and of how they are compiled. fastmath stays off,
 because reordering could undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where
-a kernel asks for them. What a kernel calls is compiled as a part of it [kabo.linking].
+a kernel asks for them. What a kernel calls is compiled as a part of it [kabo.compilation.linking].
 """
 
-import atexit
 import hashlib
 import math
 import os
-import shutil
-import stat
-import tempfile
-import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from kabo.compilation.cache import cache_folder
+
 _Function = TypeVar("_Function", bound=Callable[..., Any])
-
-
-def cache_folder() -> Path:
-    """The folder for everything that may be computed again: $KABO_CACHE, $XDG_CACHE_HOME/kabo, ~/.cache/kabo.
-
-    What lies there is executed (compiled kernels, and indices that are pickles), so a folder is taken only if it
-    belongs to this user and nobody else can write to it. Where there is none, a private folder in the system's
-    temporary directory serves this process and those that it starts.
-    """
-    chosen = os.environ.get("KABO_CACHE")
-    home = os.environ.get("XDG_CACHE_HOME")
-    candidate = Path(chosen) if chosen else Path(home) / "kabo" if home else _home() / ".cache" / "kabo"
-    return candidate if _usable(candidate) else _private_folder()
-
-
-def _home() -> Path:
-    try:
-        return Path.home()
-    except RuntimeError:  # a user without a name or a home
-        return Path("/nonexistent")
-
-
-def _usable(folder: Path) -> bool:
-    """Whether a folder can be written, is there or was made, and is this user's alone to write."""
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.mkdir(mode=0o700, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder):
-            pass
-        status = folder.stat()
-    except (OSError, ValueError):  # ValueError: a null byte in the name
-        return False
-    if not hasattr(os, "getuid"):
-        return True
-    if status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        return True
-    _warn_of(folder, status.st_uid == os.getuid())
-    return False
-
-
-@cache
-def _warn_of(folder: Path, own: bool) -> None:
-    remedy = (
-        "empty it, then chmod go-w" if own else "it belongs to another user: set KABO_CACHE to a folder of yours"
-    )
-    said = f"kabo does not use the cache folder {folder}, to which others can write; {remedy}"
-    warnings.warn(said, stacklevel=3)
-
-
-@cache
-def _private_folder() -> Path:
-    """A new folder that only this user can read or write; gone when the process ends."""
-    folder, owner = Path(tempfile.mkdtemp(prefix="kabo-cache-")), os.getpid()
-
-    def remove() -> None:
-        if os.getpid() == owner:  # forks leave it to the process that made it
-            shutil.rmtree(folder, ignore_errors=True)
-
-    atexit.register(remove)
-    os.environ["KABO_CACHE"] = str(folder)  # processes that this one starts share it
-    return folder
 
 
 @cache
 def _sources_digest() -> str:
+    """A hash of the sources of all kernels, wherever their folders lie, and of how they are compiled."""
     digest, here = hashlib.sha256(), Path(__file__).parent
-    for source in (here / "compilation.py", here / "linking.py", *sorted(here.glob("*/kernels/*.py"))):
+    for source in (here / "compiling.py", here / "linking.py", *sorted(here.parent.glob("**/kernels/*.py"))):
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -147,7 +84,7 @@ def _compiled(function: _Function, **options: Any) -> _Function:
     if not _links():
         compiled: _Function = numba.njit(cache=True, **options)(function)
         return compiled
-    from kabo.linking import linked
+    from kabo.compilation.linking import linked
 
     whole: _Function = linked(function, options, stored=True)
     return whole
@@ -163,7 +100,7 @@ def _links() -> bool:
     tried = Path(numba.config.CACHE_DIR) / f"numba-{numba.__version__}-links"
     if tried.exists():
         return True
-    from kabo.linking import linking_works
+    from kabo.compilation.linking import linking_works
 
     works = linking_works(_OPTIONS)
     if works:

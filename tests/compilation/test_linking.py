@@ -15,13 +15,13 @@ from kabo.compilation import kernel, lean_kernel, reduction_kernel
 KERNELS = """
 import sys
 import numpy as np
-import kabo.linking
+import kabo.compilation.linking
 
 if sys.argv[1] == "without linking":
     def part_compiler():
         raise AttributeError("'JITCodeLibrary' object has no attribute '_renamed'")
 
-    kabo.linking.part_compiler = part_compiler
+    kabo.compilation.linking.part_compiler = part_compiler
 
 from kabo.compilation import kernel, lean_kernel, reduction_kernel
 
@@ -132,7 +132,7 @@ def run_kernels(tmp_path, order):
     environment = {
         **os.environ,
         "KABO_CACHE": str(tmp_path / "cache"),
-        "PYTHONPATH": str(Path(__file__).parents[1]),
+        "PYTHONPATH": str(Path(__file__).parents[2]),
     }
     done = subprocess.run(
         [sys.executable, str(script), order], env=environment, capture_output=True, text=True, check=True

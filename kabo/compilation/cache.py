@@ -1,0 +1,71 @@
+"""Where everything lies that may be computed again: the cache folder, and who may write to it."""
+
+import atexit
+import os
+import shutil
+import stat
+import tempfile
+import warnings
+from functools import cache
+from pathlib import Path
+
+
+def cache_folder() -> Path:
+    """The folder for everything that may be computed again: $KABO_CACHE, $XDG_CACHE_HOME/kabo, ~/.cache/kabo.
+
+    What lies there is executed (compiled kernels, and indices that are pickles), so a folder is taken only if it
+    belongs to this user and nobody else can write to it. Where there is none, a private folder in the system's
+    temporary directory serves this process and those that it starts.
+    """
+    chosen = os.environ.get("KABO_CACHE")
+    home = os.environ.get("XDG_CACHE_HOME")
+    candidate = Path(chosen) if chosen else Path(home) / "kabo" if home else _home() / ".cache" / "kabo"
+    return candidate if _usable(candidate) else _private_folder()
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError:  # a user without a name or a home
+        return Path("/nonexistent")
+
+
+def _usable(folder: Path) -> bool:
+    """Whether a folder can be written, is there or was made, and is this user's alone to write."""
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=folder):
+            pass
+        status = folder.stat()
+    except (OSError, ValueError):  # ValueError: a null byte in the name
+        return False
+    if not hasattr(os, "getuid"):
+        return True
+    if status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return True
+    _warn_of(folder, status.st_uid == os.getuid())
+    return False
+
+
+@cache
+def _warn_of(folder: Path, own: bool) -> None:
+    remedy = (
+        "empty it, then chmod go-w" if own else "it belongs to another user: set KABO_CACHE to a folder of yours"
+    )
+    said = f"kabo does not use the cache folder {folder}, to which others can write; {remedy}"
+    warnings.warn(said, stacklevel=3)
+
+
+@cache
+def _private_folder() -> Path:
+    """A new folder that only this user can read or write; gone when the process ends."""
+    folder, owner = Path(tempfile.mkdtemp(prefix="kabo-cache-")), os.getpid()
+
+    def remove() -> None:
+        if os.getpid() == owner:  # forks leave it to the process that made it
+            shutil.rmtree(folder, ignore_errors=True)
+
+    atexit.register(remove)
+    os.environ["KABO_CACHE"] = str(folder)  # processes that this one starts share it
+    return folder

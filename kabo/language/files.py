@@ -1,0 +1,50 @@
+"""The files that a problem names: texts, meshes, URDFs, and what these name in turn."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from xml.etree import ElementTree  # noqa: S405  expat of every supported Python limits entity expansion
+
+from kabo.language.problem import Problem
+from kabo.language.scene_description import SceneDescription
+
+
+def files_of(problem: Problem) -> Iterator[Path]:
+    """Every file that solving a problem reads: its texts, URDFs, meshes and the convex parts beside them."""
+    folder = problem.path.parent
+    yield problem.path
+    yield from (folder / name for name in problem.files)
+    if problem.scene is not None:
+        for path in geometry_files(problem.scene):
+            yield path
+            parts = path.with_name(path.name + ".parts")
+            if parts.is_file():
+                yield parts
+
+
+def geometry_files(scene: SceneDescription) -> Iterator[Path]:
+    """The meshes and URDFs of a scene, and the meshes that the URDFs name."""
+    for shape in (*(body.shape for body in scene.bodies.values()), *(r.shape for r in scene.regions.values())):
+        if shape.path is not None:
+            yield shape.path
+    for robot in scene.robots.values():
+        own = None if robot.gripper is None else robot.gripper.urdf
+        for urdf in (robot.urdf, own):
+            if urdf is not None:
+                yield urdf
+                yield from meshes_of(urdf, scene.packages)
+
+
+def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
+    """The mesh files that a URDF names; a file that is no URDF names none: loading the scene says so."""
+    try:
+        root = ElementTree.parse(urdf).getroot()  # noqa: S314
+    except (ElementTree.ParseError, OSError, UnicodeDecodeError):
+        return
+    for element in root.iter("mesh"):
+        name = element.get("filename", "")
+        if name.startswith("package://"):
+            package, _, rest = name.removeprefix("package://").partition("/")
+            if package in packages:
+                yield packages[package] / rest
+        elif name:
+            yield urdf.parent / name.removeprefix("file://")
