@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
 from kabo.arrays import Array
 from kabo.geometry import Bounds, Enclosure, FixedGroup, InnerSolid, Motion, MovingGroup, SweptVolume, includes
 from kabo.geometry_server.situation import Situation
@@ -74,24 +75,16 @@ class ScenePredicates:
     def collide(self, first: str, second: str) -> bool:
         """Whether two things may collide [K Def. 1.1]."""
         if self.surroundings.exact:
-            from kabo.geometry import exact_collides
-
-            return exact_collides(self.thing(first), self.thing(second))
-        from kabo.geometry import collides
-
-        return collides(self.thing(first), self.thing(second), self.surroundings.budget)
+            return geometry.exact_collides(self.thing(first), self.thing(second))
+        return geometry.collides(self.thing(first), self.thing(second), self.surroundings.budget)
 
     def sweeps(self, motion: Motion, other: Motion | str) -> bool:
         """Whether what a motion sweeps may meet a thing, or what another motion sweeps, at any times [K Def. 1.2, 1.3]."""
         against = self.thing(other) if isinstance(other, str) else other
         budget = self.surroundings.budget
         if self.surroundings.exact:
-            from kabo.geometry import exact_sweep_collides
-
-            return exact_sweep_collides(motion, against, 2.0 * budget.epsilon)
-        from kabo.geometry import sweep_collides
-
-        return sweep_collides(motion, against, budget)
+            return geometry.exact_sweep_collides(motion, against, 2.0 * budget.epsilon)
+        return geometry.sweep_collides(motion, against, budget)
 
     def included(self, container: str, body: str) -> bool:
         """Whether a body is proven to lie inside a region, or inside the solid of another thing [K Def. 1.4]."""
@@ -99,9 +92,7 @@ class ScenePredicates:
         if container in regions:
             return lies_inside(self.surroundings, body, self.pose(body), regions[container])
         if self.surroundings.exact:
-            from kabo.geometry import exact_includes
-
-            return exact_includes(self.thing(container), self.thing(body))
+            return geometry.exact_includes(self.thing(container), self.thing(body))
         return includes(self._container(container), self.thing(body), self.surroundings.budget)
 
     def stands_on(self, support: str, body: str, pose: Array) -> bool:
@@ -135,15 +126,11 @@ class ScenePredicates:
 
     def distance(self, first: str, second: str) -> Bounds:
         """Proven bounds of the signed distance of two things [m]: negative where they overlap."""
-        from kabo.geometry import signed_distance
-
-        return signed_distance(self.thing(first), self.thing(second))
+        return geometry.signed_distance(self.thing(first), self.thing(second))
 
     def swept_volume(self, motion: Motion, tolerance: float | None = None) -> SweptVolume:
         """Polyhedra that contain what a motion sweeps; `tolerance` [m] is the sweep's share of epsilon if None."""
-        from kabo.geometry import swept_volume
-
-        return swept_volume(motion, self.surroundings.budget.sweep if tolerance is None else tolerance)
+        return geometry.swept_volume(motion, self.surroundings.budget.sweep if tolerance is None else tolerance)
 
 
 def _flat(points: Array) -> Enclosure:

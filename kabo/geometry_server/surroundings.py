@@ -1,22 +1,22 @@
 """What is around every robot of a scene: bodies as convex parts, and poses of what stands still, made once."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from kabo.arrays import Array
+from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
+from kabo.arrays import Array, Integers
 from kabo.children import never
 from kabo.errors import InputError
-from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
+from kabo.geometry import Budget, CollisionChecker, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import GeometryStatistics, Pair
 from kabo.geometry_server.situation import Situation
 from kabo.meshes import hull_of
 from kabo.remembering import Remembered
-from kabo.scene import Configuration, Mesh, Scene, link_poses
+from kabo.scene import Configuration, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
 REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
@@ -27,11 +27,9 @@ _ENCLOSURES: Remembered[Enclosure] = Remembered(16 << 20, lambda made: made.nbyt
 
 def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
     """The parts of a mesh: scenes come and go, meshes stay, and what lies beside their files may change."""
-    from kabo.geometry import digest_beside, enclosing_parts  # mesh libraries load only where parts are made
-
-    key = mesh.digest, digest_beside(mesh.path), tolerance
+    key = mesh.digest, geometry.digest_beside(mesh.path), tolerance
     return _ENCLOSURES.of(
-        key, lambda: enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
+        key, lambda: geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
     )
 
 
@@ -47,24 +45,22 @@ class SceneSurroundings:
         self._apart: dict[Pair, bool] = {}
         self._memory: OrderedDict[tuple[object, ...], Any] = OrderedDict()
 
-    @cached_property
-    def view(self) -> Any:
-        """The kind of view that answers: on convex parts, or on the original meshes."""
-        if not self.exact:
-            return CollisionView
-        from kabo.geometry import ExactView  # python-fcl is loaded only for `--geometry exact`
-
-        return ExactView
+    def checker(
+        self,
+        tree: KinematicTree,
+        moving: Sequence[MovingGroup],
+        fixed: Sequence[FixedGroup],
+        pairs: Integers,
+    ) -> CollisionChecker:
+        """A collision checker for these bodies: on convex parts, or on the original meshes if `exact`."""
+        kind = geometry.ExactView if self.exact else geometry.CollisionView
+        return kind(tree, moving, fixed, pairs, self.budget)
 
     def touch(self, first: FixedGroup, second: FixedGroup) -> bool:
         """Whether two standing bodies may collide."""
         if self.exact:
-            from kabo.geometry import exact_collides
-
-            return exact_collides(first, second)
-        from kabo.geometry import collides
-
-        return collides(first, second, self.budget)
+            return geometry.exact_collides(first, second)
+        return geometry.collides(first, second, self.budget)
 
     def mesh(self, name: str) -> Mesh | None:
         """The mesh of a body or `robot.link`, in its own frame."""

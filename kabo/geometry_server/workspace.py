@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
-from kabo.geometry import Enclosure, FixedGroup, MovingGroup
+from kabo.geometry import CollisionChecker, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import Pair
 from kabo.geometry_server.candidates import joints_at
 from kabo.geometry_server.extras import Extra
@@ -24,7 +24,6 @@ from kabo.scene import Attachment, Robot
 from kabo.scene.transforms import flat, inverse, transform, unflat
 
 Contacts = frozenset[frozenset[str]]
-View = Any  # a CollisionView, or an ExactView with the same questions
 _Answer = TypeVar("_Answer")
 TOUCHING = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
 
@@ -91,8 +90,7 @@ class Workspace:
 
     def segment_hit(self, start: Array, goal: Array) -> int:
         """-1 if the straight joint segment is proven free, else the index of the pair that is in the way."""
-        hit: int = self._asked(lambda view: view.segment_hit(start, goal))
-        return hit
+        return self._asked(lambda view: view.segment_hit(start, goal))
 
     def path_hit(self, waypoints: Sequence[Array]) -> Pair | None:
         """The first pair in the way of a path of straight joint segments, or None if it is proven free."""
@@ -107,7 +105,7 @@ class Workspace:
         """The names of all pairs that are checked, in the order of their indices."""
         return self._view[1]
 
-    def _asked(self, question: Callable[[View], _Answer]) -> _Answer:
+    def _asked(self, question: Callable[[CollisionChecker], _Answer]) -> _Answer:
         """The answer of the view, counted: once for the robot and once for each thing that it carries."""
         view, began = self._view[0], perf_counter()
         before = replace(view.counters)
@@ -172,11 +170,10 @@ class Workspace:
         return moving, fixed, *self._pairs(moving_names, fixed_names)
 
     @cached_property
-    def _view(self) -> tuple[View, list[Pair]]:
+    def _view(self) -> tuple[CollisionChecker, list[Pair]]:
         moving, fixed, indices, pairs = self._bodies
         chosen = np.array(indices, dtype=np.int64).reshape(-1, 2)
-        view = self.surroundings.view(self.robot.tree, moving, fixed, chosen, self.surroundings.budget)
-        return view, pairs
+        return self.surroundings.checker(self.robot.tree, moving, fixed, chosen), pairs
 
     def _moving(self) -> tuple[list[MovingGroup], list[tuple[str, int]]]:
         groups, names = [], []

@@ -8,6 +8,7 @@ in silence what they do not know, such as strips of triangles; a mesh that lost 
 import json
 import re
 import struct
+from collections.abc import Callable
 from xml.etree import ElementTree  # noqa: S405  only files without entities are read
 
 _PLY_BYTES = {
@@ -27,7 +28,7 @@ def misleading(kind: str, data: bytes) -> str | None:
     """Why a file cannot be read as it is, as the rest of a sentence; None if it may be what it says."""
     if not data.strip(b"\x00 \t\r\n"):
         return "is empty"
-    return {"stl": _stl, "ply": _ply, "off": _off, "obj": _obj, "glb": _glb, "dae": _dae}[kind](data)
+    return HEADER_CHECKS[kind](data)
 
 
 def _more(announced: str, data: bytes) -> str:
@@ -174,3 +175,15 @@ def _placed(root: ElementTree.Element) -> int:
         return total
 
     return sum(below(scenes, ()) for scenes in root if scenes.tag.endswith("}library_visual_scenes"))
+
+
+# The formats that kabo reads, by the ending of their files, each with the check of its header. A format that trimesh
+# reads needs no more than a line here; one with a reader of its own is led to it in `kabo.meshes.reading.pieces`.
+HEADER_CHECKS: dict[str, Callable[[bytes], str | None]] = {
+    "dae": _dae,
+    "glb": _glb,
+    "obj": _obj,
+    "off": _off,
+    "ply": _ply,
+    "stl": _stl,
+}

@@ -17,13 +17,14 @@ import numpy as np
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.meshes.counts import counted
-from kabo.meshes.headers import misleading
+from kabo.meshes.headers import HEADER_CHECKS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
 from kabo.meshes.mesh_errors import EXPORT, refuse, require_numbers, unusable
 from kabo.meshes.plain_off import plain_triangles
+from kabo.meshes.repair import repaired
 from kabo.remembering import Remembered
 
-FORMATS = ("dae", "glb", "obj", "off", "ply", "stl")
+FORMATS = tuple(HEADER_CHECKS)
 LARGEST_FILE = 2 * 1024**3  # bytes
 _SAID = 160  # characters of what a parser says
 _TRIANGLES: Remembered[tuple[Vertices, Faces]] = Remembered(16 << 20, lambda made: made[0].nbytes + made[1].nbytes)
@@ -61,8 +62,6 @@ def load_mesh(
     _require_readable(path, place)
     mesh = _read(path, factors, place)
     if repair:
-        from kabo.meshes.repair import repaired
-
         mesh, _ = repaired(mesh)
     return mesh
 

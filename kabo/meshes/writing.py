@@ -16,7 +16,6 @@ from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.reading import pieces
 
 Piece = tuple[str, Vertices, Faces]
-WRITTEN = (".off", ".ply", ".obj")
 
 
 def write_off(path: str | Path, vertices: Vertices, faces: Faces) -> None:
@@ -79,7 +78,8 @@ def require_written(path: Path) -> None:
 
 
 def _refused(path: Path, said: str) -> InputError:
-    instead = f"write {path.stem or 'mesh'}.off, .ply or .obj instead"
+    first, *others, last = WRITTEN
+    instead = f"write {path.stem or 'mesh'}{', '.join((first, *others))} or {last} instead"
     return InputError([Diagnostic(str(path), 1, 1, said, instead)])
 
 
@@ -124,7 +124,9 @@ def _ply(named: Sequence[Piece]) -> bytes:
     return ("\n".join(head) + "\n").encode() + vertices.astype("<f8").tobytes() + rows.tobytes()
 
 
-_WRITERS: dict[str, Callable[[Sequence[Piece]], bytes]] = {".off": _off, ".obj": _obj, ".ply": _ply}
+# The formats that kabo writes, by the ending of their files: all keep doubles whole, and `pieces` reads them back.
+_WRITERS: dict[str, Callable[[Sequence[Piece]], bytes]] = {".off": _off, ".ply": _ply, ".obj": _obj}
+WRITTEN = tuple(_WRITERS)
 
 
 def _compare(data: bytes, path: Path, named: Sequence[Piece]) -> None:

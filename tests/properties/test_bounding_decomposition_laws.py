@@ -14,15 +14,14 @@ import pytest
 import trimesh
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from kabo.arrays import Array
 from kabo.geometry import bounding_decomposition
 from kabo.geometry.bounding.bounding_decomposition import Decomposition
 from kabo.meshes import Mesh
 
-Array = NDArray[np.float64]
 EXAMPLES = max(3, int(60 * float(os.environ.get("KABO_PROPERTY_SCALE", "0.1"))))
 Box = tuple[Array, Array, Array]  # middle, half sides, rotation
 

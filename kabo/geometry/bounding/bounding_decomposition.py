@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -16,11 +16,18 @@ from kabo.arrays import Array, Integers
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_decompositions, stored_parts
+from kabo.geometry.bounding.bounding_mesh import bounding_mesh
+from kabo.geometry.bounding.enclosing_union import (
+    TooManyCells,
+    Undecided,
+    Union,
+    cells_of,
+    enclosing_union,
+    proven_union,
+)
+from kabo.geometry.bounding.verified_parts import believed, remember
+from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, require_closed
-
-if TYPE_CHECKING:
-    from kabo.geometry.bounding.enclosing_union import Union
-    from kabo.geometry.triangles.solids import Solid
 
 MANY = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
 COARSER = 0.1  # of epsilon: what that mesh may take
@@ -112,9 +119,6 @@ def bounding_decomposition(
 
 def _believed(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
     """What a file in the cache holds, if it keeps what it says."""
-    from kabo.geometry.bounding.verified_parts import believed
-    from kabo.geometry.triangles.solids import Solid
-
     if found is None or max(found[1]) > epsilon:
         return None
     return found if believed(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
@@ -128,10 +132,6 @@ def _made(
     vertices_per_part: int | None,
     path: Path | None,
 ) -> Made:
-    from kabo.geometry.bounding.enclosing_union import TooManyCells, Undecided, proven_union
-    from kabo.geometry.bounding.verified_parts import remember
-    from kabo.geometry.triangles.solids import Solid
-
     solid = Solid(vertices, faces)
     coarse, epsilon_left = _coarse(vertices, faces, epsilon)
     try:
@@ -157,14 +157,11 @@ def _made(
     return union.parts, union.deviations
 
 
-def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple["Solid | None", float]:
+def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple[Solid | None, float]:
     """For a mesh of many triangles, one around it that has few, and what it leaves of epsilon.
 
     Whoever covers it covers the mesh. How far parts are from the mesh itself is proven in the end.
     """
-    from kabo.geometry.bounding.bounding_mesh import bounding_mesh
-    from kabo.geometry.triangles.solids import Solid
-
     if len(faces) <= MANY:
         return None, epsilon
     try:
@@ -174,9 +171,7 @@ def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple["Solid | 
     return Solid(outer.vertices, outer.faces), epsilon - outer.hausdorff_upper_bound
 
 
-def _union(solid: "Solid", epsilon: float, parts: int | None, vertices_per_part: int | None) -> "Union":
-    from kabo.geometry.bounding.enclosing_union import Undecided, cells_of, enclosing_union
-
+def _union(solid: Solid, epsilon: float, parts: int | None, vertices_per_part: int | None) -> Union:
     cells = cells_of(solid, epsilon)
     union = enclosing_union(solid, cells, epsilon, vertices_per_part)
     target = parts or 0

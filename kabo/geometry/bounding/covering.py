@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
@@ -193,6 +192,8 @@ def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Ar
 
     Only a set whose cells are together worth more than it costs makes the cover cheaper [Dantzig and Wolfe 1960].
     """
+    from scipy.optimize import linprog  # 0.1 s, needed only where a decomposition is made
+
     holds = np.zeros((cells, len(sets)))
     for column, members in enumerate(sets):
         holds[list(members), column] = 1.0
@@ -206,6 +207,8 @@ def prices_of(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> Ar
 
 def fewest_sets(cells: int, sets: Sequence[Members], costs: Sequence[float]) -> list[int]:
     """The indices of the sets that together hold all cells for the least total cost."""
+    from scipy.optimize import Bounds, LinearConstraint, milp  # as in `prices_of`
+
     holds = np.zeros((cells, len(sets)))
     for column, members in enumerate(sets):
         holds[list(members), column] = 1.0

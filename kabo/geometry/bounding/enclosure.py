@@ -9,7 +9,6 @@ deviation d of a mesh are parts with deviation s·d of the mesh scaled by s.
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +17,11 @@ from kabo.children import never
 from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_parts
+from kabo.geometry.bounding.pieces import parts_of_pieces
+from kabo.geometry.bounding.verified_parts import believed, remember
 from kabo.geometry.parts import Enclosure
+from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, load_mesh, outwards, require_closed
-
-if TYPE_CHECKING:
-    from kabo.geometry.triangles.solids import Solid
 
 UNITS = (1.0, 1e-3, 1e-2, 0.0254)  # m: the scales for which parts beside a mesh were made, as a rule
 
@@ -54,8 +53,6 @@ def enclosing_parts(
     """
     name = "mesh" if source is None else str(source)
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), source)
-    from kabo.geometry.triangles.solids import Solid
-
     solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
     if source is not None:
         beside = stored_parts.read(stored_parts.beside(source), digest) or _scaled(solid, source)
@@ -73,10 +70,8 @@ def enclosing_parts(
     return made
 
 
-def _believed(solid: "Solid", stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
+def _believed(solid: Solid, stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
     """Of stored enclosures the one that fits best, if it keeps what it says."""
-    from kabo.geometry.bounding.verified_parts import believed
-
     left = dict(stored)
     while (best := stored_parts.fitting(left, tolerance)) is not None:
         if believed(solid, best.parts, [best.deviation] * len(best.parts)):
@@ -85,7 +80,7 @@ def _believed(solid: "Solid", stored: dict[float, Enclosure], tolerance: float) 
     return None
 
 
-def _scaled(solid: "Solid", source: Path) -> dict[float, Enclosure]:
+def _scaled(solid: Solid, source: Path) -> dict[float, Enclosure]:
     """What lies beside a mesh file, scaled along each axis as the mesh was; none if the mesh is no scaled one."""
     if not stored_parts.beside(source).is_file():
         return {}
@@ -120,8 +115,6 @@ def write_parts(
         MeshError: as `enclosing_parts`. OSError: the folder cannot be written.
     """
     vertices, faces = _usable(np.asarray(vertices, np.float64), np.asarray(faces, np.int64), mesh)
-    from kabo.geometry.triangles.solids import Solid
-
     solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
     enclosures = stored_parts.read(stored_parts.beside(mesh), digest)
     for tolerance in tolerances:
@@ -131,17 +124,15 @@ def write_parts(
 
 
 def _made(
-    solid: "Solid",
+    solid: Solid,
     tolerance: float,
     seed: int,
     name: str,
     pieces: Sequence[Array] = (),
     look: Callable[[], None] = never,
 ) -> Enclosure:
+    # Loaded here since stored parts, which most runs use, need no search for cuts (0.1 s).
     from kabo.geometry.bounding.decomposition import ToleranceTooFine, decompose, proven_deviation
-    from kabo.geometry.bounding.pieces import parts_of_pieces
-    from kabo.geometry.bounding.verified_parts import remember
-    from kabo.geometry.triangles.solids import Solid
 
     turned, done = outwards(Mesh(solid.vertices, solid.faces))
     if done is not None:  # inside out it is the same solid, but CoACD makes nothing of it

@@ -6,6 +6,7 @@ budget's epsilon may be. A view keeps scratch space and belongs to one thread; i
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -29,6 +30,23 @@ class Counters:
     sweep_checks: int = 0
     pair_checks: int = 0  # narrow-phase calls
     positive: int = 0  # checks that were not proven free
+
+
+class CollisionChecker(Protocol):
+    """What can say which pair of bodies may collide: a `CollisionView`, or an `ExactView` on the original meshes."""
+
+    def configuration_hit(self, q: Array) -> int:
+        """-1 if all pairs are free at q (n,), else the number of the first pair that is not."""
+
+    def configurations_hit(self, configurations: Array) -> Integers:
+        """`configuration_hit` of every row (N, n)."""
+
+    def segment_hit(self, start: Array, end: Array) -> int:
+        """-1 if all pairs are proven free on the whole straight segment, else the number of a pair that is not."""
+
+    @property
+    def counters(self) -> Counters:
+        """How often it was asked so far."""
 
 
 class CollisionView:

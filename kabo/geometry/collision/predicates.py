@@ -27,6 +27,7 @@ from kabo.geometry.collision.motions import Motion, Segment, Swept, placed, stan
 from kabo.geometry.collision.view_arrays import offset_for
 from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.geometry.triangles.solids import Solid
+from kabo.meshes import Mesh as TriangleMesh
 
 INTERVALS = 64  # of a segment, before it is halved
 HALVINGS = 14  # of a segment: 2^20 intervals in all
@@ -66,8 +67,8 @@ class InnerSolid:
         Raises:
             MeshError: the mesh is not closed, or cannot be used: with counts and the remedy.
         """
+        # Loaded here since only containers of many triangles need its kernels (0.1 s).
         from kabo.geometry.bounding.bounding_mesh import bounding_mesh
-        from kabo.meshes import Mesh as TriangleMesh
 
         inner = bounding_mesh(TriangleMesh(vertices, faces, None), tolerance, "inner")
         return cls(world_T_container, inner.vertices, inner.faces, inner.hausdorff_upper_bound)
