@@ -4,7 +4,7 @@ from kabo.geometry_server.answers import Failure as Failure
 from kabo.geometry_server.answers import GeometryStatistics as GeometryStatistics
 from kabo.geometry_server.answers import Pair as Pair
 from kabo.geometry_server.answers import Success as Success
-from kabo.geometry_server.candidates import BATCH as BATCH
+from kabo.geometry_server.candidates import BATCH_SAMPLES as BATCH_SAMPLES
 from kabo.geometry_server.candidates import Candidate as Candidate
 from kabo.geometry_server.candidates import GraspStream as GraspStream
 from kabo.geometry_server.candidates import PlacementStream as PlacementStream
@@ -14,7 +14,7 @@ from kabo.geometry_server.candidates import from_home as from_home
 from kabo.geometry_server.candidates import grasp_roles as grasp_roles
 from kabo.geometry_server.candidates import grasp_stream as grasp_stream
 from kabo.geometry_server.context import ProcedureContext as ProcedureContext
-from kabo.geometry_server.destinations import HELD_EXACTLY as HELD_EXACTLY
+from kabo.geometry_server.destinations import HOLD_TOLERANCE as HOLD_TOLERANCE
 from kabo.geometry_server.destinations import Destination as Destination
 from kabo.geometry_server.destinations import placement_streams as placement_streams
 from kabo.geometry_server.destinations import recognised as recognised
@@ -39,7 +39,7 @@ from kabo.geometry_server.server import GeometryServer as GeometryServer
 from kabo.geometry_server.shortfall import Shortfall as Shortfall
 from kabo.geometry_server.shortfall import shortfall_of as shortfall_of
 from kabo.geometry_server.situation import Situation as Situation
-from kabo.geometry_server.stretches import LINE as LINE
+from kabo.geometry_server.stretches import LINE_DEVIATION as LINE_DEVIATION
 from kabo.geometry_server.stretches import LINE_TILT as LINE_TILT
 from kabo.geometry_server.stretches import Keep as Keep
 from kabo.geometry_server.stretches import Refused as Refused

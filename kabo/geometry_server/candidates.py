@@ -32,7 +32,7 @@ from kabo.scene import Attachment, Body, KinematicTree, Region, Robot, Structure
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.transforms import unflat
 
-BATCH = 64  # samples a kernel call; candidates of a batch are tried in order of preference
+BATCH_SAMPLES = 64  # samples a kernel call; candidates of a batch are tried in order of preference
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Stream:
     key: np.uint64
     hand: tuple[float, ...]
 
-    def batch(self, number: int, size: int = BATCH, along: Array | None = None) -> list[Candidate]:
+    def batch(self, number: int, size: int = BATCH_SAMPLES, along: Array | None = None) -> list[Candidate]:
         """The valid samples of batch `number` of so many samples, in order of their number.
 
         They are spread evenly along the rows `along`, as far as the arm reaches, and over bounds of the rows.

@@ -7,7 +7,7 @@ from time import perf_counter
 from weakref import WeakValueDictionary
 
 from kabo.errors import CutOff
-from kabo.geometry_server.candidates import BATCH, Candidate
+from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate
 from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import Scene
 
@@ -65,7 +65,7 @@ class ProcedureContext:
             statistics.inverse_kinematics_s += perf_counter() - began
             if batch is None:
                 return
-            statistics.drawn(BATCH)
+            statistics.drawn(BATCH_SAMPLES)
             for candidate in batch:
                 self.look()
                 yield candidate

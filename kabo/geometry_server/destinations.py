@@ -16,7 +16,7 @@ from kabo.kinematics import satisfied
 from kabo.language.scene_description import GraspFamily
 from kabo.scene import Region, Robot
 
-HELD_EXACTLY = 1e-4  # m, rad: how exactly a hold must be a grasp of a family
+HOLD_TOLERANCE = 1e-4  # m, rad: how exactly a hold must be a grasp of a family
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,6 @@ def recognised(context: ProcedureContext, robot: Robot, name: str, situation: Si
     q = np.array(situation.configuration(robot.name))
     for family in body.grasps.values():
         own = [c for c in family.constraints if "world" not in (c.first.owner, c.second.owner)]
-        if fits(own, roles) and satisfied(rows(own, roles), q, robot.tree, HELD_EXACTLY):
+        if fits(own, roles) and satisfied(rows(own, roles), q, robot.tree, HOLD_TOLERANCE):
             return family
     return None

@@ -10,7 +10,7 @@ from collections.abc import Hashable
 
 from kabo.scene import Attachment, Component, GeometricState
 
-TOLERANCE = 1e-6  # m, rad: states nearer than this in every number are one state
+STATE_TOLERANCE = 1e-6  # m, rad: states nearer than this in every number are one state
 
 
 class Representatives:
@@ -33,7 +33,7 @@ class Representatives:
 class IdentifierMap:
     """Identifiers of components and states, numbered from 0 in the order in which they were first met."""
 
-    def __init__(self, tolerance: float = TOLERANCE) -> None:
+    def __init__(self, tolerance: float = STATE_TOLERANCE) -> None:
         self._tolerance = tolerance
         self._numbers: dict[Hashable, Representatives] = {}
         self._components: dict[Hashable, int] = {}

@@ -15,9 +15,9 @@ from kabo.kinematics.kernels import rows as columns
 from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 
-PLACES = 8  # of which some fulfil the rows
-ASIDE = 0.3  # sine of the angle between the axis and what is turned about it, at the least
-NEW = 1e-3  # singular values above this are a gradient of its own
+POSES_PROJECTED = 8  # of which some fulfil the rows
+MIN_SINE = 0.3  # sine of the angle between the axis and what is turned about it, at the least
+MIN_SINGULAR_VALUE = 1e-3  # singular values above this are a gradient of its own
 VERTICAL = (0.0, 0.0, 1.0)
 
 
@@ -30,7 +30,7 @@ def open_turn(rows: Array, moving: Frame) -> Array | None:
     if not len(rows) or not np.all((joints == 0) | (joints == moving.joint)):
         return None
     flying = rows.copy()
-    flying[:, (columns.FIRST, columns.SECOND)] = np.where(joints == 0, 0, MOVED_TWICE.size)
+    flying[:, (columns.FIRST, columns.SECOND)] = np.where(joints == 0, 0, FREE_BODY_TWICE.size)
     key = hashlib.sha256(flying.tobytes() + moving.joint_T_frame.tobytes()).digest(), len(flying)
     found = _TURNS.of(key, lambda: _found(flying, moving.joint_T_frame))
     if found is None:
@@ -53,8 +53,8 @@ def _moved_twice() -> KinematicTree:
     return KinematicTree(before, twice[0], before, *twice[1:], *limits)
 
 
-MOVED_TWICE = _moved_twice()
-FLYING = np.arange(MOVED_TWICE.size) < FREE_BODY.size
+FREE_BODY_TWICE = _moved_twice()
+OUTER_BODY_VALUES = np.arange(FREE_BODY_TWICE.size) < FREE_BODY.size
 
 
 _TURNS: Remembered[tuple[_Direction, _Direction] | None] = Remembered(1 << 20, lambda _: 0)
@@ -62,8 +62,10 @@ _TURNS: Remembered[tuple[_Direction, _Direction] | None] = Remembered(1 << 20, l
 
 def _found(rows: Array, pose: Array) -> tuple[_Direction, _Direction] | None:
     """What is turned, in the joint's frame, and about which axis of the world."""
-    tree = MOVED_TWICE
-    Q, right = sample(tree, rows, stream_key("open"), 0, PLACES, tree.lower, tree.upper, FLYING)
+    tree = FREE_BODY_TWICE
+    Q, right = sample(
+        tree, rows, stream_key("open"), 0, POSES_PROJECTED, tree.lower, tree.upper, OUTER_BODY_VALUES
+    )
     if not right.any():
         return None
     turns = [_direction(pose[:3, axis]) for axis in (2, 1, 0)]
@@ -74,7 +76,7 @@ def _found(rows: Array, pose: Array) -> tuple[_Direction, _Direction] | None:
         cosines = stacked([rows_of("angle", turn, about, 0.5, 0.5) for turn in moved])
         sines = np.min([np.sin(values(cosines, q, tree)) for q in Q[right]], axis=0)
         best = int(np.argmax(np.round(sines, 3)))
-        if sines[best] > ASIDE and all(_is_new(rows, candidates[best], q) for q in Q[right]):
+        if sines[best] > MIN_SINE and all(_is_new(rows, candidates[best], q) for q in Q[right]):
             return turns[best], axis
     return None
 
@@ -99,9 +101,11 @@ def _direction(of: Array) -> _Direction:
 def _is_new(rows: Array, azimuth: Array, q: Array) -> bool:
     """Whether some motion of the body changes the azimuth and none of the equalities."""
     equal = rows[rows[:, columns.LOWER] == rows[:, columns.UPPER]]
-    gradient = jacobian(azimuth[None], q, MOVED_TWICE)[0, ~FLYING]
+    gradient = jacobian(azimuth[None], q, FREE_BODY_TWICE)[0, ~OUTER_BODY_VALUES]
     if len(equal):
-        _, singular, turned = np.linalg.svd(jacobian(equal, q, MOVED_TWICE)[:, ~FLYING], full_matrices=False)
-        held = turned[singular > NEW]
+        _, singular, turned = np.linalg.svd(
+            jacobian(equal, q, FREE_BODY_TWICE)[:, ~OUTER_BODY_VALUES], full_matrices=False
+        )
+        held = turned[singular > MIN_SINGULAR_VALUE]
         gradient = gradient - held.T @ (held @ gradient)
-    return bool(np.linalg.norm(gradient) > 100 * NEW)
+    return bool(np.linalg.norm(gradient) > 100 * MIN_SINGULAR_VALUE)

@@ -19,8 +19,8 @@ from kabo.kinematics import FREE_BODY, sample, stacked, stream_key
 from kabo.scene import Body, Configuration, Robot
 from kabo.scene.transforms import unflat
 
-PLACES, GRASPS = 24, 16  # places tried, and grasps at each
-NEAREST = 1  # places to tell how far out of reach they are
+PLACES_TRIED, GRASPS_TRIED = 24, 16  # places tried, and grasps at each
+PLACES_MEASURED = 1  # places to tell how far out of reach they are
 
 
 def places(context: ProcedureContext, body: Body, target: Destination, situation: Situation) -> Iterator[Array]:
@@ -37,7 +37,14 @@ def places(context: ProcedureContext, body: Body, target: Destination, situation
                 parts.append(within(this, body, target.region, 0.0))
             key = stream_key(context.seed, "foresight", body.name, family.name, str(target.support))
             found, valid = sample(
-                FREE_BODY, stacked(parts), key, 0, PLACES, FREE_BODY.lower, FREE_BODY.upper, np.ones(6, dtype=bool)
+                FREE_BODY,
+                stacked(parts),
+                key,
+                0,
+                PLACES_TRIED,
+                FREE_BODY.lower,
+                FREE_BODY.upper,
+                np.ones(6, dtype=bool),
             )
             for q in found[valid]:
                 yield unflat(joints_at(FREE_BODY, q)[6])
@@ -53,7 +60,7 @@ def may_place(
         none = False
         for family in body.grasps.values():
             made = grasp_stream(robot, body, family, pose, hand, context.seed)
-            if made is not None and made.stream.batch(0, GRASPS):
+            if made is not None and made.stream.batch(0, GRASPS_TRIED):
                 return True
     return none
 
@@ -64,7 +71,7 @@ def grasps_there(
     body: Body,
     target: Destination,
     situation: Situation,
-    most: int = NEAREST,
+    most: int = PLACES_MEASURED,
 ) -> list[Stream]:
     """The grasps of a body at those of its places on a target that are nearest to the robot's base."""
     hand, base = _open_hand(robot, situation.configuration(robot.name)), base_position(robot)

@@ -18,14 +18,14 @@ from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import GeometricState, world_T
 from kabo.scene.transforms import flat, transform
 
-SOLE = 1e-3  # m: what is no higher above the lowest point of a body is taken to touch what it stands on
-FAN = 20  # corners of a hull that one convex part has beside the one that all share
-DEPTHS = (
+SOLE_HEIGHT = 1e-3  # m: what is no higher above the lowest point of a body is taken to touch what it stands on
+FAN_CORNERS = 20  # corners of a hull that one convex part has beside the one that all share
+SOLE_DEPTHS = (
     2e-4,
     1e-3,
     2e-3,
 )  # m: how far below its sole a support is looked for: it need not touch to the last digit
-FEW = 2000  # triangles: a container of no more is asked itself, not through an inner bounding mesh
+MAX_EXACT_TRIANGLES = 2000  # triangles: a container of no more is asked itself, not through an inner bounding mesh
 
 
 @dataclass(frozen=True)
@@ -98,14 +98,14 @@ class ScenePredicates:
     def stands_on(self, support: str, body: str, pose: Array) -> bool:
         """Whether all that a body at a pose (4, 4) touches from above is proven to lie on a support.
 
-        What it touches is the hull of its vertices within a millimetre of its lowest one: moved down by one of `DEPTHS`
+        What it touches is the hull of its vertices within a millimetre of its lowest one: moved down by one of `SOLE_DEPTHS`
         it must be proven to lie inside the support.
         """
         mesh = self.surroundings.mesh(body)
         if mesh is None:
             raise ValueError(f"{body} has no geometry")
         points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
-        touching = points[points[:, 2] <= points[:, 2].min() + SOLE]
+        touching = points[points[:, 2] <= points[:, 2].min() + SOLE_HEIGHT]
         container = self.surroundings.remembered(
             ("container", support, self.pose(support).tobytes()), lambda: self._container(support)
         )
@@ -113,14 +113,14 @@ class ScenePredicates:
             includes(
                 container, FixedGroup(flat(np.eye(4)), _flat(touching - (0.0, 0.0, d))), self.surroundings.budget
             )
-            for d in DEPTHS
+            for d in SOLE_DEPTHS
         )
 
     def _container(self, name: str) -> InnerSolid:
         mesh, pose = self.surroundings.mesh(name), flat(self.pose(name))
         if mesh is None:
             raise ValueError(f"{name} has no geometry")
-        if len(mesh.faces) <= FEW:
+        if len(mesh.faces) <= MAX_EXACT_TRIANGLES:
             return InnerSolid(pose, mesh.vertices, mesh.faces, 0.0)
         return InnerSolid.within(pose, mesh.vertices, mesh.faces, self.surroundings.budget.geometry)
 
@@ -141,5 +141,7 @@ def _flat(points: Array) -> Enclosure:
     except QhullError:  # a point, or all on one line
         corners = across
     ring = np.column_stack([corners, np.full(len(corners), low)])
-    fans = [np.vstack([ring[:1], ring[k : k + FAN + 1]]) for k in range(0, max(1, len(ring) - 1), FAN)]
+    fans = [
+        np.vstack([ring[:1], ring[k : k + FAN_CORNERS + 1]]) for k in range(0, max(1, len(ring) - 1), FAN_CORNERS)
+    ]
     return Enclosure(tuple(np.ascontiguousarray(fan) for fan in fans), 0.0)

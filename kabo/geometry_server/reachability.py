@@ -15,7 +15,7 @@ from kabo.kinematics import FrameFeature
 from kabo.language.scene_description import Constraint, GraspFamily
 from kabo.scene import PRISMATIC, Body, Region, Robot
 
-CAREFUL = 1e-6  # m: rounding of the sums below is far smaller
+ROUNDING_ALLOWANCE = 1e-6  # m: rounding of the sums below is far smaller
 
 
 def reach(robot: Robot, point: FrameFeature) -> float:
@@ -29,10 +29,10 @@ def reach(robot: Robot, point: FrameFeature) -> float:
             ends = (ratio * tree.lower[source] + shift, ratio * tree.upper[source] + shift)
             total += max(abs(ends[0]), abs(ends[1]))
         if moves and not _moves_before(robot, joint):
-            return total + CAREFUL
+            return total + ROUNDING_ALLOWANCE
         total += float(np.linalg.norm(tree.placement[joint, 9:]))
         joint = int(tree.parent[joint])
-    return total + CAREFUL
+    return total + ROUNDING_ALLOWANCE
 
 
 def _moves_before(robot: Robot, joint: int) -> bool:

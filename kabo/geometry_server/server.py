@@ -24,13 +24,15 @@ from kabo.kinematics import stream_key
 from kabo.language.scene_description import Constraint
 from kabo.scene import GeometricState, Scene
 
-BATCHES, MORE_BATCHES = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
-PATH_SAMPLES, MORE_PATH_SAMPLES = 400, 3  # of one path search, in the same way
+BATCHES, BATCHES_GROWTH = 4, 4  # of candidates: at effort 0, and by which factor more at each further level
+PATH_SAMPLES, PATH_SAMPLES_GROWTH = 400, 3  # of one path search, in the same way
 
-HASTY = 60  # samples of a path search where others are still to be tried: most ways that are found need fewer
+HASTY_PATH_SAMPLES = (
+    60  # samples of a path search where others are still to be tried: most ways that are found need fewer
+)
 # Candidates in a row that movable things block, at effort 0: these had better be moved. After n in a row, with 95 %
 # confidence fewer than 3 / n are free (the rule of three): less than one in thirteen.
-PATIENCE = 40
+MAX_BLOCKED_IN_A_ROW = 40
 
 
 @dataclass
@@ -135,7 +137,7 @@ class GeometryServer:
 
         `hasty`: path searches give up early, because there are other candidates.
         """
-        batches = BATCHES * MORE_BATCHES**effort
-        samples = HASTY if hasty else PATH_SAMPLES * MORE_PATH_SAMPLES**effort
-        patience = PATIENCE if effort == 0 else None
+        batches = BATCHES * BATCHES_GROWTH**effort
+        samples = HASTY_PATH_SAMPLES if hasty else PATH_SAMPLES * PATH_SAMPLES_GROWTH**effort
+        patience = MAX_BLOCKED_IN_A_ROW if effort == 0 else None
         return ProcedureContext(self.surroundings, self.seed, batches, samples, self.stop, patience)

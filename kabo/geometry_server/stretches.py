@@ -20,9 +20,15 @@ from kabo.kinematics.kernels import rows as columns
 from kabo.motion import NoPath, connect, shortcut
 from kabo.scene import Robot
 
-LINE, LINE_TILT = 1e-3, 5e-3  # m, rad: how far a straight stretch may leave its line, and how far it may turn
-SHORTCUTS, PATIENCE = 40, 8  # attempts to shorten a path, and in vain in a row: a plan's motion is refined later
-KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
+LINE_DEVIATION, LINE_TILT = (
+    1e-3,
+    5e-3,
+)  # m, rad: how far a straight stretch may leave its line, and how far it may turn
+SHORTCUT_ATTEMPTS, MAX_VAIN_SHORTCUTS = (
+    40,
+    8,
+)  # attempts to shorten a path, and in vain in a row: a plan's motion is refined later
+CONSTRAINT_TOLERANCE = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,7 @@ class Keep:
 
     def keeps(self, start: Array, goal: Array) -> bool:
         """Whether the constraint is proven to hold on the straight joint segment."""
-        return keeps(self.robot.tree, self.rows, start, goal, KEPT)
+        return keeps(self.robot.tree, self.rows, start, goal, CONSTRAINT_TOLERANCE)
 
     def holds_along(self, waypoints: Sequence[Array]) -> bool:
         """Whether the constraint is proven to hold along a path."""
@@ -119,7 +125,7 @@ def line(
     q: Array,
     tool: Frame,
     translation: Array,
-    deviation: float = LINE,
+    deviation: float = LINE_DEVIATION,
     tilt: float = LINE_TILT,
 ) -> list[Array] | Refused:
     """The way points of a straight, proven motion of the tool by `translation` (3,) [m] from q, without a turn.
@@ -189,5 +195,7 @@ def way_to(
         hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))
         return Refused(hits, unkept=path.hits.get(len(pairs), 0))
     # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
-    short = shortcut(path, free_segment, stream, SHORTCUTS, projection=project, patience=PATIENCE)
+    short = shortcut(
+        path, free_segment, stream, SHORTCUT_ATTEMPTS, projection=project, patience=MAX_VAIN_SHORTCUTS
+    )
     return [whole(q) for q in short]

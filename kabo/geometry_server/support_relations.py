@@ -12,7 +12,7 @@ from kabo.language.scene_description import Constraint
 from kabo.scene import Body, KinematicTree, Region
 from kabo.scene.transforms import flat
 
-EXACTLY = 1e-4  # m, rad: how exactly a thing stands on its support
+STANDING_TOLERANCE = 1e-4  # m, rad: how exactly a thing stands on its support
 
 
 def _unmoved() -> KinematicTree:
@@ -21,7 +21,7 @@ def _unmoved() -> KinematicTree:
     return KinematicTree(one, one, one, np.zeros(1), np.zeros(1), world, nothing, nothing, nothing)
 
 
-NOTHING_MOVES = _unmoved()  # the tree of constraints between things that stand
+WORLD_TREE = _unmoved()  # the tree of constraints between things that stand
 
 
 def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
@@ -95,7 +95,7 @@ def _stands(
     about = [c for c in constraints if c.kind != "inside" and "support" in (c.first.owner, c.second.owner)]
     if not about or not fits(about, roles) or not _boxes_meet(surroundings, body, pose, under, under_pose):
         return False
-    return satisfied(rows(about, roles), np.empty(0), NOTHING_MOVES, EXACTLY)
+    return satisfied(rows(about, roles), np.empty(0), WORLD_TREE, STANDING_TOLERANCE)
 
 
 def _boxes_meet(surroundings: SceneSurroundings, body: Body, pose: Array, under: Body, under_pose: Array) -> bool:

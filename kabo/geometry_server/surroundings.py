@@ -19,7 +19,7 @@ from kabo.remembering import Remembered
 from kabo.scene import Configuration, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
-REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
+MAX_REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
 
 
 _ENCLOSURES: Remembered[Enclosure] = Remembered(16 << 20, lambda made: made.nbytes)
@@ -130,7 +130,7 @@ class SceneSurroundings:
         known = self._memory.pop(key, None)
         if known is None:
             known = make()
-            if len(self._memory) >= REMEMBERED:
+            if len(self._memory) >= MAX_REMEMBERED:
                 self._memory.popitem(last=False)
         self._memory[key] = known
         return known

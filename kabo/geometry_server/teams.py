@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kabo.arrays import Array
-from kabo.geometry_server.candidates import BATCH, Candidate, joints_at
+from kabo.geometry_server.candidates import BATCH_SAMPLES, Candidate, joints_at
 from kabo.geometry_server.frames import WORLD, Frame, Roles, has, rows, tool_frame
 from kabo.kinematics import FREE_BODY, JoinedTree, Key, joined, sample
 from kabo.language.scene_description import Constraint, Feature
@@ -176,7 +176,7 @@ class TeamStream:
         roles = team.roles(state, constraints, names)
         return cls(team, rows(constraints, roles), key, team.base(state))
 
-    def batch(self, number: int, size: int = BATCH) -> list[Candidate]:
+    def batch(self, number: int, size: int = BATCH_SAMPLES) -> list[Candidate]:
         """The valid samples of batch `number` of so many samples, in order of their number."""
         return self.samples(number * size, size)
 

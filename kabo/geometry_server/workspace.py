@@ -25,7 +25,7 @@ from kabo.scene.transforms import flat, inverse, transform, unflat
 
 Contacts = frozenset[frozenset[str]]
 _Answer = TypeVar("_Answer")
-TOUCHING = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
+BOX_TOLERANCE = 1e-9  # m: boxes that are farther apart than rounding may be wrong do not touch
 
 
 def contacts(pairs: Iterable[Pair]) -> Contacts:
@@ -139,7 +139,9 @@ class Workspace:
             if own.joint in joints:
                 pose = shift @ unflat(at[own.joint]) @ unflat(own.joint_T_group)
                 box = corners[i] @ pose[:3, :3].T + pose[:3, 3]
-                near = ((box.min(axis=0) <= high + TOUCHING) & (box.max(axis=0) >= low - TOUCHING)).all(axis=1)
+                near = ((box.min(axis=0) <= high + BOX_TOLERANCE) & (box.max(axis=0) >= low - BOX_TOLERANCE)).all(
+                    axis=1
+                )
                 placed[i] = FixedGroup(flat(pose), own.enclosure, own.mesh), near
         for (i, k), pair in zip(indices, pairs, strict=True):
             if i in placed and k >= len(moving):

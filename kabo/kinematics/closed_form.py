@@ -17,7 +17,7 @@ from kabo.kinematics.projection import arrays_of
 from kabo.scene.structure import Structure
 from kabo.scene.tree import KinematicTree
 
-AGREES = kernels.AGREES
+POSE_TOLERANCE = kernels.POSE_TOLERANCE
 _FREE = {
     forms.ON_FIRST_AXIS: "on the first axis",
     forms.ON_SECOND_AXIS: "on the second axis",
@@ -114,8 +114,8 @@ def branches(
         raise ValueError("a pose or a value of a joint is not finite")
     if structure.lock >= 0 and locked is None:
         raise ValueError("of seven axes one must be held: give its value for each pose")
-    found = np.empty((len(poses), kernels.MOST, tree.size))
-    counts, free = np.zeros(len(poses), np.int64), np.zeros((len(poses), kernels.MOST), np.int64)
+    found = np.empty((len(poses), kernels.MAX_SOLUTIONS, tree.size))
+    counts, free = np.zeros(len(poses), np.int64), np.zeros((len(poses), kernels.MAX_SOLUTIONS), np.int64)
     short = np.empty((len(poses), 4))
     kernels.solve_poses(
         poses,

@@ -19,8 +19,8 @@ Numbers = Sequence[float] | Array
 Vector = tuple[float, float, float]
 Rows = Array  # (R, WIDTH): columns in kernels/rows.py
 
-LEVER = 0.15  # metres per radian, the size of what a gripper holds: then no row outweighs another
-TOLERANCE = 1e-6  # metres or radians: how exactly a row counts as fulfilled
+LEVER_ARM = 0.15  # metres per radian, the size of what a gripper holds: then no row outweighs another
+ROW_TOLERANCE = 1e-6  # metres or radians: how exactly a row counts as fulfilled
 _SIZE = {"point": 0, "line": 1, "plane": 2}
 _BOUNDED = frozenset({"distance", "height", "angle"})
 _NEEDS_DIRECTIONS = frozenset({"parallel", "aligned", "opposed", "perpendicular", "angle", "azimuth"})
@@ -100,9 +100,10 @@ def _row(
 ) -> Array:
     origin, target = origins or (first.origin, second.origin)
     along, normal = directions or (first.direction or (0.0,) * 3, second.direction or (0.0,) * 3)
-    scale = 1.0 if kind < columns.DIRECTION else LEVER
+    scale = 1.0 if kind < columns.DIRECTION else LEVER_ARM
     return np.array(
-        [kind, first.joint, *origin, *along, second.joint, *target, *normal, *bounds, scale, TOLERANCE], np.float64
+        [kind, first.joint, *origin, *along, second.joint, *target, *normal, *bounds, scale, ROW_TOLERANCE],
+        np.float64,
     )
 
 

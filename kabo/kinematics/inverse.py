@@ -13,8 +13,8 @@ from kabo.scene.robots import Robot
 from kabo.scene.structure import Structure
 from kabo.scene.transforms import flat, inverse, unflat
 
-FAR = 1e-6  # rad or m: projections that lie nearer to each other are one solution
-SQUARE = 1e-6  # how far a rotation may be from one
+SAME_SOLUTION_DISTANCE = 1e-6  # rad or m: projections that lie nearer to each other are one solution
+ROTATION_TOLERANCE = 1e-6  # how far a rotation may be from one
 
 
 def solutions(
@@ -113,7 +113,7 @@ def as_pose(matrix: Array) -> Array:
         raise ValueError(f"a pose is (4, 4) and finite, not {pose.shape}")
     left, _, right = np.linalg.svd(pose[:3, :3])
     turn = left @ right
-    if np.max(np.abs(turn - pose[:3, :3])) > SQUARE or np.linalg.det(turn) < 0.0:
+    if np.max(np.abs(turn - pose[:3, :3])) > ROTATION_TOLERANCE or np.linalg.det(turn) < 0.0:
         raise ValueError("the upper left of a pose is a rotation within 1e-6")
     pose[:3, :3] = turn
     return pose
@@ -143,7 +143,7 @@ def _projected(
     found, valid = sample(tree, rows, key, 0, number, *limits, active, base=base)
     kept: list[Array] = []
     for q in found[valid]:
-        if all(np.max(np.abs(q - other)) > FAR for other in kept):
+        if all(np.max(np.abs(q - other)) > SAME_SOLUTION_DISTANCE for other in kept):
             kept.append(q)
     return Reached(np.array(kept), ((),) * len(kept)) if kept else OutOfReach()
 

@@ -12,7 +12,7 @@ import numpy as np
 from kabo.kinematics.constraints import FrameFeature
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
-ROOM = 10.0  # m: how far from the world's origin a free body may be
+FREE_BODY_RANGE = 10.0  # m: how far from the world's origin a free body may be
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def free_body() -> KinematicTree:
         placement[j, :9] = (before.T @ turn).ravel()
         before = turn
     count = np.arange(7)
-    span = np.array([ROOM, ROOM, ROOM, np.pi, np.pi, np.pi])
+    span = np.array([FREE_BODY_RANGE, FREE_BODY_RANGE, FREE_BODY_RANGE, np.pi, np.pi, np.pi])
     kind = np.array([REVOLUTE, *[PRISMATIC] * 3, *[REVOLUTE] * 3], dtype=np.int64)
     source, ratio = np.maximum(count - 1, 0), (count > 0).astype(np.float64)
     return KinematicTree(

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.kinematics.constraints import TOLERANCE, Rows
+from kabo.kinematics.constraints import ROW_TOLERANCE, Rows
 from kabo.kinematics.kernels import rows as columns
 from kabo.kinematics.projection import jacobian, values
 from kabo.scene.tree import KinematicTree
 
-CUT = 1e-6  # singular values below [m/rad, m/m] count as zero: ten times what tolerances of 1e-6 m make of them
+SINGULAR_CUTOFF = (
+    1e-6  # singular values below [m/rad, m/m] count as zero: ten times what tolerances of 1e-6 m make of them
+)
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,8 @@ def tangent(
     q: ArrayLike,
     moving: Sequence[bool] | NDArray[np.bool_] | None = None,
     *,
-    tolerance: float = TOLERANCE,
-    cut: float = CUT,
+    tolerance: float = ROW_TOLERANCE,
+    cut: float = SINGULAR_CUTOFF,
 ) -> Tangent:
     """Rank and null space at q (n,) of the rows that hold something there: equalities, and bounds that are reached.
 

@@ -14,10 +14,10 @@ from kabo.scene.tree import KinematicTree
 
 Projector = Callable[[Array], Array | None]
 
-INSET = (
+INTERVAL_INSET = (
     0.02  # how far inside an interval the projector aims [m or rad]: room for the straight piece between two poses
 )
-NUMERIC = 1e-9  # taken from the tolerance: rounding of poses
+POSE_ROUNDING = 1e-9  # taken from the tolerance: rounding of poses
 
 
 def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3) -> bool:
@@ -41,7 +41,7 @@ def unkept_row(
         raise ValueError(f"the ends of a segment must be finite, ({tree.size},), not {start.shape}, {end.shape}")
     if np.any(rows[:, columns.KIND] == columns.AZIMUTH):
         raise ValueError("an azimuth jumps from pi to -pi: it cannot be kept along a motion")
-    slack = np.ascontiguousarray(np.broadcast_to(np.asarray(tolerance, np.float64) - NUMERIC, (len(rows),)))
+    slack = np.ascontiguousarray(np.broadcast_to(np.asarray(tolerance, np.float64) - POSE_ROUNDING, (len(rows),)))
     found = kernels.first_row_not_kept(rows, slack, start, end, *arrays_of(tree))
     return None if found < 0 else int(found)
 
@@ -53,7 +53,7 @@ def projector(
     upper: ArrayLike,
     active: Sequence[bool] | NDArray[np.bool_],
     *,
-    inset: float = INSET,
+    inset: float = INTERVAL_INSET,
 ) -> Projector:
     """A function that pulls a configuration back onto the rows, a little inside intervals; None where it cannot.
 

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array, Integers
-from kabo.kinematics.constraints import TOLERANCE, Rows
+from kabo.kinematics.constraints import ROW_TOLERANCE, Rows
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import rows as columns
 from kabo.scene.tree import KinematicTree
 
 NO_AIMS = np.uint64(0), 0, 0  # stream, sample and tries for projections that aim at nothing
-ITERATIONS = 50  # what does not arrive by then almost never does
+MAX_ITERATIONS = 50  # what does not arrive by then almost never does
 
 
 def project(
@@ -23,7 +23,7 @@ def project(
     upper: ArrayLike,
     active: Sequence[bool] | NDArray[np.bool_],
     *,
-    inset: float = 2 * TOLERANCE,
+    inset: float = 2 * ROW_TOLERANCE,
     hold_limits: bool = False,
 ) -> tuple[Array, NDArray[np.bool_]]:
     """The configurations near the seeds at which every row holds, (N, n), and which of them are right, (N,).
@@ -60,14 +60,14 @@ def project(
         high,
         moving,
         *arrays_of(tree),
-        ITERATIONS,
+        MAX_ITERATIONS,
         policy,
         *NO_AIMS,
     )
     return Q, succeeded
 
 
-def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = TOLERANCE) -> bool:
+def satisfied(rows: Rows, q: ArrayLike, tree: KinematicTree, tolerance: float = ROW_TOLERANCE) -> bool:
     """Whether every row holds at q within `tolerance` [m or rad], upside-down solutions excluded."""
     v = values(rows, q, tree)
     return bool(np.all((v >= rows[:, columns.LOWER] - tolerance) & (v <= rows[:, columns.UPPER] + tolerance)))

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
-from kabo.kinematics.constraints import TOLERANCE, Rows, stacked
+from kabo.kinematics.constraints import ROW_TOLERANCE, Rows, stacked
 from kabo.kinematics.kernels import projection as kernels
 from kabo.kinematics.kernels import streams
-from kabo.kinematics.projection import ITERATIONS, arrays_of, checked
+from kabo.kinematics.projection import MAX_ITERATIONS, arrays_of, checked
 from kabo.scene.tree import KinematicTree
 
 Key = np.uint64
-TRIES = 4  # seeds from which a sample tries to meet its aims: nine of ten that can be met are
+AIM_TRIES = 4  # seeds from which a sample tries to meet its aims: nine of ten that can be met are
 
 
 def stream_key(*parts: str | int | float | bytes) -> Key:
@@ -88,9 +88,9 @@ def sample(
     succeeded = np.zeros(count, np.bool_)
     aims = np.empty((count, len(every)))
     kernels.draw_aims(np.uint64(key), first, every, aims)
-    rule = ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, TRIES
+    rule = MAX_ITERATIONS, kernels.WRAPS | kernels.RETURNS, np.uint64(key), first, AIM_TRIES
     kernels.project_seeds(
-        Q, succeeded, every, len(rows), aims, 2 * TOLERANCE, low, high, moving, *arrays_of(tree), *rule
+        Q, succeeded, every, len(rows), aims, 2 * ROW_TOLERANCE, low, high, moving, *arrays_of(tree), *rule
     )
     return Q, succeeded
 

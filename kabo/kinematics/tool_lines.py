@@ -21,15 +21,15 @@ from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, storable_lim
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.tree import KinematicTree
 
-DEVIATION, TILT = (
+MAX_DEVIATION, MAX_TILT = (
     1e-3,
     5e-3,
 )  # bounds of the whole path: from the line [m], from the orientation at its start [rad]
-EXACT = 1e-7  # of the way points [m or rad]
-LARGEST_CHANGE = 0.5  # of a joint between way points [rad or m]
-SMALLEST_SHARE = 1.0 / 512  # of the line: where shorter pieces would be needed, joints turn too fast to follow
-ITERATIONS = 20  # from a way point to the next
-DECIMALS = 9  # plans store as many: what is proven is what is stored
+WAYPOINT_TOLERANCE = 1e-7  # of the way points [m or rad]
+MAX_JOINT_CHANGE = 0.5  # of a joint between way points [rad or m]
+MIN_LINE_SHARE = 1.0 / 512  # of the line: where shorter pieces would be needed, joints turn too fast to follow
+MAX_ITERATIONS = 20  # from a way point to the next
+STORED_DECIMALS = 9  # plans store as many: what is proven is what is stored
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ def straight_line(
     *,
     keep: Rows | None = None,
     active: ArrayLike | None = None,
-    deviation: float = DEVIATION,
-    tilt: float = TILT,
+    deviation: float = MAX_DEVIATION,
+    tilt: float = MAX_TILT,
 ) -> Array | OffLine:
     """Way points (m, n) of a joint path from q that moves the tool by a translation, or why there is none.
 
@@ -77,7 +77,7 @@ def straight_line(
     moving = np.ones(tree.size, np.bool_) if active is None else np.array(active, np.bool_)
     if start.shape != (tree.size,) or shift.shape != (3,) or not np.isfinite(start.sum() + shift.sum()):
         raise ValueError(f"q must be finite, ({tree.size},), and the translation (3,)")
-    if keep is not None and not _holds(keep, values(keep, start, tree), 10 * EXACT):
+    if keep is not None and not _holds(keep, values(keep, start, tree), 10 * WAYPOINT_TOLERANCE):
         raise ValueError("the rows to keep do not hold at the start")
     length = float(np.linalg.norm(shift))
     if length == 0.0:
@@ -108,7 +108,7 @@ class _Follower:
                 share, here = 2.0 * (there - here), there
                 continue
             share = 0.5 * (there - here)
-            if share < SMALLEST_SHARE and fault is not None:
+            if share < MIN_LINE_SHARE and fault is not None:
                 return fault
         return np.array(way)
 
@@ -119,18 +119,18 @@ class _Follower:
         """
         self._set_progress(progress, progress)
         Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
-        rule = ITERATIONS, FREEZES, *NO_AIMS
+        rule = MAX_ITERATIONS, FREEZES, *NO_AIMS
         lower, upper = self.limits if limited else (-self.wide, self.wide)
         task = self.rows, len(self.rows), self.no_aims, 0.0
         project_seeds(Q, succeeded, *task, lower, upper, self.active, *self.arrays, *rule)
-        return np.round(Q[0], DECIMALS) if succeeded[0] else None
+        return np.round(Q[0], STORED_DECIMALS) if succeeded[0] else None
 
     def fault(self, q0: Array, q1: Array | None, progress0: float, progress1: float) -> OffLine | None:
         """What keeps the joint-linear piece between two way points from being part of the line, if anything."""
         if q1 is None:
             return self._why_not_there(q0, progress0, progress1)
         self._set_progress(progress0, progress1)
-        smooth = np.abs(q1 - q0).max() <= LARGEST_CHANGE
+        smooth = np.abs(q1 - q0).max() <= MAX_JOINT_CHANGE
         kept = smooth and first_row_not_kept(self.rows, self.tolerances, q0, q1, *self.arrays) < 0
         return None if kept else OffLine("singular", progress0)
 
@@ -189,14 +189,14 @@ def _line_rows(
                 rows_of("perpendicular", moved, FrameFeature(0, "line", place, tuple(turned[(k + 1) % 3])))
             )
     rows = stacked(parts if keep is None else [*parts, keep])
-    rows[:, columns.TOLERANCE] = EXACT
+    rows[:, columns.TOLERANCE] = WAYPOINT_TOLERANCE
     return rows
 
 
 def _tolerances(rows: Rows, deviation: float, tilt: float) -> Array:
     # Two distances add up to a deviation, at most three angular rows to a tilt.
     angular = rows[:, columns.KIND] >= columns.DIRECTION
-    worst: Array = np.where(angular, tilt / np.sqrt(3.0), deviation / np.sqrt(2.0)) - EXACT
+    worst: Array = np.where(angular, tilt / np.sqrt(3.0), deviation / np.sqrt(2.0)) - WAYPOINT_TOLERANCE
     return worst
 
 

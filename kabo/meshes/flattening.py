@@ -10,13 +10,13 @@ from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.soundness import flat
 
-_ROUNDS = 8
+_MAX_ROUNDS = 8
 
 
 def without_flat_faces(vertices: Vertices, faces: Faces, done: list[str]) -> Faces:
     """The faces, those without area flipped away where the mesh stays a manifold; the others stay."""
     gone = 0
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         wrong = np.flatnonzero(flat(vertices, faces))
         if not len(wrong):
             break

@@ -19,7 +19,7 @@ _PLY_BYTES = {
 }
 _GLB_ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _GLB_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
-_MOST_INSTANCES = 100_000
+_MAX_INSTANCES = 100_000
 _DAE_UNREAD = ("trifans", "tristrips", "ph", "instance_controller")
 _GLB_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization")
 
@@ -150,7 +150,7 @@ def _dae(data: bytes) -> str | None:
         placed = _placed(root)
     except (ElementTree.ParseError, ValueError, RecursionError):
         return "is no XML whose nodes can be followed"
-    return f"places {placed} meshes by nodes inside nodes" if placed > _MOST_INSTANCES else None
+    return f"places {placed} meshes by nodes inside nodes" if placed > _MAX_INSTANCES else None
 
 
 def _placed(root: ElementTree.Element) -> int:

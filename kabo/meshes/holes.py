@@ -6,12 +6,12 @@ from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Faces, Vertices
 from kabo.meshes.topology import edges_of
 
-_QUAD_EDGE = 0.1  # of the diagonal: a longer hole of four edges may be meant
+_MAX_QUAD_EDGE = 0.1  # of the diagonal: a longer hole of four edges may be meant
 
 
 def fill_small_holes(vertices: Vertices, faces: Faces, tolerance: float, done: list[str]) -> Faces:
     """The faces with such holes filled, turned as their neighbours are."""
-    longest = _QUAD_EDGE * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    longest = _MAX_QUAD_EDGE * float(np.linalg.norm(np.ptp(vertices, axis=0)))
     patches = [patch for loop in _loops(faces) if (patch := _patch(vertices, loop, tolerance, longest))]
     if not patches:
         return faces

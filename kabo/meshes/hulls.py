@@ -6,7 +6,7 @@ from kabo.errors import KaboError
 from kabo.meshes.mesh import Faces, Mesh, Vertices
 from kabo.meshes.mesh_errors import unusable
 
-FLAT = "give it a thickness, or a primitive shape"
+THICKNESS_HINT = "give it a thickness, or a primitive shape"
 
 
 def hull_of(mesh: Mesh) -> Mesh:
@@ -18,7 +18,7 @@ def hull_of(mesh: Mesh) -> Mesh:
     try:
         faces = hull_faces(mesh.vertices)
     except KaboError:
-        raise unusable(mesh, None, "is flat: it has no convex hull with an inside", FLAT) from None
+        raise unusable(mesh, None, "is flat: it has no convex hull with an inside", THICKNESS_HINT) from None
     used, faces = np.unique(faces, return_inverse=True)
     return Mesh(mesh.vertices[used], faces.reshape(-1, 3))
 

@@ -7,8 +7,8 @@ from kabo.language.formulas import Place
 from kabo.meshes.counts import counted
 from kabo.meshes.mesh import Mesh
 
-FARTHEST = 1e9  # metres: beyond, squares of coordinates lose their meaning long before they overflow
-EXPORT = "export the mesh again"
+MAX_COORDINATE = 1e9  # metres: beyond, squares of coordinates lose their meaning long before they overflow
+EXPORT_HINT = "export the mesh again"
 
 
 def refuse(place: Place | None, message: str, hint: str | None = None) -> MeshError:
@@ -35,16 +35,16 @@ def require_numbers(mesh: Mesh, place: Place | None = None) -> None:
     vertices, faces = mesh.vertices, mesh.faces
     if not len(vertices) or not len(faces):
         size = f"{counted(len(vertices), 'vertex', 'vertices')} and {counted(len(faces), 'triangle')}"
-        raise unusable(mesh, place, f"has {size}, which enclose nothing", EXPORT)
+        raise unusable(mesh, place, f"has {size}, which enclose nothing", EXPORT_HINT)
     wrong = int((~np.isfinite(vertices)).any(axis=1).sum())
     if wrong:
         said = f"cannot be used: {wrong} of {len(vertices)} vertices are not finite"
-        raise unusable(mesh, place, said, EXPORT)
+        raise unusable(mesh, place, said, EXPORT_HINT)
     absent = int(((faces < 0) | (faces >= len(vertices))).any(axis=1).sum())
     if absent:
         said = f"cannot be used: {absent} of {len(faces)} triangles name a vertex that is not there"
-        raise unusable(mesh, place, said, EXPORT)
+        raise unusable(mesh, place, said, EXPORT_HINT)
     farthest = float(np.abs(vertices).max())
-    if farthest > FARTHEST:
+    if farthest > MAX_COORDINATE:
         said = f"has vertices up to {farthest:.3g} m from the origin"
         raise unusable(mesh, place, said, "scale it to metres and move it to its origin")

@@ -19,14 +19,14 @@ from kabo.language.formulas import Place
 from kabo.meshes.counts import counted
 from kabo.meshes.headers import HEADER_CHECKS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
-from kabo.meshes.mesh_errors import EXPORT, refuse, require_numbers, unusable
+from kabo.meshes.mesh_errors import EXPORT_HINT, refuse, require_numbers, unusable
 from kabo.meshes.plain_off import plain_triangles
 from kabo.meshes.repair import repaired
 from kabo.remembering import Remembered
 
 FORMATS = tuple(HEADER_CHECKS)
-LARGEST_FILE = 2 * 1024**3  # bytes
-_SAID = 160  # characters of what a parser says
+MAX_FILE_BYTES = 2 * 1024**3  # bytes
+_MAX_PARSER_CHARACTERS = 160  # characters of what a parser says
 _TRIANGLES: Remembered[tuple[Vertices, Faces]] = Remembered(16 << 20, lambda made: made[0].nbytes + made[1].nbytes)
 
 # What trimesh complains of, kabo says itself.
@@ -74,7 +74,7 @@ def _require_readable(path: Path, place: Place) -> None:
         raise refuse(place, f'mesh file "{path.name}" does not exist') from None
     if not path.is_file():
         raise refuse(place, f'mesh file "{path.name}" is not a file')
-    if status.st_size > LARGEST_FILE:
+    if status.st_size > MAX_FILE_BYTES:
         raise refuse(place, f'mesh file "{path.name}" is larger than 2 GiB', "simplify the mesh before")
 
 
@@ -101,15 +101,15 @@ def _triangles(
     data = readable(data, kind)
     why = misleading(kind, data)
     if why is not None:
-        raise refuse(place, f'mesh file "{path.name}" {why}', EXPORT)
+        raise refuse(place, f'mesh file "{path.name}" {why}', EXPORT_HINT)
     vertices, faces = joined(_parsed(data, kind, path.name, place), scale)
     if not len(faces):
-        raise refuse(place, f'mesh file "{path.name}" holds no triangles', EXPORT)
+        raise refuse(place, f'mesh file "{path.name}" holds no triangles', EXPORT_HINT)
     require_numbers(Mesh(vertices, faces, path), place)
     mesh = Mesh(*merged(vertices, faces), path)
     if not len(mesh.faces):
         said = f"has {counted(len(faces), 'triangle')}, none of which has three different vertices"
-        raise unusable(mesh, place, said, EXPORT)
+        raise unusable(mesh, place, said, EXPORT_HINT)
     return mesh.vertices, mesh.faces
 
 
@@ -132,8 +132,8 @@ def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Verti
     try:
         return pieces(data, kind)
     except Exception as error:  # noqa: BLE001  readers of many formats raise whatever their parsers do
-        said = " ".join(str(error).split())[:_SAID] or type(error).__name__
-        raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT) from None
+        said = " ".join(str(error).split())[:_MAX_PARSER_CHARACTERS] or type(error).__name__
+        raise refuse(place, f'mesh file "{name}" cannot be read: {said}', EXPORT_HINT) from None
 
 
 def _has_collada() -> bool:

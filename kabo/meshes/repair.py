@@ -16,7 +16,7 @@ from kabo.meshes.soundness import turned_components
 from kabo.meshes.topology import components, edges_of, labels, neighbours, repeating
 from kabo.meshes.touching_surfaces import separated
 
-WELD = 1e-7  # of the diagonal: vertices nearer than this are one
+WELD_SHARE = 1e-7  # of the diagonal: vertices nearer than this are one
 
 
 def repaired(mesh: Mesh) -> tuple[Mesh, list[str]]:
@@ -32,7 +32,7 @@ def repaired(mesh: Mesh) -> tuple[Mesh, list[str]]:
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     if not len(faces) or not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
         return mesh, []
-    tolerance = WELD * mesh.diagonal
+    tolerance = WELD_SHARE * mesh.diagonal
     done: list[str] = []
     unused = len(vertices) - len(np.unique(faces))
     if unused:

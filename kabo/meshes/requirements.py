@@ -11,14 +11,14 @@ from kabo.errors import Diagnostic
 from kabo.language.formulas import Place
 from kabo.meshes.counts import counted, listed
 from kabo.meshes.mesh import Mesh, merged
-from kabo.meshes.mesh_errors import EXPORT, require_numbers, unusable
+from kabo.meshes.mesh_errors import EXPORT_HINT, require_numbers, unusable
 from kabo.meshes.soundness import Soundness, examine
 from kabo.meshes.topology import edges_of
 
-LARGE = 5.0  # metres: parts and robots are smaller, and in millimetres nearly all are larger
-SMALLEST = 1e-9  # metres: smaller ones are given in the wrong unit, or are a point
-_CLOSE = "close it, e.g. in MeshLab (Filters, Remeshing, Close Holes)"
-_REPAIR = "try --repair (in Python: load_mesh(…, repair=True))"
+LARGE_EXTENT = 5.0  # metres: parts and robots are smaller, and in millimetres nearly all are larger
+MIN_EXTENT = 1e-9  # metres: smaller ones are given in the wrong unit, or are a point
+_CLOSE_HINT = "close it, e.g. in MeshLab (Filters, Remeshing, Close Holes)"
+_REPAIR_HINT = "try --repair (in Python: load_mesh(…, repair=True))"
 
 
 def require_closed(mesh: Mesh, place: Place | None = None) -> None:
@@ -33,7 +33,7 @@ def require_closed(mesh: Mesh, place: Place | None = None) -> None:
     require_numbers(mesh, place)
     _, faces = merged(mesh.vertices, mesh.faces)
     if not len(faces):
-        raise unusable(mesh, place, "has degenerate triangles only and encloses nothing", EXPORT)
+        raise unusable(mesh, place, "has degenerate triangles only and encloses nothing", EXPORT_HINT)
     edges = edges_of(faces)
     open_edges = int((edges.balance != 0).sum())
     if open_edges:
@@ -64,8 +64,8 @@ def require_solid(
     require_numbers(mesh, place)
     found = examine(mesh)
     if found.faces == 1:
-        raise unusable(mesh, place, "is a single triangle, which encloses nothing", _CLOSE)
-    if found.extent < SMALLEST:
+        raise unusable(mesh, place, "is a single triangle, which encloses nothing", _CLOSE_HINT)
+    if found.extent < MIN_EXTENT:
         raise unusable(mesh, place, f"is only {found.extent:.3g} m large", "scale it to metres")
     faults = list(_faults(found, borders))
     if faults:
@@ -85,7 +85,7 @@ def units_warning(
         mesh: vertices in metres. place: where a file names it. named: what people call it. fix: the remedy.
     """
     extent = float((mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)).max()) if len(mesh.vertices) else 0.0
-    if extent <= LARGE:
+    if extent <= LARGE_EXTENT:
         return None
     named = named or (f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh")
     said = f"{named} is {extent:.4g} m large: is it given in millimetres?"
@@ -115,7 +115,7 @@ def _faults(found: Soundness, borders: str) -> Iterable[str]:
 
 def _remedy(found: Soundness, borders: str, repair: bool) -> str:
     if repair:
-        return f"all that is safe to repair has been repaired; {_CLOSE}"
+        return f"all that is safe to repair has been repaired; {_CLOSE_HINT}"
     if found.borders and borders == "refuse":
-        return f"{_CLOSE}, or {_REPAIR}, which fills holes of three or four edges"
-    return _REPAIR
+        return f"{_CLOSE_HINT}, or {_REPAIR_HINT}, which fills holes of three or four edges"
+    return _REPAIR_HINT

@@ -18,12 +18,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
 
-NOTHING = 1e-9  # rad: shorter pieces are none
-ROUNDING = 1e-12  # rad: of a point on the path
-GENTLE = (
+MIN_PIECE_LENGTH = 1e-9  # rad: shorter pieces are none
+POINT_ROUNDING = 1e-12  # rad: of a point on the path
+GENTLE_TURN = (
     0.6  # norm of a turn: corners that turn less get no longer trims; they would take the room of sharper ones
 )
-LEAST, MOST = 0.5, 0.98  # how much trims shrink at once where the path is too far from its corners
+MIN_SHRINKING, MAX_SHRINKING = (
+    0.5,
+    0.98,
+)  # how much trims shrink at once where the path is too far from its corners
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,9 @@ class Blended:
         inner, trims = self.places[1:-1], self.trims[1:-1]
         found = np.concatenate([inner - trims, inner + trims, self.places[[0, -1]]])
         found = np.unique(np.clip(found, 0.0, self.length))
-        kept = found[np.concatenate([[True], np.diff(found) > NOTHING])]  # what rounding leaves of a piece is none
+        kept = found[
+            np.concatenate([[True], np.diff(found) > MIN_PIECE_LENGTH])
+        ]  # what rounding leaves of a piece is none
         return np.append(kept[:-1], self.length)
 
     def corner(self, number: int) -> float:
@@ -126,23 +131,27 @@ def blended(corners: ArrayLike, deviation: float, shares: Sequence[float] | None
         shares: (m,) of the trim that each corner would have alone; 0: the path goes through it, and stops there.
     """
     points = np.array(corners, np.float64)
-    if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= NOTHING:
+    if len(points) < 2 or np.linalg.norm(np.diff(points, axis=0), axis=1).min() <= MIN_PIECE_LENGTH:
         raise ValueError("a path needs two corners, and neighbours that differ")
     units, lengths = _directions(points)
     bend = np.linalg.norm(np.diff(units, axis=0), axis=1)  # a parabola passes by its corner at trim * bend / 4
     wanted = np.asarray([1.0] * len(points) if shares is None else shares, np.float64)[1:-1]
     places = np.concatenate([[0.0], np.cumsum(lengths)])
     rests = np.concatenate([[True], wanted <= 0.0, [True]])
-    trims = np.minimum(_room(places, rests), 4.0 * deviation / np.maximum(bend, GENTLE)) * wanted
+    trims = np.minimum(_room(places, rests), 4.0 * deviation / np.maximum(bend, GENTLE_TURN)) * wanted
     while True:
         path = Blended(points, np.concatenate([[0.0], trims, [0.0]]))
         cuts, away = path.deviations
-        over = away > deviation * (1.0 + 1e-9) + ROUNDING
+        over = away > deviation * (1.0 + 1e-9) + POINT_ROUNDING
         if not over.any():
             return path
         reached = (cuts[:-1] < (places[1:-1] + trims)[:, None]) & (cuts[1:] > (places[1:-1] - trims)[:, None])
         worst = np.where(reached & over, away, 0.0).max(axis=1)
-        trims = trims * np.where(worst > 0.0, np.clip(deviation / np.maximum(worst, NOTHING), LEAST, MOST), 1.0)
+        trims = trims * np.where(
+            worst > 0.0,
+            np.clip(deviation / np.maximum(worst, MIN_PIECE_LENGTH), MIN_SHRINKING, MAX_SHRINKING),
+            1.0,
+        )
 
 
 def _room(places: Array, rests: NDArray[np.bool_]) -> Array:

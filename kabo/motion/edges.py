@@ -16,9 +16,9 @@ FreeSegment = Callable[[Array, Array], int]  # -1: proven free; else the number 
 FreeConfigurations = Callable[[Array], Integers]  # (N, n) -> (N,), each as above
 Projection = Callable[[Array], Array | None]  # pulls a configuration onto a constraint
 
-SPACING = 0.4  # between configurations that are looked at before the proof [rad, L2]
-STEP = 0.15  # the longest edge under a constraint: a longer chord would leave it
-DECIMALS = 9  # plans store as many: what is proven is what is stored
+CHECK_SPACING = 0.4  # between configurations that are looked at before the proof [rad, L2]
+MAX_CONSTRAINED_STEP = 0.15  # the longest edge under a constraint: a longer chord would leave it
+STORED_DECIMALS = 9  # plans store as many: what is proven is what is stored
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class FreeSpace:
         """What a cheap look at configurations on the piece finds, or -1."""
         if self.free_configurations is None:
             return -1
-        for level in dyadic_levels(int(np.ceil(np.linalg.norm(q1 - q0) / SPACING))):
+        for level in dyadic_levels(int(np.ceil(np.linalg.norm(q1 - q0) / CHECK_SPACING))):
             found = self.free_configurations(q0 + level[:, None] * (q1 - q0))
             if np.any(found >= 0):
                 return int(found[found >= 0][0])
@@ -61,7 +61,7 @@ class FreeSpace:
         way: list[Array] = []
         here, left = start, reach
         while left > 0.0:
-            there = self.pulled(stepped(here, target, min(STEP, left)), here, target)
+            there = self.pulled(stepped(here, target, min(MAX_CONSTRAINED_STEP, left)), here, target)
             if there is None or not self.is_free(here, there):
                 break
             way.append(there)
@@ -78,9 +78,9 @@ class FreeSpace:
         found = self.projection(q) if self.projection else q
         if found is None:
             return None
-        found = np.round(found, DECIMALS)
+        found = np.round(found, STORED_DECIMALS)
         nearer = np.linalg.norm(target - found) < np.linalg.norm(target - here) - 1e-3
-        return found if nearer and np.linalg.norm(found - here) <= 2.0 * STEP else None
+        return found if nearer and np.linalg.norm(found - here) <= 2.0 * MAX_CONSTRAINED_STEP else None
 
 
 def stepped(start: Array, target: Array, reach: float) -> Array:
@@ -88,7 +88,7 @@ def stepped(start: Array, target: Array, reach: float) -> Array:
     away = float(np.linalg.norm(target - start))
     if away <= reach:
         return target
-    return np.round(start + (reach / away) * (target - start), DECIMALS)
+    return np.round(start + (reach / away) * (target - start), STORED_DECIMALS)
 
 
 def dyadic_levels(pieces: int) -> list[Array]:

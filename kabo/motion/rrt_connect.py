@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, seeds, stream_key
-from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
+from kabo.motion.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
-RANGE = 1.0  # the longest extension of a tree [rad, L2]
-RESTART = 3000  # samples after which new trees are started: run times have a heavy tail
+MAX_EXTENSION = 1.0  # the longest extension of a tree [rad, L2]
+RESTART_SAMPLES = 3000  # samples after which new trees are started: run times have a heavy tail
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def connect(
     *,
     samples: int,
     projection: Projection | None = None,
-    restart: int = RESTART,
+    restart: int = RESTART_SAMPLES,
 ) -> Array | NoPath:
     """Way points (m, n) from start to goal, every piece between them proven free, or what was in the way.
 
@@ -112,11 +112,11 @@ def _grow(
 ) -> tuple[list[Array] | None, int]:
     """Way points of a path and the samples used, or None and the whole budget."""
     trees = _Tree(ends[0]), _Tree(ends[1])
-    drawn = np.round(seeds(low, high, key, 0, budget), DECIMALS)
+    drawn = np.round(seeds(low, high, key, 0, budget), STORED_DECIMALS)
     for number in range(budget):
         first, second = (trees[0], trees[1]) if number % 2 == 0 else (trees[1], trees[0])
         near = first.nearest(drawn[number])
-        way = space.advanced(first.nodes[near], drawn[number], RANGE)
+        way = space.advanced(first.nodes[near], drawn[number], MAX_EXTENSION)
         if not way:
             continue
         node = first.add(near, way)
@@ -132,7 +132,7 @@ def _reach(tree: _Tree, space: FreeSpace, target: Array) -> int | None:
     """Grows a tree towards a configuration until it is there (its node) or blocked (None)."""
     node = tree.nearest(target)
     while not np.array_equal(tree.nodes[node], target):
-        way = space.advanced(tree.nodes[node], target, RANGE)
+        way = space.advanced(tree.nodes[node], target, MAX_EXTENSION)
         if not way:
             return None
         node = tree.add(node, way)

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.sampling import Key, uniform
-from kabo.motion.edges import DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
+from kabo.motion.edges import STORED_DECIMALS, FreeConfigurations, FreeSegment, FreeSpace, Projection
 
-GAIN = 1e-3  # a shortcut must save so much [rad, L2]: less is not worth its proof
+MIN_GAIN = 1e-3  # a shortcut must save so much [rad, L2]: less is not worth its proof
 
 
 def shortcut(
@@ -57,7 +57,7 @@ def _shortened(path: Array, share0: float, share1: float, space: FreeSpace) -> A
     if i == j or lengths[-1] == 0.0:
         return None
     saved = (share1 - share0) * lengths[-1] - float(np.linalg.norm(b - a))
-    if saved < GAIN:
+    if saved < MIN_GAIN:
         return None
     between = _way(a, b, space)
     if between is None:
@@ -87,7 +87,7 @@ def _point(path: Array, lengths: Array, at: float) -> tuple[int, Array]:
     share = (at - lengths[i]) / piece if piece > 0.0 else 0.0
     if share <= 0.0 or share >= 1.0:
         return i, path[i if share <= 0.0 else i + 1]
-    return i, np.round(path[i] + share * (path[i + 1] - path[i]), DECIMALS)
+    return i, np.round(path[i] + share * (path[i + 1] - path[i]), STORED_DECIMALS)
 
 
 def _distinct(way: list[Array]) -> Array:

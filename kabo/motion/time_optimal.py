@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from kabo.arrays import Array
 
-GRID = 0.01  # rad of the path between places where the limits are looked at
-LEAST = 9  # such places on each piece, with both ends
-MARGIN = 0.985  # of the limits, for what lies between those places
+GRID_SPACING = 0.01  # rad of the path between places where the limits are looked at
+MIN_GRID_POINTS = 9  # such places on each piece, with both ends
+LIMIT_SHARE = 0.985  # of the limits, for what lies between those places
 
 
 class Path(Protocol):
@@ -77,7 +77,7 @@ def _grid(path: Path, through: Sequence[float]) -> Array:
     borders = np.unique(np.concatenate([path.borders, through]))
     borders = borders[np.concatenate([[True], np.diff(borders) > 1e-9])]
     pieces = [
-        np.linspace(a, b, max(LEAST, int(np.ceil((b - a) / GRID)) + 1))[:-1]
+        np.linspace(a, b, max(MIN_GRID_POINTS, int(np.ceil((b - a) / GRID_SPACING)) + 1))[:-1]
         for a, b in zip(borders, borders[1:], strict=False)
     ]
     return np.concatenate([*pieces, borders[-1:]])
@@ -101,9 +101,9 @@ def _speeds(path: Path, grid: Array, velocity: Array, acceleration: Array, movin
             return path.at(places, order)[..., moving]
 
     limits = [
-        JointVelocityConstraint(MARGIN * np.stack([-velocity, velocity], axis=1)),
+        JointVelocityConstraint(LIMIT_SHARE * np.stack([-velocity, velocity], axis=1)),
         JointAccelerationConstraint(
-            MARGIN * np.stack([-acceleration, acceleration], axis=1),
+            LIMIT_SHARE * np.stack([-acceleration, acceleration], axis=1),
             discretization_scheme=DiscretizationType.Interpolation,
         ),
     ]

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 
-TICK = 1e-6  # seconds: plans store no more digits
+TIME_STEP = 1e-6  # seconds: plans store no more digits
 
 
 def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = 1.0) -> Array:
@@ -29,5 +29,5 @@ def retime(waypoints: ArrayLike, velocity_limits: ArrayLike, *, factor: float = 
     if not np.all(limits[moved] > 0.0):
         raise ValueError(f"joints that move need positive velocity limits, not {limits[moved]}")
     seconds = (changes[:, moved] / (factor * limits[moved])).max(axis=1, initial=0.0)
-    ticks = np.maximum(1, np.ceil(seconds / TICK)).astype(np.int64)
+    ticks = np.maximum(1, np.ceil(seconds / TIME_STEP)).astype(np.int64)
     return np.concatenate([[0], np.cumsum(ticks)]) / 1e6

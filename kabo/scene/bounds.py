@@ -12,8 +12,10 @@ from kabo.meshes import Mesh
 from kabo.scene.robots import Robot
 from kabo.scene.tree import PRISMATIC
 
-WIDEST = 500.0  # m: that far from the world's origin the rounding of a gap keeps its share of epsilon, twice over
-SLACK = 1e-9  # rad or m: of a value that stands at its limit
+MAX_DISTANCE = (
+    500.0  # m: that far from the world's origin the rounding of a gap keeps its share of epsilon, twice over
+)
+LIMIT_SLACK = 1e-9  # rad or m: of a value that stands at its limit
 
 
 def findings(
@@ -29,18 +31,18 @@ def findings(
     """
     for name, mesh in meshes.items():
         far = float(np.linalg.norm(poses[name][:3, 3]) + np.linalg.norm(mesh.vertices, axis=1).max())
-        if not far <= WIDEST:
+        if not far <= MAX_DISTANCE:
             yield _too_far(description.bodies[name].place, f'body "{name}"', far)
     for name, robot in robots.items():
         far = _reach(robot)
-        if not far <= WIDEST:
+        if not far <= MAX_DISTANCE:
             yield _too_far(description.robots[name].place, f'robot "{name}"', far)
         yield from _beyond_limits(description, name, robot)
 
 
 def _too_far(place: Place | None, thing: str, far: float) -> Diagnostic:
     at = place or Place("scene", 1, 1)
-    said = f"{thing} reaches {far:.4g} m from the world's origin; kabo plans within {WIDEST:g} m"
+    said = f"{thing} reaches {far:.4g} m from the world's origin; kabo plans within {MAX_DISTANCE:g} m"
     hint = "lengths are metres; place the scene around its origin"
     return Diagnostic(at.file, at.line, at.column, said, hint, at.length)
 
@@ -82,7 +84,7 @@ def _beyond_limits(description: SceneDescription, name: str, robot: Robot) -> It
             if joint not in limits or joint not in robot.gripper_joints:
                 continue
             low, high = map(float, limits[joint])
-            if not low - SLACK <= value <= high + SLACK:
+            if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
                 at = place or Place("scene", 1, 1)
                 said = f"{what}: {joint} = {value:.6g} is outside its limits [{low:.6g}, {high:.6g}]"
                 hint = f'they are those of robot "{name}", from its URDF or its `limits`'

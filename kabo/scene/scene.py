@@ -28,7 +28,7 @@ from kabo.language.scene_description import (
 from kabo.meshes import Mesh, unusable
 from kabo.scene.bounds import findings
 from kabo.scene.robots import Robot, link_poses
-from kabo.scene.shapes import CIRCLE, mesh_of
+from kabo.scene.shapes import CYLINDER_SIDES, mesh_of
 from kabo.scene.state import Attachment, GeometricState
 from kabo.scene.transforms import POSITION_DECIMALS, QUATERNION_DECIMALS, quaternion, rounded, transform
 from kabo.scene.urdf import load_robot
@@ -244,10 +244,10 @@ def _half_spaces(described: RegionDescription) -> tuple[Array, Array]:
     if shape.kind == "box" and shape.size is not None:
         return np.concatenate([np.eye(3), -np.eye(3)]), np.tile(np.asarray(shape.size) / 2, 2)
     if shape.kind == "cylinder" and shape.size is not None:
-        angles = 2 * np.pi * np.arange(CIRCLE) / CIRCLE
-        sides = np.stack([np.cos(angles), np.sin(angles), np.zeros(CIRCLE)], axis=1)
+        angles = 2 * np.pi * np.arange(CYLINDER_SIDES) / CYLINDER_SIDES
+        sides = np.stack([np.cos(angles), np.sin(angles), np.zeros(CYLINDER_SIDES)], axis=1)
         ends = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
-        inner = np.full(CIRCLE, shape.size[0] * np.cos(np.pi / CIRCLE))
+        inner = np.full(CYLINDER_SIDES, shape.size[0] * np.cos(np.pi / CYLINDER_SIDES))
         return np.concatenate([sides, ends]), np.concatenate([inner, np.full(2, shape.size[2] / 2)])
     mesh = mesh_of(shape, described.place)
     points = mesh.vertices

@@ -6,7 +6,7 @@ from kabo.language.formulas import Place
 from kabo.language.scene_description import Shape
 from kabo.meshes import Mesh, load_mesh, outwards
 
-CIRCLE = 64  # sides of a primitive cylinder; its corners lie *outside*, so that the solid is enclosed
+CYLINDER_SIDES = 64  # sides of a primitive cylinder; its corners lie *outside*, so that the solid is enclosed
 
 
 def primitive(shape: Shape) -> Mesh:
@@ -18,7 +18,9 @@ def primitive(shape: Shape) -> Mesh:
     if shape.kind == "box":
         made = trimesh.creation.box(extents=shape.size)
     elif shape.kind == "cylinder":
-        made = trimesh.creation.cylinder(shape.size[0] / np.cos(np.pi / CIRCLE), shape.size[2], sections=CIRCLE)
+        made = trimesh.creation.cylinder(
+            shape.size[0] / np.cos(np.pi / CYLINDER_SIDES), shape.size[2], sections=CYLINDER_SIDES
+        )
     else:
         made = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
         inner = float(np.min(np.einsum("ij,ij->i", made.face_normals, made.triangles[:, 0])))

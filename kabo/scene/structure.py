@@ -12,9 +12,9 @@ import numpy as np
 from kabo.arrays import Array, Integers
 from kabo.scene.tree import REVOLUTE, KinematicTree
 
-NEAR = 1e-5  # m or rad: axes that lie so near to parallel, or to meeting, are meant to
-CLEAR = 1e-3  # m or rad: what must differ differs by more
-_TRIED = (0.7, -1.9)  # values at which a locked joint must leave the structure [rad]
+ALIGNMENT_TOLERANCE = 1e-5  # m or rad: axes that lie so near to parallel, or to meeting, are meant to
+MIN_DIFFERENCE = 1e-3  # m or rad: what must differ differs by more
+_TRIAL_ANGLES = (0.7, -1.9)  # values at which a locked joint must leave the structure [rad]
 _LOCKS = (
     2,
     6,
@@ -70,7 +70,7 @@ def structure_of(tree: KinematicTree, planned: int) -> Structure | NoStructure:
             return Structure(*form, -1, joints, axes, zero)
     if len(chain) == 7:
         for lock in _LOCKS:
-            forms = [_form(_locked(axes, lock, value)) for value in _TRIED]
+            forms = [_form(_locked(axes, lock, value)) for value in _TRIAL_ANGLES]
             if forms[0] is not None and forms[0] == forms[1]:
                 return Structure(*forms[0], lock, joints, axes, zero)
     return NoStructure(_NEEDED.get(len(chain), f"its {len(chain)} planned joints are not five, six or seven"))
@@ -148,22 +148,22 @@ def _form(axes: Array) -> tuple[int, int, bool, bool] | None:
 def _bends(axes: Array) -> bool:
     """Whether axes 2, 3 and 4 are parallel and apart, and the first is not."""
     parallel = _parallel(axes[1], axes[2]) and _parallel(axes[2], axes[3]) and not _parallel(axes[0], axes[1])
-    return parallel and _apart(axes[1], axes[2]) > CLEAR and _apart(axes[2], axes[3]) > CLEAR
+    return parallel and _apart(axes[1], axes[2]) > MIN_DIFFERENCE and _apart(axes[2], axes[3]) > MIN_DIFFERENCE
 
 
 def _placing(axes: Array) -> int | None:
     """How three axes place a point: 0 if the second and third are parallel, 1 if the first and second meet."""
     a, b, c = axes
-    if _parallel(b, c) and not _parallel(a, b) and _apart(b, c) > CLEAR:
+    if _parallel(b, c) and not _parallel(a, b) and _apart(b, c) > MIN_DIFFERENCE:
         return 0
     centre = _meeting(axes[:2])
-    if centre is not None and np.linalg.norm(np.cross(c[:3], centre - c[3:])) > CLEAR:
+    if centre is not None and np.linalg.norm(np.cross(c[:3], centre - c[3:])) > MIN_DIFFERENCE:
         return 1
     return None
 
 
 def _parallel(a: Array, b: Array) -> bool:
-    return float(np.linalg.norm(np.cross(a[:3], b[:3]))) < NEAR
+    return float(np.linalg.norm(np.cross(a[:3], b[:3]))) < ALIGNMENT_TOLERANCE
 
 
 def _apart(a: Array, b: Array) -> float:
@@ -173,12 +173,12 @@ def _apart(a: Array, b: Array) -> float:
 
 def _meeting(axes: Array) -> Array | None:
     """The point (3,) where all axes meet, neighbours at an angle; None if they do not."""
-    if any(np.linalg.norm(np.cross(a[:3], b[:3])) < CLEAR for a, b in zip(axes, axes[1:], strict=False)):
+    if any(np.linalg.norm(np.cross(a[:3], b[:3])) < MIN_DIFFERENCE for a, b in zip(axes, axes[1:], strict=False)):
         return None
     across = np.concatenate([np.eye(3) - np.outer(a[:3], a[:3]) for a in axes])
     target = np.concatenate([a[3:] - a[:3] * (a[:3] @ a[3:]) for a in axes])
     point: Array = np.linalg.lstsq(across, target, rcond=None)[0]
-    return point if float(np.max(np.abs(across @ point - target))) < NEAR else None
+    return point if float(np.max(np.abs(across @ point - target))) < ALIGNMENT_TOLERANCE else None
 
 
 def _locked(axes: Array, lock: int, value: float) -> Array:

@@ -19,8 +19,8 @@ from kabo.scene.urdf_file import UrdfFile, pinocchio, read_urdf, refusal
 
 V = TypeVar("V")
 
-ENDLESS = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]
-SLOW = math.pi  # velocity where a URDF gives none [rad/s or m/s]
+CONTINUOUS_JOINT_LIMIT = 2.0 * math.pi  # limit of a joint that turns without end, to either side [rad]
+DEFAULT_VELOCITY = math.pi  # velocity where a URDF gives none [rad/s or m/s]
 
 
 def load_robot(
@@ -208,12 +208,12 @@ def _tree(
     for i, name in enumerate(names):
         joint = model.joints[model.getJointId(name)]
         endless = joint.nq > 1
-        lower[i] = -ENDLESS if endless else model.lowerPositionLimit[joint.idx_q]
-        upper[i] = ENDLESS if endless else model.upperPositionLimit[joint.idx_q]
+        lower[i] = -CONTINUOUS_JOINT_LIMIT if endless else model.lowerPositionLimit[joint.idx_q]
+        upper[i] = CONTINUOUS_JOINT_LIMIT if endless else model.upperPositionLimit[joint.idx_q]
         low, high = limits.get(name, (lower[i], upper[i]))
         lower[i], upper[i] = max(lower[i], low), min(upper[i], high)
         speed = float(model.velocityLimit[joint.idx_v])
-        velocity[i] = speed if 0.0 < speed < 1e6 else SLOW
+        velocity[i] = speed if 0.0 < speed < 1e6 else DEFAULT_VELOCITY
     return KinematicTree(
         np.array(list(model.parents), dtype=np.int64),
         np.array(kinds, dtype=np.int64),

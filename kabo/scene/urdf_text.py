@@ -20,7 +20,7 @@ from kabo.language.formulas import Place
 Words = tuple[frozenset[str], frozenset[str], frozenset[str]]
 
 # Words that are left out on purpose: they say nothing about where links are and what shape they have.
-IGNORED = frozenset(
+IGNORED_ELEMENTS = frozenset(
     ("inertial", "material", "contact", "dynamics", "safety_controller", "calibration", "transmission", "gazebo")
     + (
         "sensor",
@@ -57,15 +57,15 @@ _WORDS: dict[str, Words] = {  # for each element that counts: its elements, its 
     "cylinder": (frozenset(), frozenset(("radius", "length")), frozenset()),
     "sphere": (frozenset(), frozenset(("radius",)), frozenset()),
 }
-MOST_LINKS = 500  # the work of pinocchio and of collision checks grows with their square
-SLIPPED = 0.85  # likeness of words from which on one is the other, mistyped
-LARGEST_FILE = 16_000_000  # bytes
-DEEPEST = 40  # elements within elements
-FARTHEST = 1000.0  # m: of an origin from another, and of a size
-KINDS = ("revolute", "continuous", "prismatic", "fixed")
-UNPLANNED = ("floating", "planar")
+MAX_LINKS = 500  # the work of pinocchio and of collision checks grows with their square
+MISSPELLING_RATIO = 0.85  # likeness of words from which on one is the other, mistyped
+MAX_FILE_BYTES = 16_000_000  # bytes
+MAX_DEPTH = 40  # elements within elements
+MAX_LENGTH = 1000.0  # m: of an origin from another, and of a size
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+UNPLANNED_JOINT_TYPES = ("floating", "planar")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_SHOWN = 40  # characters of a value in a message
+_MAX_SHOWN_CHARACTERS = 40  # characters of a value in a message
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Urdf:
         key: str,
         count: int,
         default: str | None = None,
-        largest: float = FARTHEST,
+        largest: float = MAX_LENGTH,
     ) -> list[float]:
         """The numbers of an attribute; `default` where it is absent.
 
@@ -106,12 +106,16 @@ class Urdf:
         words = text.split()
         if len(words) != count:
             wanted = "a number" if count == 1 else f"{count} numbers"
-            raise self.wrong(element, f'{named} must be {wanted}, this is "{text[:_SHOWN]}"')
+            raise self.wrong(element, f'{named} must be {wanted}, this is "{text[:_MAX_SHOWN_CHARACTERS]}"')
         for word in words:
             if not _NUMBER.fullmatch(word):
-                raise self.wrong(element, f'{named} must be {_wanted(count)}, "{word[:_SHOWN]}" is none')
+                raise self.wrong(
+                    element, f'{named} must be {_wanted(count)}, "{word[:_MAX_SHOWN_CHARACTERS]}" is none'
+                )
             if not abs(float(word)) <= largest:
-                raise self.wrong(element, f"{named} is too large: {word[:_SHOWN]}; {largest:g} is the most")
+                raise self.wrong(
+                    element, f"{named} is too large: {word[:_MAX_SHOWN_CHARACTERS]}; {largest:g} is the most"
+                )
         return [float(word) for word in words]
 
     def size(self, element: ElementTree.Element, key: str, count: int = 1) -> list[float]:
@@ -143,8 +147,8 @@ def read_text(path: Path, place: Place | None) -> Urdf:
         return InputError([Diagnostic(at.file, at.line, at.column, said, hint, at.length)])
 
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise unreadable(f"it is larger than {LARGEST_FILE // 10**6} MB")
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise unreadable(f"it is larger than {MAX_FILE_BYTES // 10**6} MB")
         content = path.read_bytes()
     except (OSError, ValueError) as error:
         raise unreadable(getattr(error, "strerror", None) or str(error)) from None
@@ -170,8 +174,8 @@ def _parsed(path: Path, content: bytes) -> Urdf:
         nonlocal depth
         depth += 1
         place = parser.CurrentLineNumber, parser.CurrentColumnNumber + 1
-        if depth > DEEPEST:
-            raise refused(f"nests elements deeper than {DEEPEST}", *place)
+        if depth > MAX_DEPTH:
+            raise refused(f"nests elements deeper than {MAX_DEPTH}", *place)
         places[builder.start(tag, attributes)] = place
 
     def end(tag: str) -> None:
@@ -200,9 +204,9 @@ def _check(urdf: Urdf) -> None:
     joints = _named(urdf, "joint")
     if not links:
         raise urdf.wrong(urdf.root, f'robot file "{urdf.path.name}" has no <link>')
-    if len(links) > MOST_LINKS:
-        element = list(links.values())[MOST_LINKS]
-        raise urdf.wrong(element, f"{len(links)} links are too many: kabo plans for robots of up to {MOST_LINKS}")
+    if len(links) > MAX_LINKS:
+        element = list(links.values())[MAX_LINKS]
+        raise urdf.wrong(element, f"{len(links)} links are too many: kabo plans for robots of up to {MAX_LINKS}")
     parents: dict[str, str] = {}
     for name, joint in joints.items():
         _check_joint(urdf, name, joint, joints)
@@ -221,7 +225,7 @@ def _check_words(urdf: Urdf) -> None:
         words, keys, single = _WORDS[element.tag]
         for key in element.attrib:
             if key not in keys and (hint := _slipped(key, keys)) is not None:
-                raise urdf.wrong(element, f"<{element.tag}> has no `{key[:_SHOWN]}`", hint)
+                raise urdf.wrong(element, f"<{element.tag}> has no `{key[:_MAX_SHOWN_CHARACTERS]}`", hint)
         seen: set[str] = set()
         for child in element:
             if child.tag in seen and child.tag in single:
@@ -230,8 +234,10 @@ def _check_words(urdf: Urdf) -> None:
             if child.tag in words:
                 if child.tag in _WORDS:
                     waiting.append(child)
-            elif child.tag not in IGNORED and (hint := _slipped(child.tag, words)) is not None:
-                raise urdf.wrong(child, f"unknown element <{child.tag[:_SHOWN]}> in <{element.tag}>", hint)
+            elif child.tag not in IGNORED_ELEMENTS and (hint := _slipped(child.tag, words)) is not None:
+                raise urdf.wrong(
+                    child, f"unknown element <{child.tag[:_MAX_SHOWN_CHARACTERS]}> in <{element.tag}>", hint
+                )
         if element.tag == "geometry" and len(element) > 1:
             raise urdf.wrong(element[1], "a <geometry> has one shape", "write another <collision> for it")
 
@@ -239,7 +245,10 @@ def _check_words(urdf: Urdf) -> None:
 def _slipped(word: str, known: frozenset[str]) -> str | None:
     """The remedy for a word in which a finger slipped; other words that do not count are extensions of other tools."""
     for meant in sorted(known):
-        if sorted(word) == sorted(meant) or difflib.SequenceMatcher(None, word, meant).ratio() >= SLIPPED:
+        if (
+            sorted(word) == sorted(meant)
+            or difflib.SequenceMatcher(None, word, meant).ratio() >= MISSPELLING_RATIO
+        ):
             return f'did you mean "{meant}"?'
     return None
 
@@ -251,7 +260,7 @@ def _named(urdf: Urdf, tag: str) -> dict[str, ElementTree.Element]:
         if not name.strip():
             raise urdf.wrong(element, f"a <{tag}> has no name")
         if name in found:
-            raise urdf.wrong(element, f'there are two of <{tag} name="{name[:_SHOWN]}">')
+            raise urdf.wrong(element, f'there are two of <{tag} name="{name[:_MAX_SHOWN_CHARACTERS]}">')
         found[name] = element
     return found
 
@@ -286,13 +295,13 @@ def _check_joint(
     urdf: Urdf, name: str, joint: ElementTree.Element, joints: dict[str, ElementTree.Element]
 ) -> None:
     kind = joint.get("type", "")
-    if kind in UNPLANNED:
+    if kind in UNPLANNED_JOINT_TYPES:
         raise urdf.wrong(
             joint, f'joint "{name}" is {kind}, neither revolute nor prismatic: kabo plans for no such one'
         )
-    if kind not in KINDS:
-        hint = did_you_mean(kind, KINDS) or f"there are {', '.join(KINDS)}"
-        raise urdf.wrong(joint, f'joint "{name}" has the unknown type "{kind[:_SHOWN]}"', hint)
+    if kind not in JOINT_TYPES:
+        hint = did_you_mean(kind, JOINT_TYPES) or f"there are {', '.join(JOINT_TYPES)}"
+        raise urdf.wrong(joint, f'joint "{name}" has the unknown type "{kind[:_MAX_SHOWN_CHARACTERS]}"', hint)
     origin_of(urdf, joint)
     axis = joint.find("axis")
     if axis is not None and kind != "fixed":
@@ -319,8 +328,8 @@ def _check_limit(urdf: Urdf, name: str, kind: str, joint: ElementTree.Element) -
     for key in ("velocity", "effort"):
         urdf.numbers(limit, key, 1, "0", largest=math.inf if key == "effort" else 1e300)
     lower, upper = (urdf.numbers(limit, key, 1, "0", largest=1e300)[0] for key in ("lower", "upper"))
-    if kind == "prismatic" and max(abs(lower), abs(upper)) > FARTHEST:
-        raise urdf.wrong(limit, f'joint "{name}" slides farther than {FARTHEST:g} m')
+    if kind == "prismatic" and max(abs(lower), abs(upper)) > MAX_LENGTH:
+        raise urdf.wrong(limit, f'joint "{name}" slides farther than {MAX_LENGTH:g} m')
     if lower > upper and kind in {"revolute", "prismatic"}:
         raise urdf.wrong(limit, f'joint "{name}" has its lower limit {lower:g} above its upper one {upper:g}')
 
@@ -356,7 +365,7 @@ def kinematics(urdf: Urdf) -> str:
         ElementTree.SubElement(robot, "link", {"name": name})
     for name, joint in named(urdf, "joint"):
         made = ElementTree.SubElement(robot, "joint", {"name": name, "type": joint.get("type", "")})
-        for tag, keys in _KEPT.items():
+        for tag, keys in _KEPT_ATTRIBUTES.items():
             element = joint.find(tag)
             if element is not None:
                 given = {key: value for key, value in element.attrib.items() if key in keys}
@@ -365,7 +374,7 @@ def kinematics(urdf: Urdf) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-_KEPT = {
+_KEPT_ATTRIBUTES = {
     "origin": ("xyz", "rpy"),
     "parent": ("link",),
     "child": ("link",),

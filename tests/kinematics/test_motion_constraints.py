@@ -6,7 +6,7 @@ import pytest
 
 from kabo.kinematics import FrameFeature, keeps, projector, rows_of, seeds, stacked, stream_key, unkept_row, values
 from kabo.kinematics.kernels import motion_bounds as kernels
-from kabo.kinematics.motion_constraints import INSET
+from kabo.kinematics.motion_constraints import INTERVAL_INSET
 from kabo.kinematics.projection import arrays_of
 from tests.kinematics.trees import planar, seven_axes, twin, two_arms
 
@@ -108,7 +108,7 @@ def test_the_projector_aims_inside_and_stays_within_limits():
     for q in arrived:
         assert values(UPRIGHT, q, TREE)[0] <= np.deg2rad(10)
         assert np.all((TREE.lower <= q) & (q <= TREE.upper))
-    assert np.median([values(UPRIGHT, q, TREE)[0] for q in arrived]) <= np.deg2rad(10) - 0.5 * INSET
+    assert np.median([values(UPRIGHT, q, TREE)[0] for q in arrived]) <= np.deg2rad(10) - 0.5 * INTERVAL_INSET
 
 
 def test_what_cannot_be_kept_or_does_not_fit_is_refused():

@@ -5,7 +5,7 @@ import pytest
 
 from kabo.kinematics import FrameFeature, keeps, projector, rows_of, stream_key
 from kabo.motion import NoPath, connect
-from kabo.motion.edges import STEP
+from kabo.motion.edges import MAX_CONSTRAINED_STEP
 from tests.kinematics.trees import planar
 from tests.motion.worlds import LEFT, LOWER, RIGHT, UPPER, Discs, wall
 
@@ -101,7 +101,7 @@ def test_a_path_under_a_constraint_keeps_it_all_along():
     )
     assert not isinstance(path, NoPath)
     assert len(path) > 3
-    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 2 * STEP + 1e-9
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 2 * MAX_CONSTRAINED_STEP + 1e-9
     for a, b in zip(path, path[1:], strict=False):
         for t in np.linspace(0, 1, 10):
             y = arm.poses(a + t * (b - a))[3].act(np.array([0.5, 0, 0]))[1]

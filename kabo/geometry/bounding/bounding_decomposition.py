@@ -29,10 +29,10 @@ from kabo.geometry.bounding.verified_parts import believed, remember
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, require_closed
 
-MANY = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
-COARSER = 0.1  # of epsilon: what that mesh may take
+COARSEN_ABOVE_TRIANGLES = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
+COARSE_MESH_SHARE = 0.1  # of epsilon: what that mesh may take
 Made = tuple[tuple[Array, ...], tuple[float, ...]]  # parts and their deviations
-TIGHTER = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried for a target number of parts
+TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried for a target number of parts
 
 
 class Triangles(Protocol):
@@ -162,10 +162,10 @@ def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple[Solid | N
 
     Whoever covers it covers the mesh. How far parts are from the mesh itself is proven in the end.
     """
-    if len(faces) <= MANY:
+    if len(faces) <= COARSEN_ABOVE_TRIANGLES:
         return None, epsilon
     try:
-        outer = bounding_mesh(Mesh(vertices, faces), COARSER * epsilon)
+        outer = bounding_mesh(Mesh(vertices, faces), COARSE_MESH_SHARE * epsilon)
     except (MeshError, ValueError):  # what it cannot bound may still be cut
         return None, epsilon
     return Solid(outer.vertices, outer.faces), epsilon - outer.hausdorff_upper_bound
@@ -175,7 +175,7 @@ def _union(solid: Solid, epsilon: float, parts: int | None, vertices_per_part: i
     cells = cells_of(solid, epsilon)
     union = enclosing_union(solid, cells, epsilon, vertices_per_part)
     target = parts or 0
-    for share in TIGHTER if len(union.parts) < target else ():
+    for share in TIGHTER_SHARES if len(union.parts) < target else ():
         with suppress(Undecided):
             tighter = enclosing_union(solid, cells, share * epsilon, vertices_per_part)
             if len(tighter.parts) <= target:

@@ -18,7 +18,7 @@ from kabo.geometry.bounding import contraction_state as state
 from kabo.geometry.bounding.hausdorff import hausdorff_bound
 from kabo.geometry.bounding.kernels import contraction, quadrics
 from kabo.geometry.bounding.kernels.carried_triangles import start
-from kabo.geometry.bounding.kernels.star import NOTHING, prepare
+from kabo.geometry.bounding.kernels.star import MIN_COORDINATE, prepare
 from kabo.geometry.triangles.kernels.octree import octree_of
 from kabo.geometry.triangles.triangle_trees import tree_of
 from kabo.meshes import Mesh, require_solid
@@ -34,12 +34,12 @@ COSTS: dict[str, int] = {
     "triangles": quadrics.TRIANGLES,
     "diagonal": quadrics.DIAGONAL,
 }
-PATIENCE = 1.2  # an edge that turns out dearer by less goes first all the same
+ACCEPTED_COST_GROWTH = 1.2  # an edge that turns out dearer by less goes first all the same
 # What is tried one after the other: the least cosine between a face's old and new normal, and which part of a quadric's
 # trace pulls a new point to its edge's middle, where the quadric alone would leave it free.
-ATTEMPTS = ((0.0, 1e-6), (-1.0, 1e-4), (-1.0, 1e-2), (-1.0, 1.0))
-ROUNDING = 2.0**-45  # of the largest coordinate: far more than rounding adds to any distance
-NAMES = (
+FACING_AND_REGULARISATION = ((0.0, 1e-6), (-1.0, 1e-4), (-1.0, 1e-2), (-1.0, 1.0))
+RELATIVE_ROUNDING = 2.0**-45  # of the largest coordinate: far more than rounding adds to any distance
+COUNTER_NAMES = (
     "contractions",
     "solved",
     "topology",
@@ -115,10 +115,10 @@ def bounding_mesh(
     """
     begin = time.perf_counter()
     points, faces = np.array(mesh.vertices, np.float64, order="C"), np.ascontiguousarray(mesh.faces, np.int64)
-    points[np.abs(points) < NOTHING] = 0.0
+    points[np.abs(points) < MIN_COORDINATE] = 0.0
     _require_options(epsilon, side, cost)
     require_solid(Mesh(points, faces, getattr(mesh, "path", None)), borders=borders)
-    rounding = ROUNDING * float(np.abs(points).max())
+    rounding = RELATIVE_ROUNDING * float(np.abs(points).max())
     limit = epsilon * (1.0 - 1e-9) - rounding
     if limit < 0.5 * epsilon:
         raise ValueError(
@@ -171,9 +171,9 @@ def _settings(
         epsilon=float(epsilon),
         limit=limit,
         dearest=float(np.finfo(np.float64).max) if certify else float(epsilon) ** 2,
-        facing=ATTEMPTS[0][0],
-        patience=PATIENCE,
-        regular=ATTEMPTS[0][1],
+        facing=FACING_AND_REGULARISATION[0][0],
+        patience=ACCEPTED_COST_GROWTH,
+        regular=FACING_AND_REGULARISATION[0][1],
         slack=1e-12 * diagonal + 2.0**-48 * float(np.abs(points).max()),
         diagonal=diagonal,
         x=float(middle[0]),
@@ -206,17 +206,17 @@ def _contracted(
     )
     carried = state.carried_of(count, 3 * count + 10_000 if certify else count)
     draft = state.draft_of(count, 2 * count + 10_000 if certify else 1)
-    counters = np.zeros(len(NAMES), np.int64)
+    counters = np.zeros(len(COUNTER_NAMES), np.int64)
     prepare(net, settings)
     start(carried, triangle_of_face)
     if certify:
         contraction.enter_all(net, octree)
     star, work = state.star_of(count), state.work_of(count)
     queue, refused = state.queue_of(6 * count + 1000), state.refused_of(4 * count + 100)
-    for facing, regular in ATTEMPTS if certify else ATTEMPTS[:1]:
+    for facing, regular in FACING_AND_REGULARISATION if certify else FACING_AND_REGULARISATION[:1]:
         now = settings._replace(facing=facing, regular=regular)
         contraction.contract_all(net, tree, carried, star, queue, refused, draft, octree, now, work, counters)
     left = net.faces[net.faces[:, 0] >= 0]
     used, index = np.unique(left, return_inverse=True)
-    counts = dict(zip(NAMES, counters.tolist(), strict=True))
+    counts = dict(zip(COUNTER_NAMES, counters.tolist(), strict=True))
     return np.ascontiguousarray(net.vertices[used]), np.ascontiguousarray(index.reshape(-1, 3)), counts

@@ -8,10 +8,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.triangles.kernels.octree import STACK
-from kabo.geometry.triangles.kernels.orientation import SCRATCH
+from kabo.geometry.triangles.kernels.octree import STACK_SIZE
+from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE
 
-WIDEST = 20_000  # faces of a star; larger ones are left alone
+MAX_STAR_FACES = 20_000  # faces of a star; larger ones are left alone
 
 
 class ContractionSettings(NamedTuple):
@@ -142,7 +142,7 @@ def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: I
         face_marks=_zeros(f),
         errors=np.zeros(f),
         hints=hints,
-        waits=np.full(v, WIDEST, np.int64),
+        waits=np.full(v, MAX_STAR_FACES, np.int64),
         components=components.astype(np.int64),
         volumes=np.zeros((many, 2)),
         clock=_zeros(3),
@@ -151,7 +151,7 @@ def net_of(vertices: Array, faces: Integers, locked: NDArray[np.bool_], hints: I
 
 def star_of(faces: int) -> Star:
     """Scratch for the stars of a mesh."""
-    s = min(faces, WIDEST)
+    s = min(faces, MAX_STAR_FACES)
     return Star(
         faces=_zeros(s),
         corners=_zeros(s),
@@ -193,7 +193,12 @@ def draft_of(faces: int, moves: int) -> CarriedDraft:
 def work_of(faces: int) -> Work:
     """Scratch for a mesh of so many faces."""
     return Work(
-        np.empty((64, 16)), _zeros(faces), _zeros(max(STACK, 64)), np.empty((6, 3)), np.empty(SCRATCH), _zeros(1)
+        np.empty((64, 16)),
+        _zeros(faces),
+        _zeros(max(STACK_SIZE, 64)),
+        np.empty((6, 3)),
+        np.empty(SCRATCH_SIZE),
+        _zeros(1),
     )
 
 

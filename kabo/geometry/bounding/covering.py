@@ -12,16 +12,16 @@ from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.kernels.depth_octree import between_is_far
-from kabo.geometry.bounding.nearness import GLANCE, INSIDE, SAMPLES, Voids, judged, looks_near
+from kabo.geometry.bounding.nearness import HALTON_POINTS, PLANE_ROUNDING, SIGHT_LINES, Voids, judged, looks_near
 from kabo.geometry.triangles.solids import Solid
 
 Members = tuple[int, ...]
-COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
-REFRESHED = 4  # of them, whose figure is made anew
-ROUGHLY = 0.5  # of the limit: what may be missing where that is compared
-NEIGHBOURS = 8  # that are asked to take a cell
-AGAIN = 6  # times a set may grow until its hull is not refuted
-SURE = 4_000  # tetrahedra after which it is not
+NEIGHBOURS_COMPARED = 12  # the nearest neighbours, of which the one that adds least in vain is taken
+NEIGHBOURS_REFRESHED = 4  # of them, whose figure is made anew
+THINNING_SHARE = 0.5  # of the limit: what may be missing where that is compared
+RECEIVING_NEIGHBOURS = 8  # that are asked to take a cell
+MAX_REGROWTHS = 6  # times a set may grow until its hull is not refuted
+HULL_PROOF_TETRAHEDRA = 4_000  # tetrahedra after which it is not
 
 
 class Growth:
@@ -30,7 +30,7 @@ class Growth:
     def __init__(self, solid: Solid, limit: float, points: Sequence[Array], voids: Voids) -> None:
         self.solid, self.limit, self._voids = solid, limit, voids
         self.points = [thinned(each, 0.05 * limit) for each in points]
-        self._few = [thinned(each, ROUGHLY * limit) for each in self.points]
+        self._few = [thinned(each, THINNING_SHARE * limit) for each in self.points]
         self._volumes = [float(ConvexHull(each).volume) for each in self._few]
         self._middles = np.array([each.mean(axis=0) for each in self.points])
         self._low = np.array([each.min(axis=0) for each in self.points])
@@ -47,12 +47,12 @@ class Growth:
         With prices (C,) of the cells those come first that have one, the others where there is room left.
         Where the hull is refuted for all that, the set grows again around the void that was found.
         """
-        for _ in range(AGAIN):
+        for _ in range(MAX_REGROWTHS):
             members = self._grown(seed, nearest, prices)
             if len(members) == 1:
                 break
             hull = ConvexHull(np.vstack([self.points[j] for j in members]))
-            far = judged(self.solid, hull.points, self.limit, SURE)[1]
+            far = judged(self.solid, hull.points, self.limit, HULL_PROOF_TETRAHEDRA)[1]
             if far is None:
                 break
             self._voids.add(far, hull)
@@ -74,8 +74,8 @@ class Growth:
             away = np.linalg.norm(self._middles[candidates] - corners.mean(axis=0), axis=1)
             candidates = [candidates[i] for i in np.argsort(np.round(away, 9), kind="stable")]
             if not nearest:
-                some = self._least_in_vain(members, candidates[:COMPARED], known)
-                candidates = some + candidates[COMPARED:]
+                some = self._least_in_vain(members, candidates[:NEIGHBOURS_COMPARED], known)
+                candidates = some + candidates[NEIGHBOURS_COMPARED:]
             if prices is not None:
                 candidates.sort(key=lambda j: prices[j] <= 0.0)
             for j in candidates:
@@ -95,7 +95,7 @@ class Growth:
         hull = ConvexHull(np.vstack([self._few[i] for i in members]))
         corners = hull.points[hull.vertices]
         best = sorted((j for j in candidates if j in known), key=lambda j: (known[j], candidates.index(j)))
-        for j in [j for j in candidates if j not in known] + best[:REFRESHED]:
+        for j in [j for j in candidates if j not in known] + best[:NEIGHBOURS_REFRESHED]:
             joined = ConvexHull(np.vstack([corners, self._few[j]]))
             known[j] = round(1.0 - (hull.volume + self._volumes[j]) / float(joined.volume), 9)
         return sorted(candidates, key=lambda j: (known[j], candidates.index(j)))
@@ -122,7 +122,7 @@ class Growth:
             touched = [b for b, group in enumerate(others) if self._touching[i, group].any()]
             middles = [self._middles[others[b]].mean(axis=0) for b in touched]
             away = [float(np.round(np.linalg.norm(middle - self._middles[i]), 9)) for middle in middles]
-            for b in [touched[k] for k in np.argsort(away, kind="stable")][:NEIGHBOURS]:
+            for b in [touched[k] for k in np.argsort(away, kind="stable")][:RECEIVING_NEIGHBOURS]:
                 if self._joint(tuple(sorted([*others[b], i]))):
                     others[b].append(i)
                     break
@@ -136,7 +136,9 @@ class Growth:
             if len(members) == 2:
                 known = (*self.solid.depths, *self.solid.tree, np.zeros(64, np.int64))
                 one, other = (self.points[j] for j in members)
-                self._joints[members] = not between_is_far(one, other, SAMPLES[:GLANCE], self.limit, *known)
+                self._joints[members] = not between_is_far(
+                    one, other, HALTON_POINTS[:SIGHT_LINES], self.limit, *known
+                )
             else:
                 hull = ConvexHull(np.vstack([self.points[j] for j in members]))
                 self._joints[members] = self._looks_near(hull)
@@ -154,14 +156,14 @@ class Growth:
 
     def _swallowed(self, hull: ConvexHull, members: list[int]) -> list[int]:
         """Cells wholly inside a hull that are not members yet."""
-        low, high = hull.min_bound - INSIDE, hull.max_bound + INSIDE
+        low, high = hull.min_bound - PLANE_ROUNDING, hull.max_bound + PLANE_ROUNDING
         within = ((self._low >= low) & (self._high <= high)).all(axis=1)
         within[members] = False
         planes = hull.equations
         return [
             int(j)
             for j in np.flatnonzero(within)
-            if (self.points[j] @ planes[:, :3].T + planes[:, 3] <= INSIDE).all()
+            if (self.points[j] @ planes[:, :3].T + planes[:, 3] <= PLANE_ROUNDING).all()
         ]
 
 

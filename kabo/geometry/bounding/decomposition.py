@@ -24,12 +24,12 @@ from kabo.geometry.triangles.solids import Solid
 from kabo.meshes.topology import edges_of, repeating
 
 COARSE_CONCAVITY = 0.15  # CoACD's threshold, of a mesh scaled to [-1, 1]
-COACD_S = 120  # of processor time, of which the shipped meshes take 30 at most
-MOST_PARTS = 200  # cells; a mesh that needs more is refused
-POSITIONS = np.linspace(0.0, 1.0, 8)[1:-1]  # where a cell may be cut, along each direction
-THINNED, FINALISTS = 400, 3  # segments that rank the planes; planes that are compared in earnest
-PROVABLE = 0.9  # of the tolerance: what sticks out farther takes too many boxes to prove
-SHARES = (0.02, 0.5)  # of what is left to the tolerance: tried as tighter bounds
+COACD_PROCESSOR_SECONDS = 120  # of processor time, of which the shipped meshes take 30 at most
+MAX_CELLS = 200  # cells; a mesh that needs more is refused
+CUT_POSITIONS = np.linspace(0.0, 1.0, 8)[1:-1]  # where a cell may be cut, along each direction
+RANKING_SEGMENTS, PLANES_COMPARED = 400, 3  # segments that rank the planes; planes that are compared in earnest
+PROVABLE_SHARE = 0.9  # of the tolerance: what sticks out farther takes too many boxes to prove
+TIGHTER_SHARES = (0.02, 0.5)  # of what is left to the tolerance: tried as tighter bounds
 
 
 Cut = tuple[Array, float]  # a plane: normal·x = offset
@@ -113,7 +113,7 @@ def proven_deviation(solid: Solid, parts: list[Array], tolerance: float) -> floa
     """A proven bound, at most `tolerance`, of how far any point of the parts is from the solid [m]."""
     planes = [hull_planes(part) for part in parts]
     reached = max(float(solid.outside_distances(part).max()) for part in parts)
-    for share in SHARES:  # the farthest point is mostly a vertex, so the first try mostly succeeds
+    for share in TIGHTER_SHARES:  # the farthest point is mostly a vertex, so the first try mostly succeeds
         bound = reached + share * (tolerance - reached)
         if all(solid.proves_within(part, own, bound) for part, own in zip(parts, planes, strict=True)):
             return bound
@@ -125,7 +125,7 @@ def _piece(solid: Solid, tolerance: float, points: Array, cell: Cell | None) -> 
     points = solid_points(points, 5e-3 * tolerance)
     if cell is None or _may_do(solid, points, tolerance):
         part = enclosing_polytope(points, 0.5 * tolerance)
-        near = (solid.outside_distances(part) <= PROVABLE * tolerance).all()
+        near = (solid.outside_distances(part) <= PROVABLE_SHARE * tolerance).all()
         if near and solid.proves_within(part, hull_planes(part), tolerance):
             return EnclosedCell(points, cell, part)
     return EnclosedCell(points, cell, None)
@@ -160,7 +160,7 @@ def _by_coacd(vertices: Array, faces: Integers, parameters: dict[str, Any]) -> l
     with suppress(ImportError):  # a system without such limits
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CPU, (COACD_S, COACD_S))
+        resource.setrlimit(resource.RLIMIT_CPU, (COACD_PROCESSOR_SECONDS, COACD_PROCESSOR_SECONDS))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     os.dup2(2, 1)  # what the library says is no answer of a command
     import coacd
@@ -180,8 +180,8 @@ def _settled(solid: Solid, tolerance: float, cell: Cell, cuts: list[Cut]) -> Ite
             count += 1
             yield piece
             continue
-        if count + len(work) >= MOST_PARTS:
-            raise ToleranceTooFine(f"{MOST_PARTS}")
+        if count + len(work) >= MAX_CELLS:
+            raise ToleranceTooFine(f"{MAX_CELLS}")
         index, normal, offset = _best_cut(cell, piece.points, left)
         rest = [c for i, c in enumerate(left) if i != index]
         work += [(half, rest) for half in cut(cell, normal, offset) if len(half.segments)]
@@ -193,12 +193,12 @@ def _best_cut(cell: Cell, points: Array, proposed: list[Cut]) -> tuple[int, Arra
     candidates = list(enumerate(proposed))
     for axis in axes:
         low, high = (points @ axis).min(), (points @ axis).max()
-        candidates += [(-1, (axis, low + t * (high - low))) for t in POSITIONS]
+        candidates += [(-1, (axis, low + t * (high - low))) for t in CUT_POSITIONS]
     # A thinned cell ranks the planes, the whole cell decides between the best.
-    stride = max(1, len(cell.segments) // THINNED)
+    stride = max(1, len(cell.segments) // RANKING_SEGMENTS)
     thinned = Cell(cell.segments[::stride], np.arange(len(cell.segments[::stride])))
     ranked = sorted(range(len(candidates)), key=lambda i: (_cut_volume(thinned, *candidates[i][1]), i))
-    best = min(ranked[:FINALISTS], key=lambda i: (_cut_volume(cell, *candidates[i][1]), i))
+    best = min(ranked[:PLANES_COMPARED], key=lambda i: (_cut_volume(cell, *candidates[i][1]), i))
     return candidates[best][0], *candidates[best][1]
 
 

@@ -9,10 +9,10 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 from kabo.arrays import Array, Integers
 from kabo.geometry.parts import COLUMNS
 
-WIDEN = 2e-9  # metres by which every face moves outwards at least: far more than all rounding on the way
-PROOF = 5e-10  # metres by which every point must lie inside afterwards
-LEADING, MANY = 160, 48  # half-spaces to choose from, and to begin with
-TURNS = (0.2, 0.1, 0.1, 0.05, 0.02)  # radians
+FACE_WIDENING = 2e-9  # metres by which every face moves outwards at least: far more than all rounding on the way
+CONTAINMENT_MARGIN = 5e-10  # metres by which every point must lie inside afterwards
+MAX_LEADING_PLANES, INITIAL_PLANES = 160, 48  # half-spaces to choose from, and to begin with
+TURN_ANGLES = (0.2, 0.1, 0.1, 0.05, 0.02)  # radians
 
 
 def hull_planes(points: Array) -> Array:
@@ -28,12 +28,12 @@ def _leading_planes(points: Array) -> Array:
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     normals = hull.equations[np.argsort(-np.round(areas / areas.max(), 6), kind="stable"), :3]
     near, chosen = np.cos(np.radians(6.0)), np.empty((0, 3))
-    while len(chosen) == 0 or len(chosen) > LEADING:
+    while len(chosen) == 0 or len(chosen) > MAX_LEADING_PLANES:
         chosen, near = np.empty((0, 3)), np.cos(1.3 * np.arccos(near)) if len(chosen) else near
         for normal in normals:
             if not (chosen @ normal > near).any():
                 chosen = np.vstack([chosen, normal])
-                if len(chosen) > LEADING:
+                if len(chosen) > MAX_LEADING_PLANES:
                     break
     return np.column_stack([chosen, (points @ chosen.T).max(axis=0)])
 
@@ -65,7 +65,7 @@ def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Arr
     else:
         points = points[hull.vertices]
         measure = _leading_planes(points)
-        chosen = _drop(measure, _take(measure, inside, MANY), inside, most)
+        chosen = _drop(measure, _take(measure, inside, INITIAL_PLANES), inside, most)
         planes = measure[chosen]
         if _worst(measure, chosen, inside)[0] > enough:
             planes = _turn(planes, points, measure, inside, most)
@@ -77,11 +77,11 @@ def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Arr
 
 
 def widened(vertices: Array) -> Array:
-    """The vertices moved away from their middle until every face has moved outwards by `WIDEN`."""
+    """The vertices moved away from their middle until every face has moved outwards by `FACE_WIDENING`."""
     middle = vertices.mean(axis=0)
     equations = ConvexHull(vertices).equations
     inner = float(-(equations[:, :3] @ middle + equations[:, 3]).max())
-    wider: Array = middle + (vertices - middle) * (1.0 + WIDEN / inner)
+    wider: Array = middle + (vertices - middle) * (1.0 + FACE_WIDENING / inner)
     return wider
 
 
@@ -91,7 +91,7 @@ def contains_proven(vertices: Array, points: Array) -> bool:
         equations = ConvexHull(vertices).equations
     except QhullError:
         return False
-    return bool((points @ equations[:, :3].T + equations[:, 3] <= -PROOF).all())
+    return bool((points @ equations[:, :3].T + equations[:, 3] <= -CONTAINMENT_MARGIN).all())
 
 
 def _vertices(planes: Array, inside: Array) -> tuple[Array, list[Integers]]:
@@ -157,7 +157,7 @@ def _drop(planes: Array, chosen: Integers, inside: Array, most: int) -> Integers
 def _turn(planes: Array, points: Array, measure: Array, inside: Array, most: int) -> Array:
     """Turns half-spaces about the points they touch, a little each way, as long as the polytope gets closer."""
     best = _badness(planes, measure, inside, most)
-    for step in TURNS:
+    for step in TURN_ANGLES:
         for index in range(len(planes)):
             normal = planes[index, :3]
             first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])

@@ -14,28 +14,43 @@ from scipy.spatial import ConvexHull
 
 from kabo.arrays import Array
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
-from kabo.geometry.bounding.enclosing_polytope import PROOF
+from kabo.geometry.bounding.enclosing_polytope import CONTAINMENT_MARGIN
 from kabo.geometry.bounding.nearness import Voids, judged, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
 from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, in_two, split_solid
 from kabo.geometry.triangles.solids import Solid
 
-CELLS, MANY = 0.4, 200  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
-COARSE, FEW = 0.7, 120  # of epsilon: then; cells so made, above which finer ones would be too many
-JOINED = ((0.8, False), (0.96, False), (0.96, True))  # the same for hulls of several cells; nearest ones first?
-CROWDED = 110  # cells above which only the last of these is tried
-NUMEROUS = 150  # cells above which long ones are cut, and sets are grown that make the cover cheaper
-LONG = 9.5  # epsilon: then longer cells are cut, the longest first, while there are less than MANY
-WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
-MOST = 1000  # cells
-PRICED, CHEAPER = 4, 1e-6  # rounds of growing what would make the cover cheaper; by how much of a set
-ENOUGH = 2  # sets of one kind that hold a cell
-ROUNDS = 6  # of choosing sets by what their parts turned out to cost
-SPARE = 1.5  # parts made for each that is used, after which no better choice is sought
-HALVINGS = 8  # of a cell whose part has too many corners
-CUTS = 24  # of a cell whose part cannot be proven
-SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
-FEWER_PARTS = 2.0  # corners that one part less is worth
+CELL_SHARE, MANY_CELLS = (
+    0.4,
+    200,
+)  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
+COARSE_CELL_SHARE, MAX_CELLS_TO_REFINE = (
+    0.7,
+    120,
+)  # of epsilon: then; cells so made, above which finer ones would be too many
+JOINED_SHARES = (
+    (0.8, False),
+    (0.96, False),
+    (0.96, True),
+)  # the same for hulls of several cells; nearest ones first?
+SINGLE_GROWTH_ABOVE_CELLS = 110  # cells above which only the last of these is tried
+PRICING_ABOVE_CELLS = 150  # cells above which long ones are cut, and sets are grown that make the cover cheaper
+LONG_CELL_EPSILONS = (
+    9.5  # epsilon: then longer cells are cut, the longest first, while there are less than MANY_CELLS
+)
+CELL_WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
+MAX_CELLS = 1000  # cells
+PRICING_ROUNDS, MIN_PRICE_GAIN = (
+    4,
+    1e-6,
+)  # rounds of growing what would make the cover cheaper; by how much of a set
+SETS_PER_CELL = 2  # sets of one kind that hold a cell
+CHOICE_ROUNDS = 6  # of choosing sets by what their parts turned out to cost
+SPARE_PARTS_RATIO = 1.5  # parts made for each that is used, after which no better choice is sought
+MAX_CORNER_CUTS = 8  # of a cell whose part has too many corners
+MAX_PROOF_CUTS = 24  # of a cell whose part cannot be proven
+TIGHTER_SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
+CORNERS_PER_PART = 2.0  # corners that one part less is worth
 
 
 @dataclass(frozen=True)
@@ -56,22 +71,24 @@ def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
     Raises:
         TooFine: a thousand cells are not enough.
     """
-    cells = split_solid(solid, COARSE * epsilon, MOST, CELLS * epsilon)
-    if len(cells) <= FEW:
+    cells = split_solid(solid, COARSE_CELL_SHARE * epsilon, MAX_CELLS, CELL_SHARE * epsilon)
+    if len(cells) <= MAX_CELLS_TO_REFINE:
         with suppress(TooManyCells):
-            cells = split_solid(solid, CELLS * epsilon, min(MANY, MOST), CELLS * epsilon, cells)
-    return _shorter(solid, cells, epsilon) if len(cells) > NUMEROUS else cells
+            cells = split_solid(
+                solid, CELL_SHARE * epsilon, min(MANY_CELLS, MAX_CELLS), CELL_SHARE * epsilon, cells
+            )
+    return _shorter(solid, cells, epsilon) if len(cells) > PRICING_ABOVE_CELLS else cells
 
 
 def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[HulledCell]:
     """The cells, the longest of which are cut across: what a long one holds on the way, a neighbour may take."""
     cells = list(cells)
-    while len(cells) < MANY:
+    while len(cells) < MANY_CELLS:
         lengths = [float(np.round(np.ptp(cell.points, axis=0).max(), 9)) for cell in cells]
         longest = int(np.argmax(lengths))
-        if lengths[longest] <= LONG * epsilon:
+        if lengths[longest] <= LONG_CELL_EPSILONS * epsilon:
             break
-        cells[longest : longest + 1] = in_two(solid, cells[longest], CELLS * epsilon, None)
+        cells[longest : longest + 1] = in_two(solid, cells[longest], CELL_SHARE * epsilon, None)
     return cells
 
 
@@ -112,14 +129,14 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, c
 def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -> list[Members]:
     """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
-    for share, nearest in JOINED if len(cells) <= CROWDED else JOINED[-1:]:
+    for share, nearest in JOINED_SHARES if len(cells) <= SINGLE_GROWTH_ABOVE_CELLS else JOINED_SHARES[-1:]:
         growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
         found |= _grown(growth, len(cells), nearest)
         sets = sorted(found)
-        for weight in WEIGHTS:
+        for weight in CELL_WEIGHTS:
             costs = [1.0 + weight * len(members) for members in sets]
             found |= set(growth.with_one_less([sets[i] for i in fewest_sets(len(cells), sets, costs)]))
-        for _ in range(PRICED if len(cells) > NUMEROUS else 0):
+        for _ in range(PRICING_ROUNDS if len(cells) > PRICING_ABOVE_CELLS else 0):
             before = len(found)
             found |= _priced(growth, len(cells), sorted(found), nearest)
             if len(found) == before:
@@ -136,7 +153,7 @@ def _priced(growth: Growth, cells: int, sets: list[Members], nearest: bool) -> s
         if prices[i] > 0.0 and not held[i]:
             members = growth.from_seed(int(i), nearest, prices)
             held[list(members)] = True
-            if prices[list(members)].sum() > 1.0 + CHEAPER:
+            if prices[list(members)].sum() > 1.0 + MIN_PRICE_GAIN:
                 found.add(members)
     return found
 
@@ -146,7 +163,7 @@ def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
     found: set[Members] = set()
     held = np.zeros(cells, np.int64)
     for i in range(cells):
-        if held[i] < ENOUGH:
+        if held[i] < SETS_PER_CELL:
             members = growth.from_seed(i, nearest)
             found.add(members)
             held[list(members)] += 1
@@ -156,7 +173,7 @@ def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
 def deviation(solid: Solid, part: Array, epsilon: float) -> float:
     """A proven bound, at most `epsilon`, of how far any point of a part that is proven within it is from the solid."""
     reached = float(solid.outside_distances(part).max())
-    for share in SHARES:
+    for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)
         if bound < epsilon and proven_near(solid, part, bound):
             return bound
@@ -192,7 +209,7 @@ def _chosen(
     typical = 10.0
     best: list[Members] = []
     best_cost = np.inf
-    for _ in range(ROUNDS + len(sets)):
+    for _ in range(CHOICE_ROUNDS + len(sets)):
         costs = [_cost(members, made, typical, corners) for members in sets]
         chosen = [sets[i] for i in fewest_sets(len(cells), sets, costs)]
         missing = [members for members in chosen if members not in made]
@@ -205,7 +222,7 @@ def _chosen(
             best, best_cost = chosen, cost
         known = [len(part) for part in made.values() if part is not None]
         typical = float(np.median(known)) if known else typical
-        if not missing or (best and len(made) > SPARE * len(best)):
+        if not missing or (best and len(made) > SPARE_PARTS_RATIO * len(best)):
             break
     return best
 
@@ -213,13 +230,13 @@ def _chosen(
 def _cost(members: Members, made: dict[Members, Array | None], typical: float, corners: int | None) -> float:
     """What a set costs: its part's corners, or what is typical; much if it cannot be had."""
     if members not in made:
-        return typical + FEWER_PARTS + 0.01 * len(members)
+        return typical + CORNERS_PER_PART + 0.01 * len(members)
     part = made[members]
     if part is None:
         return 1e4 if len(members) == 1 else 1e6
     if corners is not None and len(part) > corners:
         return 1e3 * (1.0 + len(members))
-    return len(part) + FEWER_PARTS
+    return len(part) + CORNERS_PER_PART
 
 
 def _in_smaller_cells(
@@ -230,14 +247,14 @@ def _in_smaller_cells(
     while work:
         current, depth = work.pop()
         part = enclosing_part(solid, current.points, epsilon, voids)
-        few = corners is None or part is None or len(part) <= corners or depth >= HALVINGS
+        few = corners is None or part is None or len(part) <= corners or depth >= MAX_CORNER_CUTS
         if part is not None and few:
             found.append((current, part))
             continue
-        if depth == CUTS:
+        if depth == MAX_PROOF_CUTS:
             raise Undecided
-        far = judged(solid, current.points, CELLS * epsilon)[1]
-        work += [(half, depth + 1) for half in in_two(solid, current, CELLS * epsilon, far)]
+        far = judged(solid, current.points, CELL_SHARE * epsilon)[1]
+        work += [(half, depth + 1) for half in in_two(solid, current, CELL_SHARE * epsilon, far)]
     return found
 
 
@@ -270,7 +287,7 @@ def _shrunk(
 def _held(part: Array, cells: list[HulledCell], live: list[int]) -> set[int]:
     """The cells that are proven to lie inside a part, by more than rounding can undo."""
     planes = ConvexHull(part).equations
-    return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -PROOF).all()}
+    return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -CONTAINMENT_MARGIN).all()}
 
 
 def _covers(cells: list[HulledCell], live: list[int], parts: list[Array]) -> bool:

@@ -23,7 +23,7 @@ from kabo.geometry.parts import Enclosure
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, load_mesh, outwards, require_closed
 
-UNITS = (1.0, 1e-3, 1e-2, 0.0254)  # m: the scales for which parts beside a mesh were made, as a rule
+COMMON_SCALES = (1.0, 1e-3, 1e-2, 0.0254)  # m: the scales for which parts beside a mesh were made, as a rule
 
 
 def enclosing_parts(
@@ -84,7 +84,7 @@ def _scaled(solid: Solid, source: Path) -> dict[float, Enclosure]:
     """What lies beside a mesh file, scaled along each axis as the mesh was; none if the mesh is no scaled one."""
     if not stored_parts.beside(source).is_file():
         return {}
-    for unit in UNITS:
+    for unit in COMMON_SCALES:
         try:
             original = load_mesh(source, unit)
             vertices, faces = _usable(original.vertices, original.faces, source)

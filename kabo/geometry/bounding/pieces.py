@@ -14,9 +14,11 @@ from kabo.geometry.bounding.cells import Cell, cut, whole
 from kabo.geometry.bounding.enclosing_polytope import enclosing_polytope, hull_planes
 from kabo.geometry.triangles.solids import Solid
 
-OVERLAP = 3e-5  # m: pieces grow by so much, so that neighbours overlap and rounding leaves no gap between them
-FINEST = 7  # halvings of a piece
-ENOUGH = 0.25  # of the tolerance: a part this tight need not be made tighter
+PIECE_OVERLAP = (
+    3e-5  # m: pieces grow by so much, so that neighbours overlap and rounding leaves no gap between them
+)
+MAX_HALVINGS = 7  # halvings of a piece
+TIGHT_ENOUGH_SHARE = 0.25  # of the tolerance: a part this tight need not be made tighter
 
 
 def parts_of_pieces(solid: Solid, pieces: Sequence[Array], tolerance: float) -> list[Array] | None:
@@ -66,11 +68,11 @@ def _outside(cell: Cell, planes: Array) -> list[Cell]:
 
 
 def _settled(solid: Solid, points: Array, tolerance: float, depth: int) -> list[Array] | None:
-    part = enclosing_polytope(points, ENOUGH * tolerance)
+    part = enclosing_polytope(points, TIGHT_ENOUGH_SHARE * tolerance)
     near = (solid.outside_distances(part) <= tolerance).all()
     if near and solid.proves_within(part, hull_planes(part), tolerance):
         return [part]
-    if depth == FINEST:
+    if depth == MAX_HALVINGS:
         return None
     parts: list[Array] = []
     for half in _halves(points):
@@ -92,7 +94,7 @@ def _halves(points: Array) -> list[Array]:
 
 
 def _grown(points: Array) -> Array:
-    corners = OVERLAP * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    corners = PIECE_OVERLAP * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     return _hull_points((points[:, None] + corners[None]).reshape(-1, 3))
 
 

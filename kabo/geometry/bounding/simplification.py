@@ -14,11 +14,15 @@ from kabo.geometry.bounding.kernels.polytope_corners import contractions
 from kabo.geometry.bounding.nearness import Voids, faces_near, judged, proven_near
 from kabo.geometry.triangles.solids import Solid
 
-MANY = 24  # corners above which several edges are contracted in a round
-AT_ONCE = 0.25  # of the corners
-SHARES = (0.99, 0.93, 0.85)  # of the limit: what corners may take of it, tried in turn until the end can be proven
-AGAIN = 8  # times a way goes on after it was refuted, for each of these
-FACES = 256  # around an edge: more are left alone
+BATCH_ABOVE_CORNERS = 24  # corners above which several edges are contracted in a round
+BATCH_SHARE = 0.25  # of the corners
+CORNER_SHARES = (
+    0.99,
+    0.93,
+    0.85,
+)  # of the limit: what corners may take of it, tried in turn until the end can be proven
+MAX_RESUMPTIONS = 8  # times a way goes on after it was refuted, for each of these
+MAX_FACES_AT_EDGE = 256  # around an edge: more are left alone
 
 Scratch = tuple[Array, Array, Array, Array]
 
@@ -39,9 +43,9 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
     hull = ConvexHull(points)
     way = begun = [points[np.sort(hull.vertices)]]
     asked = False
-    for share in SHARES:
+    for share in CORNER_SHARES:
         way = begun
-        for _ in range(AGAIN):
+        for _ in range(MAX_RESUMPTIONS):
             if voids.meet(hull, limit):
                 return None
             way = _way(solid, way, share * limit, voids)
@@ -110,7 +114,12 @@ def _way(solid: Solid, begun: list[Array], limit: float, voids: Voids) -> list[A
 
 
 def _scratch() -> Scratch:
-    return np.empty((FACES, 4)), np.empty(FACES), np.empty((FACES, 4)), np.empty((2, 3))
+    return (
+        np.empty((MAX_FACES_AT_EDGE, 4)),
+        np.empty(MAX_FACES_AT_EDGE),
+        np.empty((MAX_FACES_AT_EDGE, 4)),
+        np.empty((2, 3)),
+    )
 
 
 def _contractions(
@@ -157,10 +166,10 @@ def _contracted(
     voids: Voids,
 ) -> Array | None:
     """The points after the cheapest contractions whose new faces look near; None if there is none."""
-    many = len(points) > MANY
+    many = len(points) > BATCH_ABOVE_CORNERS
     good = np.flatnonzero(np.isfinite(costs))
     good = good[np.argsort(costs[good], kind="stable")]
-    allowed = max(1, int(AT_ONCE * len(points))) if many else 1
+    allowed = max(1, int(BATCH_SHARE * len(points))) if many else 1
     cheap = set(good[: max(1, len(good) // 3)].tolist())
     touched, keep = np.zeros(len(points), bool), np.ones(len(points), bool)
     made: list[Array] = []

@@ -18,19 +18,19 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.cells import Cell, cut, whole
 from kabo.geometry.bounding.enclosing_polytope import solid_points
 from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
-from kabo.geometry.bounding.nearness import EVEN, judged
+from kabo.geometry.bounding.nearness import EVEN_DIRECTIONS, judged
 from kabo.geometry.triangles.solids import Solid
 
-SIGHTS = 48  # points of a cell between which lines are drawn
-SEEN = 0.4  # of the limit: what a line may leave the solid by; less than the limit, since few lines pass the worst place
-CROSSINGS = 256  # of a line and the surface: more are not looked at
-POSITIONS = np.linspace(0.0, 1.0, 14)[1:-1]  # where a cell may be cut, along each of its axes
-CONCAVE = 60  # concave edges of a cell that propose planes, the greatest first
-FOR_THE_REST = 0.5  # what separating a pair that sees each other weighs against one that does not
-SLIVER = 0.2  # of the limit: nothing thinner is cut off
-LARGE = 4000  # points of a cell above which only some are looked at
-PROOF = 20_000  # tetrahedra after which a cell that looks near is taken for it
-THICK = 5e-3  # of the limit: a flat cell is made as thick
+SIGHT_POINTS = 48  # points of a cell between which lines are drawn
+SIGHT_SHARE = 0.4  # of the limit: what a line may leave the solid by; less than the limit, since few lines pass the worst place
+MAX_CROSSINGS = 256  # of a line and the surface: more are not looked at
+CUT_POSITIONS = np.linspace(0.0, 1.0, 14)[1:-1]  # where a cell may be cut, along each of its axes
+MAX_CONCAVE_EDGES = 60  # concave edges of a cell that propose planes, the greatest first
+SEEN_PAIR_WEIGHT = 0.5  # what separating a pair that sees each other weighs against one that does not
+MIN_THICKNESS_SHARE = 0.2  # of the limit: nothing thinner is cut off
+MAX_POINTS_LOOKED_AT = 4000  # points of a cell above which only some are looked at
+PROOF_TETRAHEDRA = 20_000  # tetrahedra after which a cell that looks near is taken for it
+FLAT_THICKNESS_SHARE = 5e-3  # of the limit: a flat cell is made as thick
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Creases:
     def nearest(self, point: Array) -> "Creases":
         """Those nearest to a point."""
         away = ((self.middles - point) ** 2).sum(axis=1)
-        return self.within(np.argsort(np.round(away, 12), kind="stable")[:CONCAVE])
+        return self.within(np.argsort(np.round(away, 12), kind="stable")[:MAX_CONCAVE_EDGES])
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def split_solid(
     found: list[HulledCell] = []
     while work:
         atom = work.pop()
-        near, far = judged(solid, atom.points, limit, PROOF)
+        near, far = judged(solid, atom.points, limit, PROOF_TETRAHEDRA)
         if near is not False:
             found.append(atom)
             continue
@@ -94,7 +94,9 @@ def split_solid(
 
 def _whole(solid: Solid, sight: float) -> HulledCell:
     cell = whole(solid.vertices, solid.faces)
-    return HulledCell(solid_points(cell.points, THICK * sight), cell, creases(solid.vertices, solid.faces))
+    return HulledCell(
+        solid_points(cell.points, FLAT_THICKNESS_SHARE * sight), cell, creases(solid.vertices, solid.faces)
+    )
 
 
 def in_two(solid: Solid, atom: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
@@ -108,7 +110,7 @@ def in_two(solid: Solid, atom: HulledCell, limit: float, far: Array | None) -> l
     normal, offset = plane[:3], float(plane[3])
     above = atom.concave.middles @ normal >= offset
     return [
-        HulledCell(solid_points(half.points, THICK * limit), half, atom.concave.within(side))
+        HulledCell(solid_points(half.points, FLAT_THICKNESS_SHARE * limit), half, atom.concave.within(side))
         for half, side in zip(cut(atom.cell, normal, offset), (~above, above), strict=True)
         if len(half.segments)
     ]
@@ -144,27 +146,29 @@ def _middle(points: Array) -> Array:
 def _best_plane(solid: Solid, atom: HulledCell, limit: float, far: Array) -> Array:
     """The plane (4,) that separates most blocked pairs for few others."""
     points = atom.points
-    sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHTS)
+    sights = _spread(np.unique(np.vstack([points, atom.cell.points]), axis=0), SIGHT_POINTS)
     blocked = _blocked(solid, sights, limit)
     planes = np.vstack([_across(points), _along(atom.concave)])
     if not blocked.any():  # too coarse a look
         sights = np.ascontiguousarray(np.vstack([sights, _seen_from(solid, points, far)]))
-        blocked = _blocked(solid, sights, SEEN * limit)
+        blocked = _blocked(solid, sights, SIGHT_SHARE * limit)
         planes = np.vstack([planes, _through(planes[:, :3], far), _along(atom.concave.nearest(far))])
     above = (sights @ planes[:, :3].T >= planes[:, 3]).astype(float)
     heights = points @ planes[:, :3].T - planes[:, 3]
     thickness = np.minimum(-heights.min(axis=0), heights.max(axis=0))
-    score = _separated(blocked, above) - FOR_THE_REST * _separated(1.0 - blocked, above)
+    score = _separated(blocked, above) - SEEN_PAIR_WEIGHT * _separated(1.0 - blocked, above)
     if not blocked.any():
         score = thickness  # the middle is as good as any
-    score = np.where(thickness >= min(SLIVER * limit, float(thickness.max())), score, -np.inf)
+    score = np.where(thickness >= min(MIN_THICKNESS_SHARE * limit, float(thickness.max())), score, -np.inf)
     return np.asarray(planes[int(np.argmax(np.round(score, 9)))], np.float64)
 
 
 def _blocked(solid: Solid, sights: Array, limit: float) -> Array:
     """Which pairs of points (N, 3) cannot see each other: 1.0, others 0.0 (N, N)."""
     blocked = np.zeros((len(sights), len(sights)), np.int64)
-    blocked_pairs(sights, limit, *solid.tree, np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS), blocked)
+    blocked_pairs(
+        sights, limit, *solid.tree, np.zeros(64, np.int64), np.zeros(6), np.zeros(MAX_CROSSINGS), blocked
+    )
     return blocked.astype(float)
 
 
@@ -172,10 +176,10 @@ def _seen_from(solid: Solid, points: Array, far: Array) -> Array:
     """The points (N, 3) of the surface that are seen from a point within the hull of others, and are in that hull."""
     hull = ConvexHull(points).equations
     room = np.maximum(-(hull[:, :3] @ far + hull[:, 3]), 0.0)
-    nearing = np.maximum(hull[:, :3] @ EVEN.T, 1e-12)  # of each face, in each direction
-    steps = np.ascontiguousarray(EVEN * (room[:, None] / nearing).min(axis=0)[:, None])
+    nearing = np.maximum(hull[:, :3] @ EVEN_DIRECTIONS.T, 1e-12)  # of each face, in each direction
+    steps = np.ascontiguousarray(EVEN_DIRECTIONS * (room[:, None] / nearing).min(axis=0)[:, None])
     shares = np.ones(len(steps))
-    scratch = np.zeros(64, np.int64), np.zeros(6), np.zeros(CROSSINGS)
+    scratch = np.zeros(64, np.int64), np.zeros(6), np.zeros(MAX_CROSSINGS)
     first_crossings(far, steps, *solid.tree, *scratch, shares)
     met = shares < 1.0
     return np.asarray(far + steps[met] * shares[met, None])
@@ -190,8 +194,8 @@ def _across(points: Array) -> Array:
     """Planes across the coordinate axes and the points' own."""
     axes = np.vstack([np.eye(3), np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]])
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
-    offsets = low[:, None] + POSITIONS * (high - low)[:, None]
-    return np.column_stack([np.repeat(axes, len(POSITIONS), axis=0), offsets.reshape(-1)])
+    offsets = low[:, None] + CUT_POSITIONS * (high - low)[:, None]
+    return np.column_stack([np.repeat(axes, len(CUT_POSITIONS), axis=0), offsets.reshape(-1)])
 
 
 def _through(normals: Array, point: Array) -> Array:
@@ -202,7 +206,7 @@ def _through(normals: Array, point: Array) -> Array:
 
 def _along(concave: Creases) -> Array:
     """Planes along both faces of concave edges, and between them."""
-    chosen = np.argsort(-concave.weights, kind="stable")[:CONCAVE]
+    chosen = np.argsort(-concave.weights, kind="stable")[:MAX_CONCAVE_EDGES]
     left, right = concave.left[chosen], concave.right[chosen]
     between = left - right
     between /= np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-300)
@@ -213,7 +217,7 @@ def _along(concave: Creases) -> Array:
 
 def _spread(points: Array, many: int) -> Array:
     """So many of the points, each as far from those before it as can be."""
-    points = points[:: len(points) // LARGE + 1]
+    points = points[:: len(points) // MAX_POINTS_LOOKED_AT + 1]
     chosen = [int(np.argmin(points @ np.array([1.0, 0.9, 0.8])))]
     distances = ((points - points[chosen[0]]) ** 2).sum(axis=1)
     while len(chosen) < min(many, len(points)):

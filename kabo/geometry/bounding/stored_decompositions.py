@@ -12,12 +12,12 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.stored_parts import read_whole, write_whole
 
 FORMAT = "kabo-decomposition/1"
-METHOD = 4  # to be counted up when other parts come out of the same mesh and parameters
+METHOD_VERSION = 4  # to be counted up when other parts come out of the same mesh and parameters
 
 
 def name_of(vertices: Array, faces: Integers, parameters: tuple[float | int | None, ...]) -> str:
     """The SHA-256 of a mesh's arrays, the parameters and the method."""
-    digest = hashlib.sha256(repr((FORMAT, METHOD, vertices.shape, faces.shape, parameters)).encode())
+    digest = hashlib.sha256(repr((FORMAT, METHOD_VERSION, vertices.shape, faces.shape, parameters)).encode())
     digest.update(np.ascontiguousarray(vertices, "<f8").tobytes())
     digest.update(np.ascontiguousarray(faces, "<i8").tobytes())
     return digest.hexdigest()

@@ -17,9 +17,9 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.parts import COLUMNS, Enclosure
 
 FORMAT = "kabo-parts/1"
-METHOD = 1  # to be counted up when other parts come out of the same mesh and tolerance
-LARGEST_FILE = 64 * 1024**2  # bytes: far more than the parts of any mesh need
-LARGEST_HEAD = 1024**2  # bytes of the line of JSON
+METHOD_VERSION = 1  # to be counted up when other parts come out of the same mesh and tolerance
+MAX_FILE_BYTES = 64 * 1024**2  # bytes: far more than the parts of any mesh need
+MAX_HEADER_BYTES = 1024**2  # bytes of the line of JSON
 
 
 def canonical(vertices: Array, faces: Integers) -> tuple[Array, Integers]:
@@ -62,7 +62,7 @@ def read(path: Path, digest: str) -> dict[float, Enclosure]:
         return {}
     header, numbers = whole
     try:
-        if header["format"] != FORMAT or header["method"] != METHOD or header["mesh"] != digest:
+        if header["format"] != FORMAT or header["method"] != METHOD_VERSION or header["mesh"] != digest:
             return {}
         counts = [list(entry["vertices"]) for entry in header["entries"]]
         sizes = [count for entry in counts for count in entry]
@@ -83,10 +83,10 @@ def read(path: Path, digest: str) -> dict[float, Enclosure]:
 def read_whole(path: Path) -> tuple[Any, Array] | None:
     """The line of JSON and the numbers of a file that `write_whole` wrote; None if it is missing, huge or damaged."""
     try:
-        if path.stat().st_size > LARGEST_FILE:
+        if path.stat().st_size > MAX_FILE_BYTES:
             return None
         head, _, body = path.read_bytes().partition(b"\n")
-        if len(head) > LARGEST_HEAD:
+        if len(head) > MAX_HEADER_BYTES:
             return None
         header = json.loads(head)
         if header["body"] != hashlib.sha256(body).hexdigest():
@@ -108,7 +108,7 @@ def write(path: Path, digest: str, enclosures: dict[float, Enclosure]) -> None:
         for tolerance, made in ordered
     ]
     body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for _, made in ordered for part in made.parts)
-    header = {"format": FORMAT, "method": METHOD, "mesh": digest, "entries": entries}
+    header = {"format": FORMAT, "method": METHOD_VERSION, "mesh": digest, "entries": entries}
     write_whole(path, header, body)
 
 

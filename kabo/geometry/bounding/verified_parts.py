@@ -23,9 +23,9 @@ from kabo.geometry.bounding.pieces import uncovered
 from kabo.geometry.triangles.solids import Solid
 from kabo.remembering import Remembered
 
-METHOD = 1  # to be counted up when what is proven, or how, changes
-MOST_PARTS = 2000  # more are never made; what a file may announce is bounded before anything is computed
-NOTED = "proven"  # the folder of the cache that remembers proofs by their names
+PROOF_VERSION = 1  # to be counted up when what is proven, or how, changes
+MAX_PARTS = 2000  # more are never made; what a file may announce is bounded before anything is computed
+PROOFS_FOLDER = "proven"  # the folder of the cache that remembers proofs by their names
 
 _PROVEN: Remembered[bool] = Remembered(1 << 20, lambda _: len(hashlib.sha256().hexdigest()))
 
@@ -62,7 +62,7 @@ def remember(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) 
 
 def _sensible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
     """Whether the numbers can be what they should be: corners enough, finite, and none far outside the solid's box."""
-    if not 1 <= len(parts) <= MOST_PARTS or len(parts) != len(deviations):
+    if not 1 <= len(parts) <= MAX_PARTS or len(parts) != len(deviations):
         return False
     sizes = {len(part) for part in parts}
     if min(sizes) < 4 or not all(np.isfinite(deviations)) or min(deviations) < 0.0:
@@ -80,7 +80,7 @@ def _near(solid: Solid, part: Array, deviation: float) -> bool:
 
 
 def _name(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> str:
-    digest = hashlib.sha256(repr((METHOD, len(solid.faces), [len(part) for part in parts])).encode())
+    digest = hashlib.sha256(repr((PROOF_VERSION, len(solid.faces), [len(part) for part in parts])).encode())
     for numbers in (solid.vertices[solid.faces], *parts, np.array(deviations)):
         digest.update(np.ascontiguousarray(numbers, "<f8").tobytes())
     return digest.hexdigest()
@@ -88,7 +88,7 @@ def _name(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> 
 
 def _noted(name: str) -> Path:
     """The empty file in the cache that says that a proof was found."""
-    return cache_folder() / NOTED / name
+    return cache_folder() / PROOFS_FOLDER / name
 
 
 def _note(name: str) -> None:

@@ -26,7 +26,7 @@ from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
 
-SLACK = 1e-12  # metres: what rounding may take from a box
+BOX_SLACK = 1e-12  # metres: what rounding may take from a box
 TRIANGLE_BYTES = 1000  # of a surface for each triangle: two nodes of fcl's tree, the solid's tree, arrays
 
 
@@ -131,8 +131,8 @@ class ExactView:
         low = np.array([vertices.min(axis=0) for vertices in placed]).reshape(-1, 3)
         high = np.array([vertices.max(axis=0) for vertices in placed]).reshape(-1, 3)
         self._radii = np.array([np.linalg.norm(vertices, axis=1).max() for vertices in placed[: self._moving]])
-        self._centre, self._half = 0.5 * (low + high), 0.5 * (high - low) + SLACK
-        self._low, self._high = low - SLACK, high + SLACK
+        self._centre, self._half = 0.5 * (low + high), 0.5 * (high - low) + BOX_SLACK
+        self._low, self._high = low - BOX_SLACK, high + BOX_SLACK
         self._world_R, self._world_t = self._rotation.copy(), self._translation.copy()
 
     def configuration_hit(self, q: Array) -> int:

@@ -155,10 +155,10 @@ def _nothing() -> KinematicTree:
     return KinematicTree(whole, whole, whole, one, one, world, none, none, none)
 
 
-NOTHING = _nothing()  # the tree of what stands still: the world alone
+WORLD_TREE = _nothing()  # the tree of what stands still: the world alone
 
 
 def standing(*bodies: FixedGroup) -> Motion:
     """Bodies that stand still, as a motion."""
     groups = tuple(MovingGroup(0, body.world_T_group, body.enclosure, body.mesh) for body in bodies)
-    return Motion(NOTHING, groups, np.zeros((1, 0)))
+    return Motion(WORLD_TREE, groups, np.zeros((1, 0)))

@@ -16,7 +16,7 @@ from kabo.geometry.parts import FixedGroup
 from kabo.geometry.triangles.hulls import hull_mesh
 from kabo.geometry.triangles.solids import Solid
 
-AXES = np.concatenate([np.eye(3), -np.eye(3)])
+COORDINATE_DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)])
 
 
 def penetration(first: Array, second: Array) -> Bounds:
@@ -40,14 +40,16 @@ def penetration(first: Array, second: Array) -> Bounds:
         corners, faces = hull_mesh(differences)
     except (QhullError, ValueError):  # flat, or fewer than four points: nothing overlaps
         flat = np.linalg.svd(differences - differences.mean(axis=0))[2]
-        return Bounds(0.0, _way_out(first, second, np.concatenate([AXES, flat, -flat])) + delta)
+        return Bounds(0.0, _way_out(first, second, np.concatenate([COORDINATE_DIRECTIONS, flat, -flat])) + delta)
     triangles = corners[faces]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     normals = normals[lengths > 0] / lengths[lengths > 0, None]
     solid, origin = Solid(corners, faces), np.zeros((1, 3))
     lower = float(solid.surface_distances(origin)[0]) if abs(solid.winding_number(origin[0])) > 0.5 else 0.0
-    return Bounds(max(0.0, lower - delta), _way_out(first, second, np.concatenate([AXES, normals])) + delta)
+    return Bounds(
+        max(0.0, lower - delta), _way_out(first, second, np.concatenate([COORDINATE_DIRECTIONS, normals])) + delta
+    )
 
 
 def _corners(points: Array) -> Array:

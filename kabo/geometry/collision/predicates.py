@@ -29,8 +29,8 @@ from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh as TriangleMesh
 
-INTERVALS = 64  # of a segment, before it is halved
-HALVINGS = 14  # of a segment: 2^20 intervals in all
+MAX_INTERVALS = 64  # of a segment, before it is halved
+MAX_SEGMENT_HALVINGS = 14  # of a segment: 2^20 intervals in all
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,7 @@ def sweep_collides(motion: Motion, other: Motion | FixedGroup, budget: Budget) -
     offset = offset_for(max(motion.reach, against.reach))
     question = (slack, slack + budget.clearance, budget.margin, offset, *scratch, np.zeros(4, np.int64))
     return any(
-        _meet(motion, mine, against, theirs, question, HALVINGS)
+        _meet(motion, mine, against, theirs, question, MAX_SEGMENT_HALVINGS)
         for mine in motion.segments
         for theirs in against.segments
     )
@@ -143,7 +143,7 @@ def _moves(segment: Segment) -> bool:
 
 
 def _swept(motion: Motion, segment: Segment) -> list[Swept]:
-    return motion.swept(*segment, INTERVALS if _moves(segment) else 1)
+    return motion.swept(*segment, MAX_INTERVALS if _moves(segment) else 1)
 
 
 def _halves(segment: Segment) -> list[Segment]:

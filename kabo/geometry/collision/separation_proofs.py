@@ -11,18 +11,18 @@ from typing import NamedTuple
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, ONE, prove_pairs
+from kabo.geometry.collision.kernels.witness import AXIS, EXACT_AXIS, FINEST, POSITIONS_PER_PIECE, prove_pairs
 from kabo.geometry.collision.view_arrays import chain_of, offset_for
 from kabo.geometry.collision.view_arrays import reach as reach_of
 from kabo.geometry.parts import COLUMNS, Enclosure
 from kabo.scene import KinematicTree
 
-WALK = "baetfs!"  # letters of the codes: boxes, axis, exact axis, time, first, second, failed
-_LETTERS = bytes.maketrans(bytes(range(len(WALK))), WALK.encode())
-NODES = 200_000  # of one path's proofs; far more than any needs
-DEPTH = 4096  # of the stack
+CODE_LETTERS = "baetfs!"  # letters of the codes: boxes, axis, exact axis, time, first, second, failed
+_LETTERS = bytes.maketrans(bytes(range(len(CODE_LETTERS))), CODE_LETTERS.encode())
+MAX_PROOF_NODES = 200_000  # of one path's proofs; far more than any needs
+STACK_DEPTH = 4096  # of the stack
 SHARE_OF_CLEARANCE = 0.9  # of what the planner's proofs keep, the least margin that is asked for first
-NEEDED = 1e-9  # metres: the margin without which there is no proof
+MIN_MARGIN = 1e-9  # metres: the margin without which there is no proof
 
 
 class Parts(NamedTuple):
@@ -102,7 +102,7 @@ class Prover:
 
     def __init__(self, meshes: Mapping[str, Parts], near: float, clearance: float) -> None:
         """`near` [m]: boxes so far apart need no axis; `clearance` [m]: what the planner kept between parts."""
-        self.limits = np.array([near, max(NEEDED, SHARE_OF_CLEARANCE * clearance), NEEDED, 1.0])
+        self.limits = np.array([near, max(MIN_MARGIN, SHARE_OF_CLEARANCE * clearance), MIN_MARGIN, 1.0])
         counts = [len(parts.sizes) for parts in meshes.values()]
         ends = np.cumsum([0, *counts])
         self.ranges = {name: (int(a), int(b)) for name, a, b in zip(meshes, ends, ends[1:], strict=False)}
@@ -110,8 +110,8 @@ class Prover:
         self.sizes = np.concatenate([np.empty(0, np.int64), *(parts.sizes for parts in meshes.values())])
         self.boxes = np.concatenate([np.empty((0, 6)), *(parts.boxes for parts in meshes.values())])
         self._radii: dict[tuple[str, bytes], float] = {}
-        self._codes, self._axes = np.zeros(NODES, np.uint8), np.zeros((NODES, 3))
-        self._stack = np.zeros((DEPTH, 6), np.int64)
+        self._codes, self._axes = np.zeros(MAX_PROOF_NODES, np.uint8), np.zeros((MAX_PROOF_NODES, 3))
+        self._stack = np.zeros((STACK_DEPTH, 6), np.int64)
 
     def radius(self, body: PlacedBody) -> float:
         """How far the parts of a body reach from the joint that carries it [m]."""
@@ -137,7 +137,7 @@ class Prover:
         frames = np.zeros((rows + 1, joints, 12))
         frames[:, 0, [0, 4, 8]] = 1.0
         where, margins = np.zeros(count, np.int64), np.full(count + 1, np.inf)
-        self.limits[FINEST] = ONE if course.at_any_times else 1.0
+        self.limits[FINEST] = POSITIONS_PER_PIECE if course.at_any_times else 1.0
         proven = prove_pairs(
             *(course.pairs, self.limits, offset, course.waypoints, chain.joints, chain.factors, chain.placement),
             *(np.linalg.norm(chain.placement[:, 9:], axis=1), np.zeros(joints), frames),
@@ -168,7 +168,7 @@ class Prover:
         return found
 
     def _unproven(self, pair: int, start: int) -> Unproven:
-        failed = np.flatnonzero(self._codes[start:] == WALK.index("!"))
+        failed = np.flatnonzero(self._codes[start:] == CODE_LETTERS.index("!"))
         at = self._axes[start + int(failed[0])] if len(failed) else np.full(3, np.nan)
         self._codes[start:] = 0
         return Unproven(pair, float(at[0]), float(at[1]), float(at[2]))

@@ -25,10 +25,10 @@ from kabo.geometry.triangles.hulls import hull_mesh
 _GOLDEN = 0.5 * (1.0 + np.sqrt(5.0))
 _CORNERS = np.array([c for a in (-1, 1) for b in (-_GOLDEN, _GOLDEN) for c in ((0, a, b), (a, b, 0), (b, 0, a))])
 _INRADIUS = _GOLDEN**2 / np.sqrt(3.0)  # of the icosahedron with edges of length 2
-BALL = _CORNERS / _INRADIUS * (1.0 + 1e-9)  # (12, 3) its hull contains the ball of radius 1
-OUT = float(np.linalg.norm(BALL[0])) * (1.0 + 1e-9)  # 1.2585: how far its corners are
-ROUNDING = 1e-9  # metres: of poses and hulls; every polyhedron is grown by so much more
-FINEST = 16  # halvings of a segment; what sticks out is said, whatever it is
+ICOSAHEDRON = _CORNERS / _INRADIUS * (1.0 + 1e-9)  # (12, 3) its hull contains the ball of radius 1
+CORNER_RADIUS = float(np.linalg.norm(ICOSAHEDRON[0])) * (1.0 + 1e-9)  # 1.2585: how far its corners are
+POSE_ROUNDING = 1e-9  # metres: of poses and hulls; every polyhedron is grown by so much more
+MAX_HALVINGS = 16  # halvings of a segment; what sticks out is said, whatever it is
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,14 +104,14 @@ def _swept(motion: Motion, segment: Segment, tolerance: float) -> list[Swept]:
     """Every body on a segment, at as many nodes as its worst part needs."""
     bounds = np.concatenate([np.zeros((1, 3)), *(own.bounds for own in motion.swept(*segment, 1))])
     level = 0
-    while level < FINEST and _sticking(bounds[:, DEVIATION], bounds[:, TURN], level).max() > tolerance:
+    while level < MAX_HALVINGS and _sticking(bounds[:, DEVIATION], bounds[:, TURN], level).max() > tolerance:
         level += 1
     return motion.swept(*segment, 1 << level)
 
 
 def _sticking(deviation: Array, turn: Array, level: int) -> Array:
     """How far polyhedra of intervals of a level stick out at most."""
-    return (1.0 + OUT) * (deviation * 0.25**level + ROUNDING) + turn * 0.5**level
+    return (1.0 + CORNER_RADIUS) * (deviation * 0.25**level + POSE_ROUNDING) + turn * 0.5**level
 
 
 def _hulls(own: Swept, part: int, tolerance: float, deviation: float) -> Iterator[Hull]:
@@ -123,7 +123,7 @@ def _hulls(own: Swept, part: int, tolerance: float, deviation: float) -> Iterato
         share, ends = width / whole, own.poses[[node, node + width]]
         growth = float(own.bounds[part, DEVIATION]) * share * share
         spread = hull_spread(ends, 0, 1, own.bounds[part, TURN] * share, own.bounds[part, QUARTER])
-        sticking = (1.0 + OUT) * (growth + ROUNDING) + float(spread)
+        sticking = (1.0 + CORNER_RADIUS) * (growth + POSE_ROUNDING) + float(spread)
         if sticking <= tolerance or width == 1:
             local = own.blocks[part, :, : own.sizes[part]]
             points = np.concatenate([(end[:9].reshape(3, 3) @ local).T + end[9:] for end in ends])
@@ -137,4 +137,4 @@ def _grown(hull: Hull) -> Array:
     points = np.unique(hull.points, axis=0)
     with suppress(QhullError):  # flat, a needle, or one point: then all of them count
         points = points[ConvexHull(points).vertices]
-    return np.asarray((points[:, None] + (hull.growth + ROUNDING) * BALL[None]).reshape(-1, 3))
+    return np.asarray((points[:, None] + (hull.growth + POSE_ROUNDING) * ICOSAHEDRON[None]).reshape(-1, 3))

@@ -10,25 +10,25 @@ from numpy.typing import NDArray
 from kabo.arrays import Array, Integers
 from kabo.geometry.collision.kernels.boxes import place_groups
 from kabo.geometry.collision.kernels.layout import (
-    COUNTERS,
-    HEAD,
-    LINE,
+    CACHE_LINE_PLACES,
+    COUNTER_PLACES,
+    GROUPS_PER_WORD,
+    HEAD_PLACES,
     MARGIN,
     OFFSET,
-    WORD,
     after,
     numbers_of,
     whole_numbers_of,
     words_for,
 )
 from kabo.geometry.collision.kernels.separation import rounding
-from kabo.geometry.collision.kernels.tracks import GRID, SLOTS
+from kabo.geometry.collision.kernels.tracks import COARSE_NODES, FRAME_SLOTS
 from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup, poses_of
 from kabo.scene import PRISMATIC, KinematicTree
 
 ROUNDING_BOUND = 2e-10  # of one evaluated gap [m]; Budget.margin counts on it
-POOL = 1024  # vertex blocks that one sweep keeps at a time
-FAR = 1e9  # boxes of padding groups lie here
+SWEEP_POOL_BLOCKS = 1024  # vertex blocks that one sweep keeps at a time
+PADDING_BOX_DISTANCE = 1e9  # boxes of padding groups lie here
 
 
 class Chain(NamedTuple):
@@ -78,9 +78,9 @@ class Sweep(NamedTuple):
     whole_marks: Integers  # (T,)
     interval_table: Integers  # (2, T * 2 * GRID) place in interval_boxes, mark
     interval_boxes: Array  # (.., 6)
-    block_boxes: Array  # (B + POOL, 6)
+    block_boxes: Array  # (B + SWEEP_POOL_BLOCKS, 6)
     pose: Array  # (1, 12)
-    pool: Integers  # (3, 2 * POOL) key, mark, block
+    pool: Integers  # (3, 2 * SWEEP_POOL_BLOCKS) key, mark, block
     state: Integers  # (5,)
     stack: Integers  # (64, 2)
     ends: Integers  # (4,)
@@ -90,7 +90,7 @@ class Sweep(NamedTuple):
 class Scratch(NamedTuple):
     """What both checks write; a view is therefore for one thread."""
 
-    blocks: Array  # (B + POOL, 3, 24): in the joint's frame; of sweeps
+    blocks: Array  # (B + SWEEP_POOL_BLOCKS, 3, 24): in the joint's frame; of sweeps
     axis: Array  # (3,)
     simplex: Array  # (4, 3)
     counters: Integers  # (8,) pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive
@@ -203,31 +203,34 @@ def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tup
     words = _in_python(words_for)(groups)
     world_T, allowed = np.zeros((joints, 12)), np.zeros((bodies.moving, words), np.int64)
     world_T[0, [0, 4, 8]] = 1.0
-    rows = np.full((6, WORD * words), FAR)
+    rows = np.full((6, GROUPS_PER_WORD * words), PADDING_BOX_DISTANCE)
     # Fixed groups lie in the world already: their boxes are made once.
     centre, half = bodies.group_extents[:, :3].T, bodies.group_extents[:, 3:].T
     rows[:3, :groups], rows[3:, :groups] = centre - half, centre + half
     first = np.repeat(np.arange(groups), np.diff(bodies.groups[2]))
-    np.bitwise_or.at(allowed, (first, bodies.pairs[0] // WORD), 1 << bodies.pairs[0] % WORD)
-    listed, counters = np.zeros(np.diff(bodies.groups[1]).max(initial=1), np.int64), np.zeros(COUNTERS, np.int64)
-    head = np.zeros(HEAD, np.int64)
+    np.bitwise_or.at(allowed, (first, bodies.pairs[0] // GROUPS_PER_WORD), 1 << bodies.pairs[0] % GROUPS_PER_WORD)
+    listed, counters = (
+        np.zeros(np.diff(bodies.groups[1]).max(initial=1), np.int64),
+        np.zeros(COUNTER_PLACES, np.int64),
+    )
+    head = np.zeros(HEAD_PLACES, np.int64)
     whole = [head, counters, chain.joints, bodies.groups, bodies.sizes, bodies.pairs, allowed, listed]
     numbers = [*chain[1:], bodies.part_extents, bodies.group_extents, world_T, rows]
     numbers += [np.zeros(12), np.zeros(3), np.zeros((4, 3))]
     arrays = [*whole, *numbers, blocks]
     starts = list(accumulate((array.size for array in arrays), _in_python(after), initial=0))
     counts = joints, len(chain.bound), bodies.moving, groups, len(blocks), bodies.pairs.shape[1], len(listed)
-    head[:MARGIN] = *counts, starts[len(whole)], starts[-2], POOL, COLUMNS
+    head[:MARGIN] = *counts, starts[len(whole)], starts[-2], SWEEP_POOL_BLOCKS, COLUMNS
     head.view(np.float64)[[MARGIN, OFFSET]] = margin, bodies.offset
-    memory = _laid_out(arrays, starts, room=POOL * 3 * COLUMNS)
+    memory = _laid_out(arrays, starts, room=SWEEP_POOL_BLOCKS * 3 * COLUMNS)
     *_, axis, simplex, blocks = _in_python(numbers_of)(memory)
     return memory, Scratch(blocks, axis, simplex, _in_python(whole_numbers_of)(memory)[0])
 
 
 def _laid_out(arrays: Sequence[NDArray[Any]], starts: Sequence[int], room: int) -> Array:
     """The arrays where they are to start, from the beginning of a line of cache on, and room for more numbers."""
-    memory = np.empty(starts[-1] + room + LINE)
-    begin = -memory.ctypes.data // memory.itemsize % LINE
+    memory = np.empty(starts[-1] + room + CACHE_LINE_PLACES)
+    begin = -memory.ctypes.data // memory.itemsize % CACHE_LINE_PLACES
     memory = memory[begin : begin + starts[-1] + room]
     for start, array in zip(starts, arrays, strict=False):
         memory[start : start + array.size].view(array.dtype)[:] = array.ravel()
@@ -265,9 +268,9 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
 def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:
     """Scratch space for sweeps; most of it is never touched, so it costs nothing until it is."""
     count, parts, joints = tracks.tracks.shape[1], len(bodies.sizes), chain.joints.shape[1]
-    frames = np.zeros((SLOTS, joints, 12))
+    frames = np.zeros((FRAME_SLOTS, joints, 12))
     frames[:, 0, [0, 4, 8]] = 1.0
-    block_boxes = np.empty((parts + POOL, 6))
+    block_boxes = np.empty((parts + SWEEP_POOL_BLOCKS, 6))
     block_boxes[:parts, :3] = bodies.part_extents[:, :3] - bodies.part_extents[:, 3:]
     block_boxes[:parts, 3:] = bodies.part_extents[:, :3] + bodies.part_extents[:, 3:]
     most = int(np.diff(bodies.groups[1]).max(initial=1))
@@ -276,17 +279,17 @@ def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:
         turned=np.zeros(joints),
         motions=np.zeros((count, 3)),
         frames=frames,
-        frame_tags=np.zeros(SLOTS, np.int64),
-        node_poses=np.empty((count * GRID, 12)),
-        node_boxes=np.empty((count * GRID, 6)),
-        node_marks=np.zeros(count * GRID, np.int64),
+        frame_tags=np.zeros(FRAME_SLOTS, np.int64),
+        node_poses=np.empty((count * COARSE_NODES, 12)),
+        node_boxes=np.empty((count * COARSE_NODES, 6)),
+        node_marks=np.zeros(count * COARSE_NODES, np.int64),
         whole_boxes=np.empty((count, 6)),
         whole_marks=np.zeros(count, np.int64),
-        interval_table=np.zeros((2, count * 2 * GRID), np.int64),
+        interval_table=np.zeros((2, count * 2 * COARSE_NODES), np.int64),
         interval_boxes=np.empty((max(4096, 4 * most), 6)),
         block_boxes=block_boxes,
         pose=np.empty((1, 12)),
-        pool=np.zeros((3, 2 * POOL), np.int64),
+        pool=np.zeros((3, 2 * SWEEP_POOL_BLOCKS), np.int64),
         state=np.zeros(5, np.int64),
         stack=np.zeros((64, 2), np.int64),
         ends=np.zeros(4, np.int64),

@@ -18,11 +18,11 @@ from kabo.kinematics.kernels.forms import (
 from kabo.kinematics.kernels.subproblems import carried, cross, direction, origin, turned
 from kabo.scene.kernels.poses import forward_kinematics
 
-MOST = 8  # solutions of one pose
-FREE_TURNS = 16  # values tried for a turn that is free, until one is within reach and limits
-ROUNDS = 1e-7  # rad outside limits: of solutions at a limit, where they are then set
-NEARLY = 1e-4  # rad outside limits: what refining may bring back
-AGREES = 1e-9  # how exactly a solution must reach the pose, every number of it
+MAX_SOLUTIONS = 8  # solutions of one pose
+FREE_TURN_VALUES = 16  # values tried for a turn that is free, until one is within reach and limits
+LIMIT_ROUNDING = 1e-7  # rad outside limits: of solutions at a limit, where they are then set
+REFINABLE_EXCESS = 1e-4  # rad outside limits: what refining may bring back
+POSE_TOLERANCE = 1e-9  # how exactly a solution must reach the pose, every number of it
 
 
 @lean_kernel  # (12,) f8, (12,) f8 -> writes (12,) f8
@@ -81,7 +81,7 @@ def outside(q, joints, source, lower, upper):
         value, low, high = q[k], lower[k], upper[k]
         value += 2.0 * np.pi * np.round((0.5 * (low + high) - value) / (2.0 * np.pi))
         beyond = max(low - value, value - high)
-        if beyond <= ROUNDS:
+        if beyond <= LIMIT_ROUNDING:
             value = min(max(value, low), high)
         elif beyond > worst:
             worst, fault = beyond, a
@@ -213,7 +213,7 @@ def settle(
     """Brings a solution within limits and refines it: how far it is outside, which axis, and what it misses."""
     end = joints[joints.shape[0] - 1]
     worst, fault = outside(q, joints, source, lower, upper)
-    if worst > NEARLY:
+    if worst > REFINABLE_EXCESS:
         return worst, fault, np.inf
     error = miss(q, goal, world_T, end, parent, kind, source, ratio, shift, placement)
     for _ in range(4):
@@ -239,7 +239,7 @@ def solve_poses(
     goals, locked, base, form, placing, mirrored, backwards, lock, axes, zero, joints, lower, upper,
     parent, kind, source, ratio, shift, placement, found, counts, free, short,
 ):  # fmt: skip
-    """Writes all configurations (N, MOST, n) that bring the last joint to each pose, `counts` (N,) of them.
+    """Writes all configurations (N, MAX_SOLUTIONS, n) that bring the last joint to each pose, `counts` (N,) of them.
 
     `base` has the values of joints off the chain; `locked` the value of the locked joint for each pose. `free` says
     what was free in each, `short` (N, 4) what is missing where there is none: metres, tilt [rad], the least that the
@@ -248,7 +248,7 @@ def solve_poses(
     m, hold = axes.shape[0], joints[max(lock, 0)]
     chain = np.empty((m - 1 if lock >= 0 else m, 6))
     triples, swapped = np.empty((4, 3)), np.empty((3, 6))
-    turns, marks = np.empty((MOST, 6)), np.empty(MOST, np.int64)
+    turns, marks = np.empty((MAX_SOLUTIONS, 6)), np.empty(MAX_SOLUTIONS, np.int64)
     moved, motion, q = np.empty(12), np.empty(12), base.copy()
     columns, system, world_T = np.empty((m, 7)), np.empty((m, m + 1)), np.zeros((parent.shape[0], 12))
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0
@@ -258,8 +258,8 @@ def solve_poses(
         chain_with_lock(axes, lock, held, backwards, chain)
         motion_of_chain(goals[i], zero, axes, lock, held, backwards, moved, motion)
         short[i, 2], short[i, 3], counts[i] = np.inf, -1.0, 0
-        for trial in range(FREE_TURNS):
-            spare = 2.0 * np.pi * trial / FREE_TURNS
+        for trial in range(FREE_TURN_VALUES):
+            spare = 2.0 * np.pi * trial / FREE_TURN_VALUES
             if form == SPHERICAL:
                 number, singular, missing = solve_spherical(
                     chain, motion, placing, mirrored, triples, swapped, turns, marks, spare
@@ -279,7 +279,7 @@ def solve_poses(
                 if worst > 0.0:
                     if worst < short[i, 2]:
                         short[i, 2], short[i, 3] = worst, fault
-                elif error <= AGREES and not is_known(q, found[i], counts[i]):
+                elif error <= POSE_TOLERANCE and not is_known(q, found[i], counts[i]):
                     found[i, counts[i]], free[i, counts[i]] = q, marks[s]
                     counts[i] += 1
             if singular == 0 or counts[i] > 0:

@@ -11,12 +11,12 @@ from kabo.compilation import kernel, lean_kernel
 from kabo.kinematics.kernels.rows import LOWER, SCALE, TOLERANCE, UPPER, differentiate, evaluate
 from kabo.scene.kernels.poses import forward_kinematics
 
-STEP = 0.5  # the largest change of a joint in one iteration [rad or m]
+MAX_STEP = 0.5  # the largest change of a joint in one iteration [rad or m]
 BASE_DAMPING, DAMPING = 1e-9, 1e-3  # lambda = base + damping * min(|F|^2, 1) [m^2]
 # What to do with a joint outside its limits: whole turns back; then hold it at the limit, or at its seed.
 WRAPS, FREEZES, RETURNS = 1, 2, 4
 LOST, OUTSIDE, ARRIVED = 0, 1, 2  # how far a seed got
-PATIENCE = 8  # iterations that the others have, each time joints were returned to their seed
+EXTRA_ITERATIONS = 8  # iterations that the others have, each time joints were returned to their seed
 
 
 @kernel  # i8, i8, i8 -> tuple of arrays
@@ -149,7 +149,7 @@ def descend(
                 return ARRIVED
             reached = OUTSIDE
             if policy & RETURNS and able > count:
-                left = PATIENCE
+                left = EXTRA_ITERATIONS
             elif not policy & FREEZES:
                 return OUTSIDE
             continue
@@ -162,5 +162,5 @@ def descend(
                 for k in range(count):
                     jacobian[k, j] = 0.0
         solve_damped(jacobian, count, residuals, BASE_DAMPING + DAMPING * min(square, 1.0), factor)
-        move(q, jacobian, count, residuals, steps, STEP)
+        move(q, jacobian, count, residuals, steps, MAX_STEP)
     return reached

@@ -8,8 +8,8 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 from kabo.kinematics.kernels.subproblems import (
-    FREE,
-    SMALL,
+    ON_AXIS_DISTANCE,
+    SINGULAR_SLACK,
     across,
     angle_between,
     angles_to_plane,
@@ -30,7 +30,7 @@ from kabo.kinematics.kernels.subproblems import (
 SPHERICAL, THREE_PARALLEL, FIVE = 0, 1, 2  # forms
 PARALLEL, CROSSING = 0, 1  # how the three axes before a spherical wrist lie: second and third, or first and second
 ON_FIRST_AXIS, ON_SECOND_AXIS, ON_THIRD_AXIS, WRIST_ALIGNED = 1, 2, 4, 8  # what leaves a turn free
-LEANS = 1e-5  # rad: of axes that are not quite parallel; refining puts it right
+LEAN_TOLERANCE = 1e-5  # rad: of axes that are not quite parallel; refining puts it right
 
 
 @lean_kernel  # (12,) f8, vector -> vector
@@ -87,7 +87,7 @@ def turns_of_crossing(a, b, c, start, goal, found, spare):
     count, first, second, missing = cosine_angles(dot(vp, up), dot(vp, cross(h, up)), value)
     if count == 0:
         far, near = np.sqrt((lu + lv) ** 2 + rise * rise), np.sqrt((lu - lv) ** 2 + rise * rise)
-        return 0, 0, max(np.sqrt(apart) - far, near - np.sqrt(apart), missing / max(lu + lv, SMALL))
+        return 0, 0, max(np.sqrt(apart) - far, near - np.sqrt(apart), missing / max(lu + lv, SINGULAR_SLACK))
     total, free, short = 0, 0, np.inf
     if count < 0:
         count, first, free = 1, spare, ON_THIRD_AXIS
@@ -96,7 +96,7 @@ def turns_of_crossing(a, b, c, start, goal, found, spare):
         begin = plus(carried(c, t, start), -1.0, s)
         number, p1, q1, p2, q2, missing = two_turns(direction(a), direction(b), begin, end, spare)
         short = min(short, missing)
-        if norm(cross(direction(b), begin)) <= FREE:
+        if norm(cross(direction(b), begin)) <= ON_AXIS_DISTANCE:
             free = free | ON_SECOND_AXIS
         if number < 0:
             number, free = 1, free | ON_FIRST_AXIS
@@ -227,7 +227,7 @@ def solve_five(axes, motion, turns, free, spare):
         t = first if k == 0 else second
         y = turned(h, -t, y0)
         lean = abs(dot(n, y) - dot(n, z5))
-        if lean > LEANS:
+        if lean > LEAN_TOLERANCE:
             tilt = min(tilt, lean)
         else:
             whole = angle_between(n, z5, y)

@@ -25,8 +25,8 @@ from kabo.kinematics.kernels.rows import (
 )
 from kabo.scene.kernels.poses import forward_kinematics
 
-DEPTH = 24  # of the bisection: what is not decided on pieces of 2^-24 counts as not kept,
-PIECES = 20000  # nor what takes more of them
+MAX_DEPTH = 24  # of the bisection: what is not decided on pieces of 2^-24 counts as not kept,
+MAX_PIECES = 20000  # nor what takes more of them
 
 
 @kernel  # (J,) i8, i8, i8 -> i8
@@ -183,11 +183,11 @@ def first_row_not_kept(rows, tolerances, q0, q1, parent, kind, source, ratio, sh
     for i in range(count):
         bound[i] = curvature(rows[i], parent, kind, source, ratio, shift, placement, q0, q1) / 8.0
     # vectors[0] belongs to the left end of what is left to prove, above it lie right ends, the nearest on top.
-    ends, vectors = np.zeros(DEPTH + 2), np.empty((DEPTH + 2, count, 3))
+    ends, vectors = np.zeros(MAX_DEPTH + 2), np.empty((MAX_DEPTH + 2, count, 3))
     look(q0, q1, 0.0, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors[0])
     look(q0, q1, 1.0, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors[1])
     ends[1], top, doubtful = 1.0, 1, -1
-    for _ in range(PIECES):
+    for _ in range(MAX_PIECES):
         if top == 0:
             return -1
         width = ends[top] - ends[0]
@@ -208,7 +208,7 @@ def first_row_not_kept(rows, tolerances, q0, q1, parent, kind, source, ratio, sh
                     vectors[0, i, k] = vectors[top, i, k]
             top -= 1
             continue
-        if width <= 0.5**DEPTH:
+        if width <= 0.5**MAX_DEPTH:
             return doubtful
         top += 1
         ends[top], ends[top - 1] = ends[0] + 0.5 * width, ends[top - 1]

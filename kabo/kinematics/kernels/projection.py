@@ -10,7 +10,7 @@ from kabo.scene.kernels.poses import forward_kinematics
 
 __all__ = ["FREEZES", "RETURNS", "WRAPS", "descend", "project_seeds", "row_jacobian", "row_values", "scratch"]
 
-AIMED = 20  # iterations for each try to meet the aims: what meets them needs about ten
+AIM_ITERATIONS = 20  # iterations for each try to meet the aims: what meets them needs about ten
 
 
 @kernel  # (R, W) f8, tree -> (R, W) f8, tree of the joints that the rows depend on
@@ -145,7 +145,7 @@ def project_seeds(
             if attempt > 0:
                 draw_again(key, first + i, attempt, lower, upper, active, q)
             keep(q, active, seed, free)
-            budget = AIMED if aiming else iterations
+            budget = AIM_ITERATIONS if aiming else iterations
             reached = descend(
                 q, seed, aimed, low, high, lower, upper, free, turning, tree, signs, work, budget, policy
             )

@@ -8,8 +8,10 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 
-SMALL = 1e-7  # m, or relative: what rounding near a singularity may lack of a solution; forward kinematics decides
-FREE = 3e-10  # m, or relative: nearer to an axis than this is on it, and a turn about it free
+SINGULAR_SLACK = (
+    1e-7  # m, or relative: what rounding near a singularity may lack of a solution; forward kinematics decides
+)
+ON_AXIS_DISTANCE = 3e-10  # m, or relative: nearer to an axis than this is on it, and a turn about it free
 
 
 @lean_kernel  # vector, vector -> f8
@@ -99,9 +101,9 @@ def cosine_angles(a, b, value):
     """
     length = np.hypot(a, b)
     excess = abs(value) - length
-    if length <= FREE and abs(value) <= SMALL:
+    if length <= ON_AXIS_DISTANCE and abs(value) <= SINGULAR_SLACK:
         return -1, 0.0, 0.0, 0.0
-    if excess > SMALL:
+    if excess > SINGULAR_SLACK:
         return 0, 0.0, 0.0, excess
     middle = np.arctan2(b, a)
     if excess >= 0.0:
@@ -136,13 +138,13 @@ def two_turns(h1, h2, start, end, spare):
     else:
         radius, part = around_second, abs(alpha) * np.sqrt(s2)
     missing = part - radius
-    if missing > SMALL * size:
+    if missing > SINGULAR_SLACK * size:
         return 0, 0.0, 0.0, 0.0, 0.0, missing
     gamma = np.sqrt(max((radius - part) * (radius + part), 0.0) / s2)
     flat = plus((alpha * h1[0], alpha * h1[1], alpha * h1[2]), beta, h2)
     side = cross(h1, h2)
     z = plus(flat, gamma, side)
-    if around_first <= FREE * size:
+    if around_first <= ON_AXIS_DISTANCE * size:
         return -1, spare, angle_between(h2, start, end), 0.0, 0.0, 0.0
     t1, t2 = angle_between(h1, z, end), angle_between(h2, start, z)
     if gamma == 0.0:
@@ -160,13 +162,13 @@ def two_links(n, upper, lower, reach, spare):
     u, v, w = plus(lower, -dot(n, lower), n), plus(upper, -dot(n, upper), n), plus(reach, -dot(n, reach), n)
     lu, lv, lw = norm(u), norm(v), norm(w)
     missing = max(lw - lu - lv, abs(lu - lv) - lw)
-    if missing > SMALL:
+    if missing > SINGULAR_SLACK:
         return 0, 0.0, 0.0, 0.0, 0.0, missing
-    if lu <= FREE or lv <= FREE:
+    if lu <= ON_AXIS_DISTANCE or lv <= ON_AXIS_DISTANCE:
         return -1, angle_between(n, plus(v, 1.0, turned(n, spare, u)), w), spare, 0.0, 0.0, 0.0
     bend = np.arccos(min(1.0, max(-1.0, (lw * lw - lu * lu - lv * lv) / (2.0 * lu * lv))))
     straight = angle_between(n, u, v)
-    if lw <= FREE:
+    if lw <= ON_AXIS_DISTANCE:
         return -1, spare, straight + np.pi, 0.0, 0.0, 0.0
     b1, b2 = straight + bend, straight - bend
     a1 = angle_between(n, plus(v, 1.0, turned(n, b1, u)), w)

@@ -54,7 +54,7 @@ def forge(mesh: Mesh, parts: list[np.ndarray], deviation: float = TOLERANCE) -> 
     assert mesh.path is not None
     body = b"".join(np.ascontiguousarray(part, "<f8").tobytes() for part in parts)
     entries = [{"tolerance": TOLERANCE, "deviation": deviation, "vertices": [len(part) for part in parts]}]
-    header = {"format": stored_parts.FORMAT, "method": stored_parts.METHOD, "mesh": digest(mesh)}
+    header = {"format": stored_parts.FORMAT, "method": stored_parts.METHOD_VERSION, "mesh": digest(mesh)}
     stored_parts.write_whole(stored_parts.beside(mesh.path), {**header, "entries": entries}, body)
 
 
@@ -138,7 +138,7 @@ def test_damaged_files_are_as_if_there_were_none(angle: Mesh, tmp_path: Path, da
 
 def test_a_huge_file_is_not_read(angle: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
     assert angle.path is not None
-    monkeypatch.setattr(stored_parts, "LARGEST_FILE", 100)
+    monkeypatch.setattr(stored_parts, "MAX_FILE_BYTES", 100)
     assert stored_parts.read(stored_parts.beside(angle.path), digest(angle)) == {}
 
 

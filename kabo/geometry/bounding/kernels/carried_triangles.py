@@ -12,9 +12,9 @@ import numpy as np
 from kabo.compilation import lean_kernel
 from kabo.geometry.bounding.kernels.star import set_moved
 from kabo.geometry.bounding.kernels.triangle_bounds import (
-    FAR,
-    LEVEL,
-    NEAREST,
+    DEPTH_COLUMN,
+    DISTANCE_COLUMNS,
+    NEAREST_COLUMNS,
     cut,
     piece_to_triangle_squared,
     set_new_corner,
@@ -22,7 +22,7 @@ from kabo.geometry.bounding.kernels.triangle_bounds import (
 from kabo.geometry.triangles.kernels.octree import query
 from kabo.geometry.triangles.kernels.triangle_tree import to_face_squared, to_triangle_squared
 
-DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
+MAX_CUT_DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
 
 
 @lean_kernel
@@ -174,15 +174,15 @@ def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree
         far, near_to, many = _nearest_candidate(net, tree, star, many, x, y, z, near_to, squared, found, stack)
         if far > squared:
             return -1
-        pieces[0, FAR + c], pieces[0, NEAREST + c] = far, near_to
-    pieces[0, LEVEL], top = 0.0, 1
+        pieces[0, DISTANCE_COLUMNS + c], pieces[0, NEAREST_COLUMNS + c] = far, near_to
+    pieces[0, DEPTH_COLUMN], top = 0.0, 1
     while budget[0] > 0:
         if top == 0:
             return moves
         top -= 1
         budget[0] -= many
         for c in range(3):
-            g = int(pieces[top, NEAREST + c])
+            g = int(pieces[top, NEAREST_COLUMNS + c])
             bound = piece_to_triangle_squared(pieces, top, triangles, g)
             if bound <= squared:
                 moves = _add(draft, begun, moves, t, slots[g], np.sqrt(bound))
@@ -191,10 +191,10 @@ def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree
             if moves < 0:
                 return -1
             continue
-        if pieces[top, LEVEL] >= DEPTH or top + 2 > pieces.shape[0]:
+        if pieces[top, DEPTH_COLUMN] >= MAX_CUT_DEPTH or top + 2 > pieces.shape[0]:
             return -1
         corner, x, y, z = cut(pieces, top, triangles, squared)
-        hint = int(pieces[top, NEAREST + corner])
+        hint = int(pieces[top, NEAREST_COLUMNS + corner])
         far, near_to, many = _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, found, stack)
         if far > squared:
             return -1

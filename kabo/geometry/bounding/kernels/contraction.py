@@ -32,11 +32,11 @@ from kabo.geometry.triangles.kernels.octree import insert, remove
 from kabo.geometry.triangles.kernels.triangle_tree import nearest_triangle, to_face_squared
 
 # What the proofs of one contraction may take; what cannot be proven with it is not done.
-PIECES, PIECES_A_FACE = 4000, 20
-DISTANCES, DISTANCES_A_PART = 200_000, 200
+MIN_PIECE_BUDGET, PIECES_PER_FACE = 4000, 20
+MIN_DISTANCE_BUDGET, DISTANCES_PER_PART = 200_000, 200
 
 # Counters: what was done, and what refused the rest.
-DONE, SOLVED, TOPOLOGY, FACING, SIDES, FAR, UNCOVERED, CROSSING, POPPED, PASSES, POSTPONED = (
+DONE, SOLVED, TOPOLOGY, FACING, SIDES, TOO_FAR, UNCOVERED, CROSSING, POPPED, PASSES, POSTPONED = (
     0,
     1,
     2,
@@ -66,7 +66,7 @@ def faces_near_original(net, original, star, count, x, y, z, limit, work):
     """Whether every new face is proven within the limit of the original; their bounds go to star.errors."""
     vertices, faces, bounds, hints, pieces = net.vertices, net.faces, net.errors, net.hints, work.pieces
     listed, corners, errors, squared, budget = star.faces, star.corners, star.errors, limit * limit, work.budget
-    budget[0] = PIECES + PIECES_A_FACE * count
+    budget[0] = MIN_PIECE_BUDGET + PIECES_PER_FACE * count
     reached, _ = nearest_triangle(original, x, y, z, hints[listed[0]], squared, work.stack)
     if reached > squared:
         return False
@@ -98,7 +98,7 @@ def original_near_faces(net, original, carried, star, count, x, y, z, limit, dra
     many = set_candidates(net, star, count, x, y, z, pieces)
     moves, again = draft_moves(net, carried, star, count, many, limit, draft)
     proven[0], proven[2] = moves, again
-    budget[0] = DISTANCES + DISTANCES_A_PART * (moves + again)
+    budget[0] = MIN_DISTANCE_BUDGET + DISTANCES_PER_PART * (moves + again)
     for m in range(again):  # the part that has come farthest is the first of the list
         t, near = draft.again[m, 0], draft.again[m, 1]
         moves = draft_proof(
@@ -121,7 +121,7 @@ def _proven_near(net, original, carried, star, a, b, count, x, y, z, draft, tree
         counters[POSTPONED] += 1
         return False
     if not faces_near_original(net, original, star, count, x, y, z, limit, work):
-        counters[FAR] += 1
+        counters[TOO_FAR] += 1
     elif not original_near_faces(net, original, carried, star, count, x, y, z, limit, draft, tree, work):
         counters[UNCOVERED] += 1
     else:

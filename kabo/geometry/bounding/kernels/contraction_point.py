@@ -9,8 +9,8 @@ import numpy as np
 
 from kabo.compilation import lean_kernel
 
-ROUNDS = 60
-FEASIBLE = 0.1  # of the slack by which planes are pushed outwards: what a point may lack of it
+MAX_ROUNDS = 60
+FEASIBILITY_SHARE = 0.1  # of the slack by which planes are pushed outwards: what a point may lack of it
 
 
 @lean_kernel  # (10,) f8, f8, (6,) f8 -> bool
@@ -87,7 +87,7 @@ def project(g, count, tolerance, x0, y0, z0, holding):
     Planes are unit normals, d, and how many metres a unit of height is; a point may lack `tolerance` metres.
     """
     x, y, z, held = x0, y0, z0, 0
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         entering, worst = -1, -tolerance
         for i in range(count):
             height = _height(g, i, x, y, z)
@@ -125,7 +125,7 @@ def cheapest_outside(q, planes, count, regular, slack, lower, turned, holding):
         length = 1.0 / np.sqrt(u * u + v * v + w * w)
         turned[i, 0], turned[i, 1], turned[i, 2] = u * length, v * length, w * length
         turned[i, 3], turned[i, 4] = (planes[i, 3] + slack) * length, 1.0 / length
-    good, x, y, z = project(turned, count, FEASIBLE * slack, x0, y0, z0, holding)
+    good, x, y, z = project(turned, count, FEASIBILITY_SHARE * slack, x0, y0, z0, holding)
     z = z / l22
     y = (y - l21 * z) / l11
     x = (x - l10 * y - l20 * z) / l00

@@ -9,10 +9,10 @@ import numpy as np
 from kabo.compilation import lean_kernel
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 
-FINEST = 0.1  # of the limit: half the side of the smallest node that is made
-ROUNDING = 1e-9  # of the limit: what a node's word leaves to rounding
-NEAR, FAR, OPEN = 1, 2, 0
-DIAGONAL = 0.8660255  # of half the side of a node: how far the middle of a child is from its own, at most
+FINEST_NODE_SHARE = 0.1  # of the limit: half the side of the smallest node that is made
+ROUNDING_SHARE = 1e-9  # of the limit: what a node's word leaves to rounding
+ALL_NEAR, MIDDLE_FAR, UNDECIDED = 1, 2, 0
+CHILD_DISTANCE = 0.8660255  # of half the side of a node: how far the middle of a child is from its own, at most
 
 
 @lean_kernel  # f8 x 3, f8, f8 [m], tree, (64,) i8 -> f8
@@ -35,24 +35,24 @@ def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triang
     """
     cx, cy, cz, half = frame[0], frame[1], frame[2], frame[3]
     if max(abs(x - cx), max(abs(y - cy), abs(z - cz))) > half:
-        return OPEN
-    n, slack, known, between = 0, ROUNDING * limit, 0.0, np.inf
+        return UNDECIDED
+    n, slack, known, between = 0, ROUNDING_SHARE * limit, 0.0, np.inf
     while True:
         if np.isnan(depths[n]):
             depths[n] = _depth(cx, cy, cz, known, between, boxes, children, triangles, stack)
         away = np.sqrt((x - cx) ** 2 + (y - cy) ** 2 + (z - cz) ** 2)
         if depths[n] + away + ball <= limit - slack:
-            return NEAR
+            return ALL_NEAR
         if depths[n] - away > limit + slack:
-            return FAR
-        known, between = depths[n], DIAGONAL * half
+            return MIDDLE_FAR
+        known, between = depths[n], CHILD_DISTANCE * half
         half *= 0.5
-        if half < FINEST * limit or depths[n] - away + ball > limit:  # no smaller node could say more
-            return OPEN
+        if half < FINEST_NODE_SHARE * limit or depths[n] - away + ball > limit:  # no smaller node could say more
+            return UNDECIDED
         if firsts[n] == 0:
             end = int(frame[4])
             if end + 8 > depths.shape[0]:
-                return OPEN
+                return UNDECIDED
             firsts[n], frame[4] = end, end + 8.0
         n = firsts[n]
         if x > cx:
@@ -73,8 +73,8 @@ def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triang
 def is_far(x, y, z, limit, frame, depths, firsts, boxes, children, triangles, stack):
     """Whether a point is neither inside the solid nor within `limit` of it."""
     known = settled(x, y, z, 0.0, limit, frame, depths, firsts, boxes, children, triangles, stack)
-    if known != OPEN:
-        return known == FAR
+    if known != UNDECIDED:
+        return known == MIDDLE_FAR
     _, near = nearest_triangle(boxes, children, triangles, x, y, z, limit * limit, stack)
     return near < 0 and not inside(boxes, children, triangles, x, y, z, stack)
 

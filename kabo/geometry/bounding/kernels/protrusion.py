@@ -7,11 +7,11 @@ itself, and large tetrahedra over large triangles are settled at once.
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.bounding.kernels.depth_octree import FAR, NEAR, settled
+from kabo.geometry.bounding.kernels.depth_octree import ALL_NEAR, MIDDLE_FAR, settled
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 from kabo.geometry.triangles.kernels.triangle_tree import to_triangle_squared
 
-SMALL = 0.1  # of the limit: in smaller tetrahedra the corners are asked, too
+SMALL_TETRAHEDRON_SHARE = 0.1  # of the limit: in smaller tetrahedra the corners are asked, too
 
 
 @lean_kernel  # (C, 14) f8, i8 -> f8 x 4
@@ -84,16 +84,16 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
     are halved across their longest edge. A point that is farther than the limit is left in the first three columns of
     row 0.
     """
-    enough, small = limit * limit, (SMALL * limit) ** 2
+    enough, small = limit * limit, (SMALL_TETRAHEDRON_SHARE * limit) ** 2
     for _ in range(most):
         if top == 0:
             return 0
         top -= 1
         x, y, z, radius = _ball(cells, top)
         word = settled(x, y, z, np.sqrt(radius), limit, frame, depths, firsts, boxes, children, triangles, stack)
-        if word == NEAR:
+        if word == ALL_NEAR:
             continue
-        if word == FAR:
+        if word == MIDDLE_FAR:
             cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
             return 1
         known = int(cells[top, 13])
@@ -153,9 +153,9 @@ def faces_reach_beyond(cells, top, limit, frame, depths, firsts, boxes, children
         top -= 1
         x, y, z, radius, at = _circle(cells, top)
         word = settled(x, y, z, radius, limit, frame, depths, firsts, boxes, children, triangles, stack)
-        if word == NEAR:
+        if word == ALL_NEAR:
             continue
-        if word == FAR:
+        if word == MIDDLE_FAR:
             cells[0, 0], cells[0, 1], cells[0, 2] = x, y, z
             return 1
         known, within = int(cells[top, 10]), True

@@ -20,9 +20,9 @@ from kabo.geometry.bounding.kernels.quadrics import (
 )
 from kabo.geometry.triangles.kernels.orientation import orientation
 
-SMALLEST = 1e-14  # twice the area of a new face, in squared diagonals
-NOTHING = 1e-80  # metres: exact signs need coordinates that are 0 or larger
-LEAST = 1e-9  # of a component's volume: what must be left of it
+MIN_DOUBLE_AREA = 1e-14  # twice the area of a new face, in squared diagonals
+MIN_COORDINATE = 1e-80  # metres: exact signs need coordinates that are 0 or larger
+MIN_VOLUME_SHARE = 1e-9  # of a component's volume: what must be left of it
 
 
 @lean_kernel  # (V, 3) f8, (F, 3) i8, (F, 3) f8, i8 -> nothing
@@ -99,7 +99,11 @@ def contraction_point(net, a, b, star, count, settings):
     if not good:
         return np.inf, x, y, z
     cost, x, y, z = max(0.0, cost_at(q, dx, dy, dz)), x + dx, y + dy, z + dz
-    x, y, z = x if abs(x) > NOTHING else 0.0, y if abs(y) > NOTHING else 0.0, z if abs(z) > NOTHING else 0.0
+    x, y, z = (
+        x if abs(x) > MIN_COORDINATE else 0.0,
+        y if abs(y) > MIN_COORDINATE else 0.0,
+        z if abs(z) > MIN_COORDINATE else 0.0,
+    )
     return cost, x, y, z
 
 
@@ -164,7 +168,7 @@ def keeps_orientation(net, listed, count, x, y, z):
     """Whether the star's component stays on its side: a thin one must not pass through itself and come out reversed."""
     start = net.volumes[net.components[net.faces[listed[0], 0]], 1]
     after = volume_after(net, listed, count, x, y, z)
-    return after >= LEAST * start if start > 0.0 else after <= LEAST * start
+    return after >= MIN_VOLUME_SHARE * start if start > 0.0 else after <= MIN_VOLUME_SHARE * start
 
 
 @lean_kernel  # (V, 3) f8, (F, 3) i8, i8, i8, f8 x 3, (P, 16) f8 -> nothing
@@ -191,7 +195,7 @@ def keeps_facing(net, star, count, x, y, z, diagonal, least):
         vx, vy, vz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
         squared = nx * nx + ny * ny + nz * nz
-        if not squared > (SMALLEST * diagonal * diagonal) ** 2:
+        if not squared > (MIN_DOUBLE_AREA * diagonal * diagonal) ** 2:
             return False
         if nx * normals[f, 0] + ny * normals[f, 1] + nz * normals[f, 2] < least * np.sqrt(squared):
             return False

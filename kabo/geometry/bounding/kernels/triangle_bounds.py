@@ -12,10 +12,10 @@ import numpy as np
 from kabo.compilation import lean_kernel
 from kabo.geometry.triangles.kernels.triangle_tree import nearest_triangle, to_triangle_squared
 
-WIDTH = 16  # columns of a piece
-FAR, NEAREST, LEVEL = 9, 12, 15  # where the columns begin
-DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
-HALVINGS = 48  # at most, to find where two triangles are near enough, or equally near
+PIECE_COLUMNS = 16  # columns of a piece
+DISTANCE_COLUMNS, NEAREST_COLUMNS, DEPTH_COLUMN = 9, 12, 15  # where the columns begin
+MAX_CUT_DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
+MAX_BISECTIONS = 48  # at most, to find where two triangles are near enough, or equally near
 
 
 @lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8, i8 -> f8
@@ -33,8 +33,8 @@ def piece_bound(pieces, n, triangles, enough):
     """The least bound (squared) that the triangle nearest to a corner gives for piece n; any up to `enough` will do."""
     best = np.inf
     for c in range(3):
-        t = int(pieces[n, NEAREST + c])
-        if c > 0 and t == int(pieces[n, NEAREST + c - 1]):
+        t = int(pieces[n, NEAREST_COLUMNS + c])
+        if c > 0 and t == int(pieces[n, NEAREST_COLUMNS + c - 1]):
             continue
         best = min(best, piece_to_triangle_squared(pieces, n, triangles, t))
         if best <= enough:
@@ -51,7 +51,7 @@ def cut(pieces, n, triangles, enough):
     The halves take rows n and n + 1. Returns the corner of row n that is new, which is corner (it + 2) % 3 of row n + 1,
     and where it is; its distance and nearest triangle are left to the caller.
     """
-    level = int(pieces[n, LEVEL])
+    level = int(pieces[n, DEPTH_COLUMN])
     middle = level % 5 == 4  # now and then in the middle, so that pieces shrink whatever happens
     longest, at = -1.0, 0
     for c in range(3):
@@ -59,14 +59,14 @@ def cut(pieces, n, triangles, enough):
         x = pieces[n, 3 * d] - pieces[n, 3 * c]
         y, z = pieces[n, 3 * d + 1] - pieces[n, 3 * c + 1], pieces[n, 3 * d + 2] - pieces[n, 3 * c + 2]
         squared = x * x + y * y + z * z
-        if (middle or pieces[n, NEAREST + c] != pieces[n, NEAREST + d]) and squared > longest:
+        if (middle or pieces[n, NEAREST_COLUMNS + c] != pieces[n, NEAREST_COLUMNS + d]) and squared > longest:
             longest, at = squared, c
     i, j = 3 * at, 3 * ((at + 1) % 3)
     low, high = 0.0, 1.0
-    s, t = int(pieces[n, NEAREST + at]), int(pieces[n, NEAREST + (at + 1) % 3])
+    s, t = int(pieces[n, NEAREST_COLUMNS + at]), int(pieces[n, NEAREST_COLUMNS + (at + 1) % 3])
     part = 0.5
     if not middle and s != t:
-        for _ in range(HALVINGS):
+        for _ in range(MAX_BISECTIONS):
             x = pieces[n, i] + part * (pieces[n, j] - pieces[n, i])
             y = pieces[n, i + 1] + part * (pieces[n, j + 1] - pieces[n, i + 1])
             z = pieces[n, i + 2] + part * (pieces[n, j + 2] - pieces[n, i + 2])
@@ -78,23 +78,23 @@ def cut(pieces, n, triangles, enough):
             else:
                 high = part
             part = 0.5 * (low + high)
-    for r in range(WIDTH):
+    for r in range(PIECE_COLUMNS):
         pieces[n + 1, r] = pieces[n, r]
     x = pieces[n, i] + part * (pieces[n, j] - pieces[n, i])
     y = pieces[n, i + 1] + part * (pieces[n, j + 1] - pieces[n, i + 1])
     z = pieces[n, i + 2] + part * (pieces[n, j + 2] - pieces[n, i + 2])
     pieces[n, j], pieces[n, j + 1], pieces[n, j + 2] = x, y, z
     pieces[n + 1, i], pieces[n + 1, i + 1], pieces[n + 1, i + 2] = x, y, z
-    pieces[n, LEVEL] = pieces[n + 1, LEVEL] = level + 1
+    pieces[n, DEPTH_COLUMN] = pieces[n + 1, DEPTH_COLUMN] = level + 1
     return (at + 1) % 3, x, y, z
 
 
 @lean_kernel  # (S, 16) f8, i8, i8, f8, i8 -> nothing
 def set_new_corner(pieces, n, corner, squared, t):
     """Notes the distance and nearest triangle of the corner that `cut` made."""
-    pieces[n, FAR + corner], pieces[n, NEAREST + corner] = squared, t
+    pieces[n, DISTANCE_COLUMNS + corner], pieces[n, NEAREST_COLUMNS + corner] = squared, t
     other = (corner + 2) % 3
-    pieces[n + 1, FAR + other], pieces[n + 1, NEAREST + other] = squared, t
+    pieces[n + 1, DISTANCE_COLUMNS + other], pieces[n + 1, NEAREST_COLUMNS + other] = squared, t
 
 
 @lean_kernel
@@ -121,8 +121,8 @@ def triangle_bound(pieces, limit, tree, hint, stack, budget):
         squared, t = nearest_triangle(tree, x, y, z, hint, 0.0, stack)
         if squared > limit:
             return np.inf, hint
-        pieces[0, FAR + c], pieces[0, NEAREST + c] = squared, t
-    pieces[0, LEVEL], reached = 0.0, 0.0
+        pieces[0, DISTANCE_COLUMNS + c], pieces[0, NEAREST_COLUMNS + c] = squared, t
+    pieces[0, DEPTH_COLUMN], reached = 0.0, 0.0
     while budget[0] > 0:
         budget[0] -= 1
         top -= 1
@@ -132,10 +132,10 @@ def triangle_bound(pieces, limit, tree, hint, stack, budget):
             if top == 0:
                 return reached, hint
             continue
-        if pieces[top, LEVEL] >= DEPTH or top + 2 > pieces.shape[0]:
+        if pieces[top, DEPTH_COLUMN] >= MAX_CUT_DEPTH or top + 2 > pieces.shape[0]:
             return np.inf, hint
         corner, x, y, z = cut(pieces, top, triangles, limit)
-        squared, t = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST + corner]), 0.0, stack)
+        squared, t = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST_COLUMNS + corner]), 0.0, stack)
         if squared > limit:
             return np.inf, hint
         set_new_corner(pieces, top, corner, squared, t)
@@ -175,20 +175,20 @@ def directed_bounds(triangles, tree, reached, relative, floor, ceiling, pieces, 
                 pieces[0, 3 * c + r] = triangles[t, c, r]
             x, y, z = triangles[t, c, 0], triangles[t, c, 1], triangles[t, c, 2]
             squared, hint = nearest_triangle(tree, x, y, z, hint, 0.0, stack)
-            pieces[0, FAR + c], pieces[0, NEAREST + c] = squared, hint
+            pieces[0, DISTANCE_COLUMNS + c], pieces[0, NEAREST_COLUMNS + c] = squared, hint
             reached = max(reached, squared)
-        pieces[0, LEVEL], top = 0.0, 1
+        pieces[0, DEPTH_COLUMN], top = 0.0, 1
         while top > 0:
             top -= 1
             wanted = max(reached * (1.0 + relative), floor * floor)
             if reached <= ceiling:
                 wanted = min(wanted, ceiling)
             bound = piece_bound(pieces, top, others, wanted)
-            if bound <= wanted or pieces[top, LEVEL] >= 2 * DEPTH or top + 2 > pieces.shape[0]:
+            if bound <= wanted or pieces[top, DEPTH_COLUMN] >= 2 * MAX_CUT_DEPTH or top + 2 > pieces.shape[0]:
                 proven = max(proven, bound)
                 continue
             corner, x, y, z = cut(pieces, top, others, wanted)
-            squared, hint = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST + corner]), 0.0, stack)
+            squared, hint = nearest_triangle(tree, x, y, z, int(pieces[top, NEAREST_COLUMNS + corner]), 0.0, stack)
             set_new_corner(pieces, top, corner, squared, hint)
             reached = max(reached, squared)
             top += 2

@@ -7,7 +7,7 @@ are) one by one; Python gives them in one flat array [kabo.geometry.collision.ke
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.layout import MARGIN, OFFSET, WORD, numbers_of, whole_numbers_of
+from kabo.geometry.collision.kernels.layout import GROUPS_PER_WORD, MARGIN, OFFSET, numbers_of, whole_numbers_of
 from kabo.geometry.collision.kernels.oriented_boxes import faces_near, relative
 from kabo.geometry.collision.kernels.separation import posed_apart
 from kabo.scene.kernels.poses import forward_kinematics
@@ -46,8 +46,8 @@ def _near_groups(rows, g, word, margin):
     x0, y0, z0 = rows[0, g] - margin, rows[1, g] - margin, rows[2, g] - margin
     x1, y1, z1 = rows[3, g] + margin, rows[4, g] + margin, rows[5, g] + margin
     near = np.int64(0)
-    for i in range(WORD):
-        h = WORD * word + i
+    for i in range(GROUPS_PER_WORD):
+        h = GROUPS_PER_WORD * word + i
         x = (x0 <= rows[3, h]) & (x1 >= rows[0, h])
         y = (y0 <= rows[4, h]) & (y1 >= rows[1, h])
         z = (z0 <= rows[5, h]) & (z1 >= rows[2, h])
@@ -118,7 +118,7 @@ def _first_hit(
             while near != 0:
                 bit = near & -near
                 near ^= bit
-                h = WORD * word + _place_of(bit)
+                h = GROUPS_PER_WORD * word + _place_of(bit)
                 relative(world_T, groups[JOINT, g], groups[JOINT, h], pose)
                 if faces_near(pose, group_extents, g, group_extents, h, margin) and not _all_parts_apart(
                     pose, groups, g, h, sizes, offset, margin, part_extents, group_extents, listed, blocks, axis,

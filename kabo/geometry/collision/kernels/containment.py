@@ -9,7 +9,7 @@ from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.triangles.kernels.solids import winding_number
 
-CORNERS = 8  # columns of a triangle's block: its corners, and the first one again
+TRIANGLE_COLUMNS = 8  # columns of a triangle's block: its corners, and the first one again
 
 
 @lean_kernel
@@ -39,9 +39,9 @@ def _surface_apart(
             for r in range(3):
                 middle = (triangles[t, 0, r] + triangles[t, 1, r] + triangles[t, 2, r]) / 3.0
                 axis[r] = 0.5 * (box[part, r] + box[part, 3 + r]) - middle
-                for i in range(CORNERS):
+                for i in range(TRIANGLE_COLUMNS):
                     pool[1, r, i] = triangles[t, i if i < 3 else 0, r]
-            if not apart(pool, 0, 0, size, 1, 1, CORNERS, margin, offset, axis, simplex, counters):
+            if not apart(pool, 0, 0, size, 1, 1, TRIANGLE_COLUMNS, margin, offset, axis, simplex, counters):
                 return False
     return True
 

@@ -7,10 +7,10 @@ that the parts have. Both are wrong by at most `rounding(offset)`, which is take
 import numpy as np
 
 from kabo.compilation import lean_kernel
-from kabo.geometry.collision.kernels.separation import ITERATIONS, _farthest, apart, nearest, rounding
+from kabo.geometry.collision.kernels.separation import MAX_ITERATIONS, _farthest, apart, nearest, rounding
 
-CLOSE = 1e-12  # metres: bounds this near to each other are not brought nearer
-RELATIVE = 1e-12
+ABSOLUTE_GAP = 1e-12  # metres: bounds this near to each other are not brought nearer
+RELATIVE_GAP = 1e-12
 
 
 @lean_kernel  # (B, 3, 24) f8, i8, i8, i8, i8, f8, (3,) f8, (4, 3) f8 -> f8, f8
@@ -24,7 +24,7 @@ def parts_distance(blocks, a, count_a, b, count_b, offset, axis, simplex):
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
     lower, upper = -np.inf, np.inf
-    for _ in range(2 * ITERATIONS):
+    for _ in range(2 * MAX_ITERATIONS):
         norm = np.sqrt(square)
         ux, uy, uz = x / norm, y / norm, z / norm
         _, i = _farthest(blocks, a, a, count_a, -ux, -uy, -uz, offset)
@@ -36,7 +36,7 @@ def parts_distance(blocks, a, count_a, b, count_b, offset, axis, simplex):
         if gap > lower:
             lower = gap
             axis[0], axis[1], axis[2] = ux, uy, uz
-        if upper < np.inf and upper - lower <= CLOSE + RELATIVE * upper:
+        if upper < np.inf and upper - lower <= ABSOLUTE_GAP + RELATIVE_GAP * upper:
             break
         known = False
         for k in range(size):

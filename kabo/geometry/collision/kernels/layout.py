@@ -12,22 +12,22 @@ from kabo.compilation import leaf_kernel, lean_kernel, window
 # Places of whole numbers in the head: how many there are of what, and where numbers and blocks begin.
 JOINTS, VALUES, MOVING, GROUPS, PARTS, PAIRS, LARGEST, NUMBERS, BLOCKS, ROOM, COLUMNS = range(11)
 MARGIN, OFFSET = 11, 12  # places of numbers in the head
-HEAD = 16  # places before the first array
-LINE = 8  # arrays begin at multiples of so many places: a line of cache
-WORD = 32  # groups whose nearness one whole number tells
-COUNTERS = 8  # pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive, nothing
+HEAD_PLACES = 16  # places before the first array
+CACHE_LINE_PLACES = 8  # arrays begin at multiples of so many places: a line of cache
+GROUPS_PER_WORD = 32  # groups whose nearness one whole number tells
+COUNTER_PLACES = 8  # pairs, iterations, undecided, poses inside sweeps, checks, sweeps, positive, nothing
 
 
 @lean_kernel  # i8, i8 -> i8
 def after(start, count):
     """Where the next array begins."""
-    return (start + count + LINE - 1) // LINE * LINE
+    return (start + count + CACHE_LINE_PLACES - 1) // CACHE_LINE_PLACES * CACHE_LINE_PLACES
 
 
 @lean_kernel  # i8 -> i8
 def words_for(groups):
     """How many words tell the nearness of so many groups."""
-    return (groups + WORD - 1) // WORD
+    return (groups + GROUPS_PER_WORD - 1) // GROUPS_PER_WORD
 
 
 @leaf_kernel
@@ -39,7 +39,7 @@ def numbers_of(memory):
     vertices: of all parts in their joint's frame, then those that sweeps place.
     """
     whole = memory.view(np.int64)
-    joints, columns = whole[JOINTS], WORD * words_for(whole[GROUPS])
+    joints, columns = whole[JOINTS], GROUPS_PER_WORD * words_for(whole[GROUPS])
     start = whole[NUMBERS]
     factors, start = window(memory, start, (2, joints)), after(start, 2 * joints)
     placement, start = window(memory, start, (joints, 12)), after(start, 12 * joints)
@@ -64,7 +64,7 @@ def whole_numbers_of(memory):
     """
     whole = memory.view(np.int64)
     joints, groups, words = whole[JOINTS], whole[GROUPS] + 1, words_for(whole[GROUPS])
-    counters, start = window(whole, HEAD, (COUNTERS,)), after(HEAD, COUNTERS)
+    counters, start = window(whole, HEAD_PLACES, (COUNTER_PLACES,)), after(HEAD_PLACES, COUNTER_PLACES)
     tree, start = window(whole, start, (3, joints)), after(start, 3 * joints)
     ranges, start = window(whole, start, (3, groups)), after(start, 3 * groups)
     sizes, start = window(whole, start, (whole[PARTS],)), after(start, whole[PARTS])

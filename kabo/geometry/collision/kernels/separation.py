@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
 
-ITERATIONS = 48  # 13 was the most that parts of real scenes needed; undecided by then counts as "not apart"
+MAX_ITERATIONS = 48  # 13 was the most that parts of real scenes needed; undecided by then counts as "not apart"
 
 
 @leaf_kernel  # f8 -> f8
@@ -155,7 +155,7 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
     counters[0] += 1
-    for iteration in range(ITERATIONS):
+    for iteration in range(MAX_ITERATIONS):
         counters[1] += 1
         norm = np.sqrt(square)
         scale = 1.0 / norm
@@ -176,7 +176,7 @@ def apart(blocks, a0, a1, count_a, b0, b1, count_b, margin, offset, axis, simple
         square = x * x + y * y + z * z
         if size == 4 or not square > margin * margin or square < 1e-20:
             break
-        if iteration == ITERATIONS - 1:
+        if iteration == MAX_ITERATIONS - 1:
             counters[2] += 1
     axis[0], axis[1], axis[2] = x, y, z
     return False
@@ -194,7 +194,7 @@ def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simp
     if not 1e-20 < square < 1e20:
         x, y, z, square = 1.0, 0.0, 0.0, 1.0
     counters[0] += 1
-    for iteration in range(ITERATIONS):
+    for iteration in range(MAX_ITERATIONS):
         counters[1] += 1
         norm = np.sqrt(square)
         scale = 1.0 / norm
@@ -219,7 +219,7 @@ def posed_apart(blocks, a, count_a, b, count_b, pose, margin, offset, axis, simp
         square = x * x + y * y + z * z
         if size == 4 or not square > margin * margin or square < 1e-20:
             break
-        if iteration == ITERATIONS - 1:
+        if iteration == MAX_ITERATIONS - 1:
             counters[2] += 1
     axis[0], axis[1], axis[2] = x, y, z
     return False

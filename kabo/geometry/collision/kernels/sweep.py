@@ -20,9 +20,9 @@ from kabo.geometry.collision.kernels.boxes import boxes_near, place_block, place
 from kabo.geometry.collision.kernels.configuration_check import usable
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.collision.kernels.tracks import (
-    COARSE,
-    DEPTH,
-    GRID,
+    COARSE_LEVELS,
+    COARSE_NODES,
+    MAX_HALVINGS,
     frames_at,
     interval_parts,
     level_for,
@@ -50,11 +50,11 @@ def _coarse_poses(
     """Makes the poses of a track and the boxes of its group at the coarse nodes of a level, each once per sweep."""
     group = tracks[GROUP, t]
     for i in range((1 << level) + 1 if moves else 1):
-        c = i << (COARSE - level)
-        row = t * GRID + c
+        c = i << (COARSE_LEVELS - level)
+        row = t * COARSE_NODES + c
         if node_marks[row] != state[RUN]:
             node_marks[row] = state[RUN]
-            node = c << (DEPTH - COARSE)
+            node = c << (MAX_HALVINGS - COARSE_LEVELS)
             slot = frames_at(node, state[RUN], segment, joints, factors, placement, frames, frame_tags)
             pose_in(frames[slot], groups[JOINT, group], tracks[FRAME, t], node_poses, row)
             place_box(node_poses, row, group_extents, group, node_boxes, row)
@@ -86,8 +86,8 @@ def _whole(
 def _interval_box(t, level, i, motions, node_boxes, united, target):
     """Writes the box of a track's group over interval i of a level to row `target` of `united`."""
     moves = motions[t, 2] > 0.0
-    row = t * GRID + (i << (COARSE - level) if moves else 0)
-    last = row + (1 << (COARSE - level) if moves else 0)
+    row = t * COARSE_NODES + (i << (COARSE_LEVELS - level) if moves else 0)
+    last = row + (1 << (COARSE_LEVELS - level) if moves else 0)
     unite_boxes(node_boxes, row, last, motions[t, 0] / (1 << 2 * level), united, target)
 
 
@@ -97,10 +97,10 @@ def _interval_parts(
 ):
     """Where `interval_boxes` holds the boxes of a track's parts over interval i of a level, made on first use."""
     moves = motions[t, 2] > 0.0
-    number = t * 2 * GRID + ((1 << level) + i if moves else 0)
+    number = t * 2 * COARSE_NODES + ((1 << level) + i if moves else 0)
     if interval_table[1, number] != state[INTERVAL_MARK]:
-        row = t * GRID + (i << (COARSE - level) if moves else 0)
-        last = row + (1 << (COARSE - level) if moves else 0)
+        row = t * COARSE_NODES + (i << (COARSE_LEVELS - level) if moves else 0)
+        last = row + (1 << (COARSE_LEVELS - level) if moves else 0)
         first, end = groups[PARTS, tracks[GROUP, t]], groups[PARTS, tracks[GROUP, t] + 1]
         start = state[INTERVALS_USED]
         grow = motions[t, 0] / (1 << 2 * level)
@@ -154,7 +154,7 @@ def _parts_hit(
                 placement, groups, sizes, part_extents, tracks, frames, frame_tags, blocks, block_boxes, pose, pool,
                 state,
             )  # fmt: skip
-        f = width / (1 << DEPTH)
+        f = width / (1 << MAX_HALVINGS)
         needed = deviation * f * f + margin
         if width < coarse:
             unite_boxes(block_boxes, ends[0], ends[1], 0.0, united, 0)
@@ -205,7 +205,7 @@ def _pair_hit(
     first_a, first_b = groups[PARTS, tracks[GROUP, ta]], groups[PARTS, tracks[GROUP, tb]]
     count_a = groups[PARTS, tracks[GROUP, ta] + 1] - first_a
     count_b = groups[PARTS, tracks[GROUP, tb] + 1] - first_b
-    width = (1 << DEPTH) >> level
+    width = (1 << MAX_HALVINGS) >> level
     for t in (ta, tb):
         _coarse_poses(
             t, level, motions[t, 2] > 0.0, segment, joints, factors, placement, groups, group_extents, tracks, frames,

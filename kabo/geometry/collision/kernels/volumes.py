@@ -18,7 +18,7 @@ from kabo.geometry.collision.kernels.tracks import motion
 from kabo.scene.kernels.poses import forward_kinematics
 
 APART, MEET, FINER = 0, 1, 2  # the answers; FINER: not without more nodes
-FINE = 0.03  # metres: hulls that deviate more are halved rather than compared
+COARSE_DEVIATION = 0.03  # metres: hulls that deviate more are halved rather than compared
 DEVIATION, TURN, QUARTER = 0, 1, 2  # columns of bounds
 
 
@@ -96,7 +96,7 @@ def _parts_meet(
         spread_a = _spread(poses_a, i, wide, f, bounds_a, a)
         spread_b = _spread(poses_b, k, far, g, bounds_b, b)
         small = spread_a + spread_b <= slack
-        if small or deviation_a + deviation_b <= FINE:
+        if small or deviation_a + deviation_b <= COARSE_DEVIATION:
             proven, needed = False, deviation_a + deviation_b + margin
             for r in range(3):
                 axis[r] = boxes[4, r] + boxes[4, 3 + r] - boxes[5, r] - boxes[5, 3 + r]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from kabo.compilation import lean_kernel
 
-DEPTH = 16  # levels below the root
-STACK = 8 * DEPTH + 8
+MAX_DEPTH = 16  # levels below the root
+STACK_SIZE = 8 * MAX_DEPTH + 8
 _HEAD, _COUNT, _PARENT, _CHILDREN = 0, 1, 2, 3  # columns of nodes
 _HALF, _LOW, _HIGH = 3, 4, 7  # columns of cells, after the centre
 _NEXT, _PREVIOUS, _NODE = 0, 1, 2  # columns of links
@@ -87,7 +87,7 @@ def insert(tree, face, low_x, low_y, low_z, high_x, high_y, high_z):
     _enter(nodes, cells, boxes, node, face)
     far = max(abs(x - cells[0, 0]), abs(y - cells[0, 1]), abs(z - cells[0, 2]))
     if far <= cells[0, _HALF]:
-        for _ in range(DEPTH):
+        for _ in range(MAX_DEPTH):
             if not extent <= 0.5 * cells[node, _HALF]:
                 break
             octant = (x > cells[node, 0]) + 2 * (y > cells[node, 1]) + 4 * (z > cells[node, 2])
@@ -122,7 +122,7 @@ def remove(tree, face):
         node = nodes[node, _PARENT]
 
 
-@lean_kernel  # Octree, f8 x 6 [m], (STACK,) i8, (F,) i8 -> i8
+@lean_kernel  # Octree, f8 x 6 [m], (STACK_SIZE,) i8, (F,) i8 -> i8
 def query(tree, low_x, low_y, low_z, high_x, high_y, high_z, stack, found):
     """Writes the faces whose boxes meet a box, touching included; returns their number.
 

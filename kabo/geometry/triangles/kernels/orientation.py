@@ -4,12 +4,12 @@ A floating-point determinant decides where it exceeds its own rounding bound; el
 rounding, as an expansion: doubles that do not overlap, smallest first [Shewchuk 1997]. Nothing is rounded where
 coordinates are 0 or of magnitude 1e-80 to 1e80. Callers compile their callees again, hence few and small functions.
 
-`scratch` is (SCRATCH,) f8; what it holds before and after does not matter.
+`scratch` is (SCRATCH_SIZE,) f8; what it holds before and after does not matter.
 """
 
 from kabo.compilation import lean_kernel
 
-SCRATCH = 256
+SCRATCH_SIZE = 256
 VOLUME_ERROR = (
     7.771561172376103e-16  # (7 + 56 u) u, u = 2^-53: of the sum of all |products| [Shewchuk 1997, fig. 21]
 )
@@ -28,7 +28,7 @@ def _product_error(a, b):
     return a_low * b_low - (((a * b - a_high * b_high) - a_low * b_high) - a_high * b_low)
 
 
-@lean_kernel  # (SCRATCH,) f8, i8, f8 -> i8
+@lean_kernel  # (SCRATCH_SIZE,) f8, i8, f8 -> i8
 def _grow(scratch, count, value):
     """Adds a number to the expansion, without rounding; returns its number of components, none of them zero."""
     kept = 0
@@ -47,7 +47,7 @@ def _grow(scratch, count, value):
     return kept
 
 
-@lean_kernel  # (SCRATCH,) f8 with a, b, c, d at 0..11 -> i8
+@lean_kernel  # (SCRATCH_SIZE,) f8 with a, b, c, d at 0..11 -> i8
 def _exact_orientation(scratch):
     """The sign of `orientation` without any rounding: the six products of the determinant, summed up."""
     for i in range(9):
@@ -85,7 +85,7 @@ def likely_orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz):
     return 1 if volume < -VOLUME_ERROR * products else 0
 
 
-@lean_kernel  # 12 f8 [m], (SCRATCH,) f8 -> i8
+@lean_kernel  # 12 f8 [m], (SCRATCH_SIZE,) f8 -> i8
 def orientation(ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz, scratch):
     """The exact sign, 1, 0 or -1, of the volume (b - a) x (c - a) . (d - a): 1 where d lies in front of a, b, c.
 

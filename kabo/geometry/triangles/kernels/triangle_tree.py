@@ -6,8 +6,10 @@ leaves; a leaf n has children (-1 - first triangle, count).
 
 from kabo.compilation import lean_kernel
 
-LEAF = 4  # triangles
-THIN = 1e-6  # squared sine of the angle at a corner: below, regions are told apart by differences that cancel
+LEAF_TRIANGLES = 4  # triangles
+THIN_SQUARED_SINE = (
+    1e-6  # squared sine of the angle at a corner: below, regions are told apart by differences that cancel
+)
 
 
 @lean_kernel  # 6 f8 -> f8
@@ -66,7 +68,7 @@ def point_triangle_squared(px, py, pz, ax, ay, az, bx, by, bz, cx, cy, cz):
     if d6 >= 0.0 and d5 <= d6:
         return cx * cx + cy * cy + cz * cz
     uu, vv, uv = d1 - d3, d2 - d6, d2 - d4
-    if uu * vv - uv * uv <= THIN * uu * vv:
+    if uu * vv - uv * uv <= THIN_SQUARED_SINE * uu * vv:
         return _thin_squared(ax, ay, az, ux, uy, uz, vx, vy, vz)
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     s, t = 0.0, 0.0
@@ -160,7 +162,7 @@ def build_tree(triangles, order, keys, boxes, children, stack):
         node, first, end = stack[top, 0], stack[top, 1], stack[top, 2]
         _bound(triangles, order, first, end, boxes, node)
         children[node, 0], children[node, 1] = -1 - first, end - first
-        if end - first <= LEAF:
+        if end - first <= LEAF_TRIANGLES:
             continue
         axis = 0
         for r in range(1, 3):

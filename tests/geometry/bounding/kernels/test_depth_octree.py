@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from kabo.geometry.bounding.kernels.depth_octree import (
-    FAR,
-    NEAR,
-    OPEN,
+    ALL_NEAR,
+    MIDDLE_FAR,
+    UNDECIDED,
     first_far,
     hull_is_far,
     settled,
     star_is_far,
 )
-from kabo.geometry.bounding.nearness import SAMPLES
+from kabo.geometry.bounding.nearness import HALTON_POINTS
 from kabo.geometry.triangles.solids import Solid
 
 Octree = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
@@ -37,7 +37,7 @@ def small_octree(solid: Solid, nodes: int) -> Octree:
 @pytest.mark.parametrize("nodes", [1, 60, 40_000])
 def test_what_nodes_know_of_a_ball_is_what_distances_say(nodes: int) -> None:
     solid, rng = ring(), np.random.default_rng(3)
-    octree, said = small_octree(solid, nodes), {OPEN: 0, NEAR: 0, FAR: 0}
+    octree, said = small_octree(solid, nodes), {UNDECIDED: 0, ALL_NEAR: 0, MIDDLE_FAR: 0}
     for limit in (0.003, 0.02, 0.08):
         points = rng.uniform(-0.6, 0.6, (1500, 3))
         inside, surface = solid.insides(points), solid.surface_distances(points)
@@ -46,10 +46,10 @@ def test_what_nodes_know_of_a_ball_is_what_distances_say(nodes: int) -> None:
             x, y, z = point
             word = int(settled(x, y, z, ball, limit, *octree, *solid.tree, np.zeros(64, np.int64)))
             said[word] += 1
-            assert word != NEAR or depth + ball <= limit
-            assert word != FAR or depth > limit
+            assert word != ALL_NEAR or depth + ball <= limit
+            assert word != MIDDLE_FAR or depth > limit
     assert octree[0][4] <= nodes
-    assert nodes < 40_000 or (said[NEAR] > 100 and said[FAR] > 1000)
+    assert nodes < 40_000 or (said[ALL_NEAR] > 100 and said[MIDDLE_FAR] > 1000)
 
 
 @pytest.mark.parametrize("nodes", [1, 40_000])
@@ -71,7 +71,7 @@ def test_a_far_sample_of_a_hull_is_far_and_in_the_hull() -> None:
         hull = ConvexHull(rng.uniform(-0.1, 0.1, (8, 3)) + rng.uniform(-0.35, 0.35, 3) * (1.0, 1.0, 0.3))
         at, sums = hull.points.mean(axis=0), np.empty(len(hull.simplices))
         known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
-        if hull_is_far(hull.points, hull.simplices, SAMPLES, 280, sums, at, 0.06, *known):
+        if hull_is_far(hull.points, hull.simplices, HALTON_POINTS, 280, sums, at, 0.06, *known):
             found += 1
             assert solid.outside_distances(at[None])[0] > 0.06
             assert (hull.equations[:, :3] @ at + hull.equations[:, 3] <= 1e-12).all()
@@ -84,7 +84,7 @@ def test_a_hollow_inside_a_hull_is_met_by_samples_of_what_is_within() -> None:
     solid = Solid(corners, np.vstack([np.array(outer.faces), np.array(hole.faces)[:, ::-1] + 8]).astype(np.int64))
     hull = ConvexHull(np.array(outer.vertices))
     known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
-    for samples, far in ((SAMPLES[:280], False), (SAMPLES, True)):
+    for samples, far in ((HALTON_POINTS[:280], False), (HALTON_POINTS, True)):
         at = hull.points.mean(axis=0)
         assert hull_is_far(hull.points, hull.simplices, samples, 280, np.empty(12), at, 0.05, *known) is far
 

@@ -35,7 +35,7 @@ FINE = np.array([(i, j, STEPS - i - j) for i in range(STEPS + 1) for j in range(
 
 def bounded(triangle, limit, tree, hint=0, bound=kernels.triangle_bound):
     """The proven bound [m], or inf."""
-    pieces = np.full((64, kernels.WIDTH), np.nan)
+    pieces = np.full((64, kernels.PIECE_COLUMNS), np.nan)
     pieces[0, :9] = triangle.ravel()
     squared, near = bound(pieces, limit * limit, tree, hint, np.empty(64, np.int64), np.array([4000]))
     assert 0 <= near < len(tree.triangles)
@@ -183,9 +183,11 @@ def test_cut_pieces_are_the_piece():
     tree = TREES["ball"][2]
     for level in range(10):
         for _ in range(20):
-            pieces = np.zeros((2, kernels.WIDTH))
-            pieces[0, :9], pieces[0, kernels.LEVEL] = rng.normal(size=9), level
-            pieces[0, kernels.NEAREST : kernels.NEAREST + 3] = rng.choice(len(tree.triangles), 3, replace=False)
+            pieces = np.zeros((2, kernels.PIECE_COLUMNS))
+            pieces[0, :9], pieces[0, kernels.DEPTH_COLUMN] = rng.normal(size=9), level
+            pieces[0, kernels.NEAREST_COLUMNS : kernels.NEAREST_COLUMNS + 3] = rng.choice(
+                len(tree.triangles), 3, replace=False
+            )
             whole = pieces[0, :9].reshape(3, 3).copy()
             corner, *place = kernels.cut(pieces, 0, tree.triangles, 0.0)
             halves = pieces[:, :9].reshape(2, 3, 3)
@@ -193,10 +195,18 @@ def test_cut_pieces_are_the_piece():
             normals = [np.cross(t[1] - t[0], t[2] - t[0]) for t in (whole, *halves)]
             assert normals[1] + normals[2] == pytest.approx(normals[0], abs=1e-12)
             assert all(normal @ normals[0] >= 0 for normal in normals[1:])
-            assert (pieces[:, kernels.LEVEL] == level + 1).all()
+            assert (pieces[:, kernels.DEPTH_COLUMN] == level + 1).all()
             kernels.set_new_corner(pieces, 0, corner, 7.0, 5)
-            assert pieces[0, kernels.FAR + corner] == pieces[1, kernels.FAR + (corner + 2) % 3] == 7.0
-            assert pieces[0, kernels.NEAREST + corner] == pieces[1, kernels.NEAREST + (corner + 2) % 3] == 5
+            assert (
+                pieces[0, kernels.DISTANCE_COLUMNS + corner]
+                == pieces[1, kernels.DISTANCE_COLUMNS + (corner + 2) % 3]
+                == 7.0
+            )
+            assert (
+                pieces[0, kernels.NEAREST_COLUMNS + corner]
+                == pieces[1, kernels.NEAREST_COLUMNS + (corner + 2) % 3]
+                == 5
+            )
 
 
 def test_compiled_and_original_agree():
