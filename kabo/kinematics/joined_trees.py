@@ -1,7 +1,7 @@
-"""Several trees as one: the joint vector of a constraint is that of all robots in it [K Eq. 5.1].
+"""Several kinematic trees as one: a constraint's joint vector holds the values of all its robots [K Eq. 5.1].
 
-Projection, sampling and proofs work on one tree of joints and do not ask whose they are: a body that may be anywhere
-is a tree as well.
+Projection, sampling and proofs work on one tree of joints, whichever robots these belong to: a free body is a tree
+of six joints as well.
 """
 
 from collections.abc import Sequence
@@ -12,28 +12,28 @@ import numpy as np
 from kabo.kinematics.constraints import FrameFeature
 from kabo.scene.tree import PRISMATIC, REVOLUTE, KinematicTree
 
-FREE_BODY_RANGE = 10.0  # m: how far from the world's origin a free body may be
+FREE_BODY_RANGE = 10.0  # [m] from the world's origin, along each axis
 
 
 @dataclass(frozen=True)
 class JoinedTree:
-    """One tree made of several that stand in the same world, and where each of them is in it."""
+    """One tree made of several in the same world, and the indices of each part in it."""
 
     tree: KinematicTree
     joints: tuple[int, ...]  # joint j > 0 of part k is joint j + joints[k]; joint 0 stays the world
-    values: tuple[slice, ...]  # where the configuration of part k is in that of the whole
+    values: tuple[slice, ...]  # of the configuration of part k in that of the whole
 
     def joint(self, part: int, joint: int) -> int:
-        """The number in the whole of a joint of a part."""
+        """The index in the whole tree of a joint of a part."""
         return joint + self.joints[part] if joint > 0 else 0
 
     def feature(self, part: int, feature: FrameFeature) -> FrameFeature:
-        """A feature on a joint of a part, as one of the whole."""
+        """A feature on a joint of a part, as a feature of the whole tree."""
         return replace(feature, joint=self.joint(part, feature.joint))
 
 
 def joined(trees: Sequence[KinematicTree]) -> JoinedTree:
-    """All joints of several trees in one, in their order; a configuration is theirs one after another.
+    """One tree with the joints of several, in their order; configurations are concatenated.
 
     Raises:
         ValueError: there is no tree.
@@ -61,7 +61,7 @@ def joined(trees: Sequence[KinematicTree]) -> JoinedTree:
 
 
 def free_body() -> KinematicTree:
-    """The tree of a body that may be anywhere: slides along x, y, z, then turns about x, y, z of its frame."""
+    """The tree of a body that may be anywhere: prismatic joints along x, y, z, then revolute ones about x, y, z."""
     axes = [np.eye(3)[:, [1, 2, 0]], np.eye(3)[:, [2, 0, 1]], np.eye(3)]  # rotations that take z to x, to y, to z
     placement = np.zeros((7, 12))
     placement[0, [0, 4, 8]] = 1.0

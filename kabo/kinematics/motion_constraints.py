@@ -1,4 +1,4 @@
-"""Constraints on a motion: the proof that a segment keeps them, and the way back onto them for path planning."""
+"""Constraints on a motion: the proof that a segment fulfils them, and projection onto them for path planning."""
 
 from collections.abc import Callable, Sequence
 
@@ -14,10 +14,8 @@ from kabo.scene.tree import KinematicTree
 
 Projector = Callable[[Array], Array | None]
 
-INTERVAL_INSET = (
-    0.02  # how far inside an interval the projector aims [m or rad]: room for the straight piece between two poses
-)
-POSE_ROUNDING = 1e-9  # taken from the tolerance: rounding of poses
+INTERVAL_INSET = 0.02  # [m or rad] inside an interval, where the projector aims: room for the chord between poses
+POSE_ROUNDING = 1e-9  # [m or rad] subtracted from the tolerance
 
 
 def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3) -> bool:
@@ -35,7 +33,7 @@ def keeps(tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, toleran
 def unkept_row(
     tree: KinematicTree, rows: Rows, q0: ArrayLike, q1: ArrayLike, tolerance: ArrayLike = 1e-3
 ) -> int | None:
-    """The number of a row that is not proven to hold along the segment, or None; as `keeps`."""
+    """The index of a row that is not proven to hold along the segment, or None; as `keeps`."""
     start, end = np.array(q0, np.float64), np.array(q1, np.float64)
     if not start.shape == end.shape == (tree.size,) or not np.all(np.isfinite(start + end)):
         raise ValueError(f"the ends of a segment must be finite, ({tree.size},), not {start.shape}, {end.shape}")
@@ -55,9 +53,9 @@ def projector(
     *,
     inset: float = INTERVAL_INSET,
 ) -> Projector:
-    """A function that pulls a configuration back onto the rows, a little inside intervals; None where it cannot.
+    """A function that projects a configuration onto the rows, slightly inside intervals; it gives None where that fails.
 
-    Joints that leave their limits stop there. What fulfils the rows already comes back as it is.
+    Joints that leave their limits stop there. A configuration that fulfils the rows is returned unchanged.
 
     Raises:
         ValueError: shapes do not fit.

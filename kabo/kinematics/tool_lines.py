@@ -1,8 +1,8 @@
-"""Straight lines of the tool: joint paths whose tool moves along a segment in the world, turned as it was.
+"""Straight lines of the tool: joint paths whose tool moves along a segment in the world with constant orientation.
 
-The line is rows: two for the distance from it, one for the progress along it, the rest for the orientation. Way
-points are found by projection, and the joint-linear pieces between them are proven by `keeps`, so the deviation is
-bounded, not sampled, and a jump to another branch is impossible.
+The line is a constraint of rows: two for the distance from it, one for the progress along it, the rest for the
+orientation. Way points are found by projection, and the joint-linear segments between them are proven by `keeps`,
+so the deviation is bounded, not sampled, and a jump to another branch of solutions is impossible.
 """
 
 from dataclasses import dataclass
@@ -25,16 +25,16 @@ MAX_DEVIATION, MAX_TILT = (
     1e-3,
     5e-3,
 )  # bounds of the whole path: from the line [m], from the orientation at its start [rad]
-WAYPOINT_TOLERANCE = 1e-7  # of the way points [m or rad]
-MAX_JOINT_CHANGE = 0.5  # of a joint between way points [rad or m]
-MIN_LINE_SHARE = 1.0 / 512  # of the line: where shorter pieces would be needed, joints turn too fast to follow
-MAX_ITERATIONS = 20  # from a way point to the next
-STORED_DECIMALS = 9  # plans store as many: what is proven is what is stored
+WAYPOINT_TOLERANCE = 1e-7  # [m or rad] of the rows at way points
+MAX_JOINT_CHANGE = 0.5  # [rad or m] of a joint between way points
+MIN_LINE_SHARE = 1.0 / 512  # of the line between way points: at a singularity shorter ones would be needed
+MAX_ITERATIONS = 20  # of a projection from one way point to the next
+STORED_DECIMALS = 9  # of joint values in plans: what is proven is what is stored
 
 
 @dataclass(frozen=True)
 class OffLine:
-    """Why the tool cannot follow the line, and how far it came [m].
+    """Why the tool cannot follow the line, and how far along it it came [m].
 
     limit: a joint meets its limit (then `joint` is its index in q); out_of_reach: no configuration nearby;
     singular: joints would have to turn without bound.
@@ -61,7 +61,7 @@ def straight_line(
 
     The joint-linear path through them is proven to stay within `deviation` [m] of the straight segment and `tilt`
     [rad] of the first orientation, each joint within its limits and less than 0.5 rad from one way point to the
-    next. Way points but the first are rounded to 1e-9 before they are proven.
+    next. All way points except the first are rounded to 1e-9 before they are proven.
 
     Args:
         tree, q: the tree and the start (n,).
@@ -89,7 +89,7 @@ def straight_line(
 
 @dataclass(frozen=True)
 class _Follower:
-    """One line as rows (the first is the progress along it), and what is needed to follow it."""
+    """A line as rows (the first is the progress along it), with the means to follow it."""
 
     tree: KinematicTree
     rows: Rows
@@ -97,7 +97,7 @@ class _Follower:
     tolerances: Array
 
     def follow(self, start: Array, length: float) -> Array | OffLine:
-        """Way points from start to end of the line; the step halves where it must and doubles where it may."""
+        """The way points from start to end of the line, or why there are none; steps are halved where they fail."""
         way, here, share = [start], 0.0, 1.0
         while here < 1.0:
             there = min(1.0, here + share)
@@ -113,9 +113,9 @@ class _Follower:
         return np.array(way)
 
     def configuration_at(self, near: Array, progress: float, *, limited: bool = True) -> Array | None:
-        """The configuration near another one with the tool at a place on the line, rounded; None without one.
+        """The configuration near another one with the tool at a point of the line, rounded; None if there is none.
 
-        A joint that meets its limit stops there, and the others make up for it if they can.
+        A joint that reaches its limit stops there, and the other joints compensate if they can.
         """
         self._set_progress(progress, progress)
         Q, succeeded = near[None].copy(), np.zeros(1, np.bool_)
@@ -126,7 +126,7 @@ class _Follower:
         return np.round(Q[0], STORED_DECIMALS) if succeeded[0] else None
 
     def fault(self, q0: Array, q1: Array | None, progress0: float, progress1: float) -> OffLine | None:
-        """What keeps the joint-linear piece between two way points from being part of the line, if anything."""
+        """Why the joint-linear segment between two way points does not follow the line, or None if it does."""
         if q1 is None:
             return self._why_not_there(q0, progress0, progress1)
         self._set_progress(progress0, progress1)
@@ -148,29 +148,29 @@ class _Follower:
 
     @cached_property
     def arrays(self) -> tuple[Integers, Integers, Integers, Array, Array, Array]:
-        """The tree as kernels take it."""
+        """The tree's arrays in the order of kernel arguments."""
         return arrays_of(self.tree)
 
     @cached_property
     def no_aims(self) -> Array:
-        """No row aims anywhere but at its bounds."""
+        """An array (R,) of NaN: no row aims at a value inside its bounds."""
         return np.full((1, len(self.rows)), np.nan)
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:
-        """Limits at which a joint may stop and be stored."""
+        """The joint limits, rounded inwards to the decimals of plans."""
         return storable_limits(self.tree.lower, self.tree.upper)
 
     @cached_property
     def wide(self) -> Array:
-        """Limits that stop nothing, to see which joint would leave its own."""
+        """Infinite limits, to find the joint that would leave its own."""
         return np.full(self.tree.size, np.inf)
 
 
 def _line_rows(
     tree: KinematicTree, q: Array, joint: int, joint_T_tool: Array, direction: Array, keep: Rows | None
 ) -> Rows:
-    """Progress, two distances, then the orientation: three rows, each zero where it is that of the start."""
+    """Rows of the line: progress, two distances, and three for the orientation, which is zero at the start."""
     world_T = np.zeros((len(tree.parent), 12))
     world_T[0, [0, 4, 8]] = 1.0
     forward_kinematics(q, *arrays_of(tree), world_T)

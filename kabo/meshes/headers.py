@@ -1,8 +1,8 @@
-"""What a mesh file says of itself, before a reader believes it: sizes that it cannot have, shapes that would be lost.
+"""Checks of mesh files before they are parsed: announced sizes that the file cannot hold, shapes that would be lost.
 
 A header of a few bytes can announce 10^9 triangles. Each rule of size is a lower bound of the bytes that the announced
-numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it. Readers also leave out
-in silence what they do not know, such as strips of triangles; a mesh that lost a part is worse than none.
+numbers need; a file that is shorter is cut off or wrong, whatever its reader would make of it. Readers also skip
+shapes that they do not know, such as strips of triangles, without a word; an incomplete mesh is worse than none.
 """
 
 import json
@@ -25,7 +25,7 @@ _GLB_UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mes
 
 
 def misleading(kind: str, data: bytes) -> str | None:
-    """Why a file cannot be read as it is, as the rest of a sentence; None if it may be what it says."""
+    """Why a file must not be read, as the end of a sentence that begins with its name; None if nothing is wrong."""
     if not data.strip(b"\x00 \t\r\n"):
         return "is empty"
     return HEADER_CHECKS[kind](data)
@@ -103,7 +103,7 @@ def _off(data: bytes) -> str | None:
 
 
 def _obj(data: bytes) -> str | None:
-    """Vertices count from 1, or backwards from -1: a reader would take 0 for the last one."""
+    """Whether a face names vertex 0: vertices count from 1 (or from -1 backwards), and a reader takes 0 for the last."""
     wrong = re.search(rb"^[ \t]*f[ \t](?:[^\n#]*[ \t])?0+(?:[/\s]|$)", data, re.MULTILINE)
     return "has a face with the vertex 0; they count from 1" if wrong else None
 
@@ -136,7 +136,7 @@ def _glb(data: bytes) -> str | None:
 
 
 def _dae(data: bytes) -> str | None:
-    """Nodes may stand for other nodes, so that a few lines can announce any number of meshes."""
+    """Why a COLLADA file must not be read; nodes may refer to nodes, so a few lines can place any number of meshes."""
     lowered = data.lower()
     if b"<!entity" in lowered:
         return "defines XML entities, which kabo does not read"
@@ -154,7 +154,7 @@ def _dae(data: bytes) -> str | None:
 
 
 def _placed(root: ElementTree.Element) -> int:
-    """How many meshes the nodes of a COLLADA file place, those that stand for other nodes included."""
+    """How many meshes a COLLADA file places, directly or through nodes that refer to other nodes."""
     nodes = {f"#{node.get('id')}": node for node in root.iter() if node.tag.endswith("}node")}
     known: dict[str, int] = {}
 

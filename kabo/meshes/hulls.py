@@ -1,4 +1,4 @@
-"""Convex parts as surfaces: the faces of the hull of a part's own vertices, turned outwards."""
+"""Convex hulls as closed triangle meshes whose faces point outwards."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ THICKNESS_HINT = "give it a thickness, or a primitive shape"
 
 
 def hull_of(mesh: Mesh) -> Mesh:
-    """The convex hull of a mesh, closed whatever the mesh is, without the file it came from.
+    """The convex hull of a mesh: always closed, with no `path`.
 
     Raises:
         MeshError: its vertices lie in a plane.
@@ -24,7 +24,7 @@ def hull_of(mesh: Mesh) -> Mesh:
 
 
 def hull_faces(vertices: Vertices) -> Faces:
-    """The triangles (F, 3) of the convex hull of vertices (V, 3), as indices of these vertices, turned outwards.
+    """The triangles (F, 3) of the convex hull of vertices (V, 3): indices of these vertices, facing outwards.
 
     Raises:
         KaboError: the vertices lie in a plane: no solid.

@@ -1,4 +1,4 @@
-"""The errors of unusable meshes, and the first thing that any mesh must be: triangles on finite vertices."""
+"""Errors about unusable meshes, and the least that every mesh must be: triangles on finite vertices."""
 
 import numpy as np
 
@@ -18,13 +18,13 @@ def refuse(place: Place | None, message: str, hint: str | None = None) -> MeshEr
 
 
 def unusable(mesh: Mesh, place: Place | None, said: str, hint: str | None = None) -> MeshError:
-    """The error for a mesh of which something is said, as in `mesh file "cup.stl" is a single triangle`."""
+    """The error for a mesh with a statement about it, as in `mesh file "cup.stl" is a single triangle`."""
     named = f'mesh file "{mesh.path.name}"' if mesh.path is not None else "the mesh"
     return refuse(place or Place(str(mesh.path or "mesh"), 1, 1), f"{named} {said}", hint)
 
 
 def require_numbers(mesh: Mesh, place: Place | None = None) -> None:
-    """Nothing, for a mesh with triangles on finite vertices that are there.
+    """Raises an error unless a mesh has triangles, all on finite vertices that exist.
 
     Args:
         mesh: vertices in metres. place: where a file names the mesh; by default the mesh file itself.

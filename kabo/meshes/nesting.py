@@ -1,8 +1,9 @@
-"""Closed components inside others: which of them are turned inside out, and which are cavities as they should be.
+"""Nested closed components: which are turned inside out, and which are proper cavities.
 
-Seen from inside a component, all that encloses it counts: +1 for each that points outwards, -1 for each that points
-inwards. A sound solid never falls below 0. So an inward component within an outward one is a cavity; one that lies
-free, or in a cavity already, is inside out. An outward one within another is solid in solid, which does no harm.
+Inside a component, the components around it add up: +1 for each that points outwards, -1 for each that points
+inwards. In a sound solid the sum is never below 0. So an inward component within an outward one is a cavity; one
+that lies free, or in a cavity already, is inside out. An outward one within another is solid in solid, which does
+no harm.
 """
 
 from dataclasses import dataclass
@@ -73,7 +74,7 @@ def _enclosing(vertices: Vertices, found: list[Shell]) -> dict[int, list[int]]:
 
 
 def _winds_around(vertices: Vertices, outer: Shell, inner: Shell) -> bool:
-    """Whether most of some points of the inner surface lie within the outer one."""
+    """Whether most of nine sample points of the inner surface lie within the outer one."""
     chosen = np.unique(np.linspace(0, len(inner.faces) - 1, _POINTS_PER_SHELL).astype(np.int64))
     points = vertices[inner.faces[chosen]].mean(axis=1)
     within = np.abs(winding_number(points, vertices, outer.faces)) > 0.5

@@ -19,7 +19,7 @@ from kabo.plan import write_atomically
 Surface = tuple[Vertices, Faces]
 WINDOW_SIZE = (1500, 860)
 ROW_SHARES = (0.09, 0.79, 0.12)  # title, panels, colour bar
-MAX_EDGE_SHARE = 0.02  # of the diagonal: longer edges of what is coloured are divided
+MAX_EDGE_SHARE = 0.02  # share of the diagonal: longer edges of coloured surfaces are divided
 MAX_DRAWN_EDGES = 4000  # triangles whose edges are drawn; more would be a grey veil
 VIEW_DIRECTION = (1.0, -1.5, 0.9)
 DISTANCE_COLOURS = ("#e4e8ee", "#f3d27a", "#e58a3c", "#c23b4e", "#5d1747")  # from 0 to epsilon
@@ -27,7 +27,7 @@ PART_COLOURS = ("#3f7fbf", "#f29f3d", "#4fa36b", "#b05fa0", "#c9593f", "#7a6fc0"
 
 
 def require_pictures() -> None:
-    """Nothing, if pictures can be drawn.
+    """Raises an error unless the libraries that draw pictures are installed.
 
     Raises:
         InputError: the extra is not installed.
@@ -75,7 +75,7 @@ def _surface(surface: Surface) -> Any:
 
 
 def _coloured(surface: Any, other: Any) -> Any:
-    """The surface in small triangles, with the distance of each vertex from the other surface [m]."""
+    """The surface, divided into small triangles, with the distance of each vertex from the other surface [m]."""
     fine = surface.subdivide_adaptive(max_edge_len=MAX_EDGE_SHARE * surface.length, max_n_passes=8)
     fine = fine.compute_implicit_distance(other)
     fine["distance"] = np.abs(fine["implicit_distance"])
@@ -145,7 +145,7 @@ def _add(plotter: Any, surface: Any, look: dict[str, Any] | None, epsilon: float
 
 
 def _look(plotter: Any, panels: Sequence[Sequence[Any]]) -> None:
-    """The same view in all panels: from one corner, as near as everything in all of them allows."""
+    """Sets the same camera in all panels: from one corner, as near as shows everything in all of them."""
     boxes = np.array([surface.bounds for layers in panels for surface, _ in layers]).reshape(-1, 3, 2)
     low, high = boxes[:, :, 0].min(axis=0), boxes[:, :, 1].max(axis=0)
     centre, radius = (low + high) / 2.0, float(np.linalg.norm(high - low)) / 2.0

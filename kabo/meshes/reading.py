@@ -1,7 +1,7 @@
-"""Mesh files: read through trimesh, all their pieces in one mesh, in metres; or one sentence that says why not.
+"""Reads mesh files through trimesh: all pieces of a file become one mesh in metres, or one sentence says why not.
 
-Readers of many formats believe what a file says of itself, so `kabo.meshes.headers` compares that with its size
-before anything is allocated.
+Readers of many formats trust the sizes that a file announces, so `kabo.meshes.headers` compares these with its
+size before anything is allocated.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ from kabo.remembering import Remembered
 
 FORMATS = tuple(HEADER_CHECKS)
 MAX_FILE_BYTES = 2 * 1024**3  # bytes
-_MAX_PARSER_CHARACTERS = 160  # characters of what a parser says
+_MAX_PARSER_CHARACTERS = 160  # characters of a parser's error that a message repeats
 _TRIANGLES: Remembered[tuple[Vertices, Faces]] = Remembered(16 << 20, lambda made: made[0].nbytes + made[1].nbytes)
 
 # What trimesh complains of, kabo says itself.
@@ -67,7 +67,7 @@ def load_mesh(
 
 
 def _require_readable(path: Path, place: Place) -> None:
-    """Refuses what is not there, is no file, or is too large to be meant."""
+    """Raises MeshError if the path is missing, is not a file, or is larger than any intended mesh."""
     try:
         status = path.stat()
     except (OSError, ValueError):  # ValueError: a null byte in the name
@@ -79,7 +79,7 @@ def _require_readable(path: Path, place: Place) -> None:
 
 
 def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
-    """The mesh of a file; files of equal bytes share their arrays, as two arms of one kind do."""
+    """The mesh of a file; files with equal content share their arrays, as two arms of one kind do."""
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         known = [f".{name}" for name in FORMATS]
@@ -97,7 +97,7 @@ def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
 def _triangles(
     data: bytes, kind: str, scale: tuple[float, float, float], path: Path, place: Place
 ) -> tuple[Vertices, Faces]:
-    """The triangles of a file's bytes; its path and place are for errors only."""
+    """The vertices and triangles in a file's content; `path` and `place` appear in errors only."""
     data = readable(data, kind)
     why = misleading(kind, data)
     if why is not None:
@@ -114,7 +114,7 @@ def _triangles(
 
 
 def readable(data: bytes, kind: str) -> bytes:
-    """The bytes of a text file as UTF-8: names and comments of older programs are Latin-1, numbers are the same."""
+    """The content of an OBJ file as UTF-8; older programs write names and comments in Latin-1."""
     if kind != "obj":
         return data
     try:
@@ -125,7 +125,7 @@ def readable(data: bytes, kind: str) -> bytes:
 
 
 def _parsed(data: bytes, kind: str, name: str, place: Place) -> list[tuple[Vertices, Faces]]:
-    """The pieces of a mesh file; whatever a parser raises becomes one sentence."""
+    """The pieces of a mesh file; any error of a parser becomes a MeshError of one sentence."""
     if kind == "dae" and not _has_collada():
         hint = 'install it with the extra: pip install "kabo[robots]"'
         raise refuse(place, f'mesh file "{name}": reading DAE needs the library pycollada', hint)
@@ -143,7 +143,7 @@ def _has_collada() -> bool:
 
 
 def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
-    """The triangle meshes of a file's bytes, each where its node places it, as they stand in the file.
+    """The triangle meshes in a file's content, each moved to where its node places it, in the file's units.
 
     Raises:
         Exception: whatever the reader of this format raises on bytes that it does not understand.
@@ -173,13 +173,13 @@ def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
 
 
 def _unit(shape: Any) -> float:
-    """Metres per unit where the file itself says so (DAE), else 1."""
+    """Metres per unit, if the file says so itself (DAE), else 1."""
     said = str(shape.metadata.get("units", ""))
     return float(said.removesuffix(" * meters")) if said.endswith(" * meters") else 1.0
 
 
 def joined(found: list[tuple[Vertices, Faces]], scale: tuple[float, float, float]) -> tuple[Vertices, Faces]:
-    """One mesh of many pieces, scaled; faces that name a vertex of no piece stay out of range."""
+    """All pieces in one mesh, scaled; a face that names a vertex its piece lacks stays out of range."""
     if not found:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in found)])

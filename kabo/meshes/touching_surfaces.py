@@ -1,7 +1,7 @@
-"""Surfaces that only touch, in a vertex or along an edge, get vertices of their own there; no point moves.
+"""Separates surfaces that only touch in a vertex or along an edge, by copying vertices; no point moves.
 
-Around an edge of four faces or more, sorted by angle, solid begins at a face that passes the edge backwards and ends at
-the next one that passes it forwards: these two belong together.
+Around an edge of four faces or more, sorted by angle, the solid begins at a face that passes the edge backwards
+and ends at the next one that passes it forwards: these two faces are joined.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from kabo.meshes.topology import Edges, edges_of, fans, fans_around, neighbours
 
 
 def separated(vertices: Vertices, faces: Faces, done: list[str]) -> tuple[Vertices, Faces]:
-    """The same triangles, with one vertex for each fan of faces around it."""
+    """The same triangles, with a copy of a vertex for each separate fan of faces around it."""
     if not len(faces):
         return vertices, faces
     edges = edges_of(faces)
@@ -27,7 +27,7 @@ def separated(vertices: Vertices, faces: Faces, done: list[str]) -> tuple[Vertic
 
 
 def _joined_sides(vertices: Vertices, faces: Faces, edges: Edges) -> tuple[Faces, Faces]:
-    """Pairs of sides whose faces hang together: the two of an edge, or on a crowded one those around solid."""
+    """Pairs of joined face sides: both sides of an edge, or, at an edge with more faces, those around the same solid."""
     crowded = edges.count > 2
     first, second = neighbours(edges, ~crowded | (edges.balance != 0))
     order = np.argsort(edges.of_side, kind="stable")
@@ -44,7 +44,7 @@ def _joined_sides(vertices: Vertices, faces: Faces, edges: Edges) -> tuple[Faces
 
 
 def _around(vertices: Vertices, faces: Faces, edges: Edges, sides: Faces) -> list[tuple[int, int]]:
-    """Each backward side of one edge with the forward one that ends its solid, like brackets in a circle."""
+    """Pairs of a backward side of one edge and the forward side where its solid ends, in order of angle."""
     low, high = vertices[edges.ends[edges.of_side[sides[0]]]]
     axis = (high - low) / np.linalg.norm(high - low)
     tips = vertices[faces[sides // 3, (sides % 3 + 2) % 3]] - low

@@ -1,7 +1,7 @@
-"""Mesh files of full precision: written under a temporary name, read back, compared bit by bit, then renamed.
+"""Writes mesh files in full precision: under a temporary name, read back, compared bit by bit, then renamed.
 
-A bound that is proven in double precision is lost in single precision: a vertex that is rounded inwards uncovers
-what it covered. So formats of single precision (STL, GLB) are refused.
+A bound that is proven in double precision is lost in single precision: a vertex that is rounded inwards no longer
+covers what it covered. So formats of single precision (STL, GLB) are refused.
 """
 
 import os
@@ -19,7 +19,7 @@ Piece = tuple[str, Vertices, Faces]
 
 
 def write_off(path: str | Path, vertices: Vertices, faces: Faces) -> None:
-    """Writes one mesh as plain triangles with 17 digits, whole or not at all.
+    """Writes one mesh as an OFF file of plain triangles with 17 digits, atomically.
 
     Args:
         path: the file, whose ending is `.off`. vertices: (V, 3) [m]. faces: (F, 3).
@@ -130,7 +130,7 @@ WRITTEN = tuple(_WRITERS)
 
 
 def _compare(data: bytes, path: Path, named: Sequence[Piece]) -> None:
-    """Raises KaboError unless a reader that is not ours finds the same corners of the same triangles, bit by bit."""
+    """Raises KaboError unless an independent reader finds the same triangles with the same coordinates, bit by bit."""
     read = pieces(data, path.suffix.lower()[1:])
     expected = np.concatenate([vertices[faces] for _, vertices, faces in named])
     found = np.concatenate([vertices[faces] for vertices, faces in read]) if read else np.empty((0, 3, 3))

@@ -1,4 +1,4 @@
-"""What the numbers of a loaded scene must be for geometry to keep its promises: near enough, and within limits."""
+"""Checks a loaded scene's numbers, which geometry relies on: nothing lies too far away, and joints are within limits."""
 
 from collections.abc import Iterator, Mapping
 
@@ -12,10 +12,8 @@ from kabo.meshes import Mesh
 from kabo.scene.robots import Robot
 from kabo.scene.tree import PRISMATIC
 
-MAX_DISTANCE = (
-    500.0  # m: that far from the world's origin the rounding of a gap keeps its share of epsilon, twice over
-)
-LIMIT_SLACK = 1e-9  # rad or m: of a value that stands at its limit
+MAX_DISTANCE = 500.0  # [m] from the world's origin: up to here rounding takes half of its share of epsilon
+LIMIT_SLACK = 1e-9  # [rad or m] by which a value may exceed its limit
 
 
 def findings(
@@ -24,7 +22,7 @@ def findings(
     meshes: Mapping[str, Mesh],
     poses: Mapping[str, Array],
 ) -> Iterator[Diagnostic]:
-    """Everything that lies too far away, and values of grippers beyond their joints' limits.
+    """A diagnostic for everything that lies too far away, and for gripper values beyond their joints' limits.
 
     Args:
         description: what the files say. robots: as loaded. meshes: of the bodies. poses: world_T_body of the bodies.
@@ -48,7 +46,7 @@ def _too_far(place: Place | None, thing: str, far: float) -> Diagnostic:
 
 
 def _reach(robot: Robot) -> float:
-    """How far any point of the robot may get from the world's origin, at most [m]."""
+    """An upper bound of the distance of any point of the robot from the world's origin [m]."""
     tree = robot.tree
     steps = np.linalg.norm(tree.placement[:, 9:], axis=1)
     for joint in range(1, len(steps)):
@@ -69,7 +67,7 @@ def _reach(robot: Robot) -> float:
 
 
 def _beyond_limits(description: SceneDescription, name: str, robot: Robot) -> Iterator[Diagnostic]:
-    """Values of a gripper that its joints cannot have: `open` and `closed`, and what grasp families ask of fingers."""
+    """A diagnostic for each gripper value outside its joint's limits, in `open`, `closed` and grasp families."""
     gripper = description.robots[name].gripper
     limits = dict(zip(robot.joint_names, zip(robot.tree.lower, robot.tree.upper, strict=True), strict=True))
     given: list[tuple[str, Mapping[str, float], Place | None]] = []

@@ -1,8 +1,8 @@
-"""A URDF as a checked tree: every element knows its line, every number is one, the links form a tree.
+"""Parses and checks URDF files: elements with their lines, valid numbers, links that form a tree.
 
-All that is wrong is said here with its place, before a parser in C++ sees the file: that one tells its reasons on
-standard error only, and believes numbers. What it is given is written anew from what was checked, and holds links,
-joints, origins, axes and limits, no more [`kinematics`].
+Errors are found here, with their places, before pinocchio's parser sees the file: that one reports on standard
+error only and does not check numbers. It gets a new text of the checked links, joints, origins, axes and limits,
+no more [`kinematics`].
 """
 
 import difflib
@@ -57,20 +57,20 @@ _WORDS: dict[str, Words] = {  # for each element that counts: its elements, its 
     "cylinder": (frozenset(), frozenset(("radius", "length")), frozenset()),
     "sphere": (frozenset(), frozenset(("radius",)), frozenset()),
 }
-MAX_LINKS = 500  # the work of pinocchio and of collision checks grows with their square
-MISSPELLING_RATIO = 0.85  # likeness of words from which on one is the other, mistyped
+MAX_LINKS = 500  # the work of pinocchio and of collision checks grows with the square of this
+MISSPELLING_RATIO = 0.85  # similarity ratio of words above which an unknown word counts as misspelt
 MAX_FILE_BYTES = 16_000_000  # bytes
-MAX_DEPTH = 40  # elements within elements
-MAX_LENGTH = 1000.0  # m: of an origin from another, and of a size
+MAX_DEPTH = 40  # levels of nested elements
+MAX_LENGTH = 1000.0  # [m] of an origin or a size
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 UNPLANNED_JOINT_TYPES = ("floating", "planar")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_MAX_SHOWN_CHARACTERS = 40  # characters of a value in a message
+_MAX_SHOWN_CHARACTERS = 40  # of a value that a message repeats
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """A URDF file: its elements, and where each begins."""
+    """A URDF file: its elements, and where each of them begins."""
 
     path: Path
     root: ElementTree.Element
@@ -78,7 +78,7 @@ class Urdf:
     lines: tuple[str, ...] = field(repr=False)
 
     def wrong(self, element: ElementTree.Element, message: str, hint: str | None = None) -> InputError:
-        """The error about an element, at its line."""
+        """The error about an element, at its place in the file."""
         line, column = self.places[element]
         source = self.lines[line - 1] if line <= len(self.lines) else None
         length = len(element.tag) + 1
@@ -95,7 +95,8 @@ class Urdf:
         """The numbers of an attribute; `default` where it is absent.
 
         Raises:
-            InputError: it is absent without a default, has more or fewer numbers, or something that is none.
+            InputError: the attribute is absent without a default, has more or fewer numbers, or a word that is no
+            number.
         """
         text = element.get(key, default)
         named = f"`{key}` of <{element.tag}>"
@@ -119,7 +120,7 @@ class Urdf:
         return [float(word) for word in words]
 
     def size(self, element: ElementTree.Element, key: str, count: int = 1) -> list[float]:
-        """The numbers of an attribute that are lengths above 0."""
+        """The numbers of an attribute that holds positive lengths."""
         values = self.numbers(element, key, count)
         if not min(values) >= 1e-6:
             said = f"`{key}` of <{element.tag}> must be above 0, at least a micrometre"
@@ -135,7 +136,7 @@ def read_text(path: Path, place: Place | None) -> Urdf:
     """The checked tree of a URDF file.
 
     Args:
-        path: the file. place: where it is named, for a file that cannot be read.
+        path: the file. place: where a scene names it, for the error if it cannot be read.
 
     Raises:
         InputError: it cannot be read, is no XML, or its links, joints and numbers are not what they must be.
@@ -218,7 +219,7 @@ def _check(urdf: Urdf) -> None:
 
 
 def _check_words(urdf: Urdf) -> None:
-    """Refuses what is nearly a word that counts, and what stands twice: a reader would leave it out in silence."""
+    """Raises InputError for misspelt and for repeated elements, which a parser would skip without a word."""
     waiting = [urdf.root]
     while waiting:
         element = waiting.pop()
@@ -243,7 +244,7 @@ def _check_words(urdf: Urdf) -> None:
 
 
 def _slipped(word: str, known: frozenset[str]) -> str | None:
-    """The remedy for a word in which a finger slipped; other words that do not count are extensions of other tools."""
+    """The remedy for a misspelt word; None for words that are like no known one: extensions of other tools."""
     for meant in sorted(known):
         if (
             sorted(word) == sorted(meant)
@@ -335,7 +336,7 @@ def _check_limit(urdf: Urdf, name: str, kind: str, joint: ElementTree.Element) -
 
 
 def origin_of(urdf: Urdf, element: ElementTree.Element) -> tuple[list[float], list[float]]:
-    """Position [m] and roll, pitch, yaw [rad] of an element's origin."""
+    """The position [m] and roll, pitch, yaw [rad] of an element's origin; zeros if it has none."""
     origin = element.find("origin")
     if origin is None:
         return [0.0] * 3, [0.0] * 3
@@ -343,7 +344,7 @@ def origin_of(urdf: Urdf, element: ElementTree.Element) -> tuple[list[float], li
 
 
 def mimic_of(urdf: Urdf, joint: ElementTree.Element) -> tuple[str, float, float] | None:
-    """The joint that one mimics, with multiplier and offset; None if it mimics none."""
+    """The joint that this one mimics, with multiplier and offset; None if it is no mimic joint."""
     mimic = joint.find("mimic")
     if mimic is None:
         return None
@@ -353,13 +354,13 @@ def mimic_of(urdf: Urdf, joint: ElementTree.Element) -> tuple[str, float, float]
 
 
 def named(urdf: Urdf, tag: str) -> Iterator[tuple[str, ElementTree.Element]]:
-    """The links or joints of a checked robot by name; those inside of other elements (`transmission`) are not meant."""
+    """The links or joints of a checked robot by name, without those inside other elements (`transmission`)."""
     for element in urdf.root.findall(tag):
         yield element.get("name", ""), element
 
 
 def kinematics(urdf: Urdf) -> str:
-    """A URDF of links and joints with their origins, axes and limits, as they were checked, and of nothing else."""
+    """The text of a URDF that holds the checked links and joints, their origins, axes and limits, and nothing else."""
     robot = ElementTree.Element("robot", {"name": urdf.root.get("name") or "robot"})
     for name, _ in named(urdf, "link"):
         ElementTree.SubElement(robot, "link", {"name": name})

@@ -25,13 +25,13 @@ from kabo.kinematics.kernels.rows import (
 )
 from kabo.scene.kernels.poses import forward_kinematics
 
-MAX_DEPTH = 24  # of the bisection: what is not decided on pieces of 2^-24 counts as not kept,
-MAX_PIECES = 20000  # nor what takes more of them
+MAX_DEPTH = 24  # halvings of the segment: rows undecided on pieces of 2^-24 count as violated,
+MAX_PIECES = 20000  # and so do rows that need more pieces
 
 
 @kernel  # (J,) i8, i8, i8 -> i8
 def common_ancestor(parent, a, b):
-    """The nearest joint that moves both a and b; parents have lower numbers than their children."""
+    """The nearest common ancestor of joints a and b; parents have lower indices than their children."""
     while a != b:
         if a > b:
             a = parent[a]
@@ -42,7 +42,7 @@ def common_ancestor(parent, a, b):
 
 @kernel  # i8, tree parts, (n,) f8 x 2 -> f8, f8
 def change_and_reach(j, source, ratio, shift, kind, placement, q0, q1):
-    """By how much joint j moves in all, and how long the link to its parent can be [m]."""
+    """The total motion of joint j on the segment, and the greatest distance of its origin from its parent's [m]."""
     start, end = ratio[j] * q0[source[j]], ratio[j] * q1[source[j]]
     x, y, z = placement[j, 9], placement[j, 10], placement[j, 11]
     reach = np.sqrt(x * x + y * y + z * z)
@@ -117,13 +117,13 @@ def relative(row, world_T, y):
 
 @kernel  # (3,) f8 x 2, f8 x 3 -> f8, f8
 def along(y0, y1, u0, u1, u2):
-    """The components of both vectors along the direction (u0, u1, u2)."""
+    """The components of y0 and y1 along the direction (u0, u1, u2)."""
     return y0[0] * u0 + y0[1] * u1 + y0[2] * u2, y1[0] * u0 + y1[1] * u1 + y1[2] * u2
 
 
 @kernel  # (3,) f8 x 2, f8, f8, (W,) f8 -> f8, f8
 def norm_range(y0, y1, s0, s1, row):
-    """The least and the largest norm on a chord, less its components s0, s1 along the second's direction."""
+    """The least and the largest norm on a chord, without its components s0, s1 along the second's direction."""
     square0, square1, mixed = 0.0, 0.0, 0.0
     for k in range(3):
         u = row[12 + k]
@@ -140,7 +140,7 @@ def norm_range(y0, y1, s0, s1, row):
 
 @kernel  # (W,) f8, (3,) f8 x 2, f8, f8 -> bool
 def holds_between(row, y0, y1, deviation, tolerance):
-    """Whether the row surely holds, within `tolerance`, wherever y is within `deviation` of the chord y0 y1."""
+    """Whether the row is proven to hold, within `tolerance`, for all y within `deviation` of the chord y0 y1."""
     kind, low, high = int(row[KIND]), row[LOWER] - tolerance, row[UPPER] + tolerance
     if kind == ALIGNED:
         a0, a1 = along(y0, y1, row[2], row[3], row[4])
@@ -166,7 +166,7 @@ def holds_between(row, y0, y1, deviation, tolerance):
 
 @kernel  # (n,) f8 x 2, f8, (R, W) f8, tree x 6, (n,) f8, (J, 12) f8, (R, 3) f8 -> writes q, world_T, vectors
 def look(q0, q1, share, rows, parent, kind, source, ratio, shift, placement, q, world_T, vectors):
-    """Writes the vector of every row at a share of the segment."""
+    """Writes the vector of every row at a fraction of the segment."""
     for j in range(q.shape[0]):
         q[j] = q0[j] if share == 0.0 else q1[j] if share == 1.0 else q0[j] + share * (q1[j] - q0[j])
     forward_kinematics(q, parent, kind, source, ratio, shift, placement, world_T)
@@ -176,7 +176,7 @@ def look(q0, q1, share, rows, parent, kind, source, ratio, shift, placement, q, 
 
 @kernel  # (R, W) f8, (R,) f8, (n,) f8 x 2, tree x 6 -> i8
 def first_row_not_kept(rows, tolerances, q0, q1, parent, kind, source, ratio, shift, placement):
-    """-1 if every row is proven to hold within its tolerance all along the segment; else a row that is not."""
+    """-1 if every row is proven to hold within its tolerance all along the segment; else the index of a row that is not."""
     count = rows.shape[0]
     world_T, q, bound = np.zeros((parent.shape[0], 12)), q0.copy(), np.empty(count)
     world_T[0, 0], world_T[0, 4], world_T[0, 8] = 1.0, 1.0, 1.0

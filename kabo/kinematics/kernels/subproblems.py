@@ -1,17 +1,15 @@
-"""Rotations about given axes that take points to points: what closed forms are put together from [Paden 1986].
+"""Paden-Kahan subproblems, the building blocks of closed forms: rotations that move points to points [Paden 1986].
 
-A vector is a tuple of three numbers. An axis is (6,): its unit direction, then a point on it. Each function says how
-far it is from having a solution, so that nothing is ever not a number.
+A vector is a tuple of three numbers. An axis is (6,): its unit direction, then a point on it. Each function
+returns how far it is from having a solution, so that no result is NaN.
 """
 
 import numpy as np
 
 from kabo.compilation import lean_kernel
 
-SINGULAR_SLACK = (
-    1e-7  # m, or relative: what rounding near a singularity may lack of a solution; forward kinematics decides
-)
-ON_AXIS_DISTANCE = 3e-10  # m, or relative: nearer to an axis than this is on it, and a turn about it free
+SINGULAR_SLACK = 1e-7  # [m, or relative] by which a solution may be missed near a singularity
+ON_AXIS_DISTANCE = 3e-10  # [m, or relative] within which a point is on an axis, so that the angle is free
 
 
 @lean_kernel  # vector, vector -> f8
@@ -40,7 +38,7 @@ def norm(a):
 
 @lean_kernel  # vector, f8, vector -> vector
 def turned(h, angle, v):
-    """A vector turned about the unit direction h."""
+    """A vector rotated about the unit direction h."""
     c, s, along = np.cos(angle), np.sin(angle), h[0] * v[0] + h[1] * v[1] + h[2] * v[2]
     w, k = cross(h, v), along * (1.0 - c)
     return c * v[0] + s * w[0] + k * h[0], c * v[1] + s * w[1] + k * h[1], c * v[2] + s * w[2] + k * h[2]
@@ -60,7 +58,7 @@ def origin(axis):
 
 @lean_kernel  # (6,) f8, f8, vector -> vector
 def carried(axis, angle, point):
-    """A point turned about an axis."""
+    """A point rotated about an axis."""
     p = origin(axis)
     return plus(p, 1.0, turned(direction(axis), angle, plus(point, -1.0, p)))
 
@@ -95,9 +93,9 @@ def meeting_point(first, second):
 
 @lean_kernel  # f8, f8, f8 -> i8, f8, f8, f8
 def cosine_angles(a, b, value):
-    """The angles x with a cos x + b sin x = value: how many, both, and what is missing to a solution (or 0).
+    """The angles x with a cos x + b sin x = value: their count, both angles, and what is missing to a solution (or 0).
 
-    Count -1: a and b vanish and every angle will do.
+    Count -1: a and b vanish, and every angle is a solution.
     """
     length = np.hypot(a, b)
     excess = abs(value) - length
@@ -114,7 +112,7 @@ def cosine_angles(a, b, value):
 
 @lean_kernel  # (6,) f8, vector, vector, f8 -> i8, f8, f8, f8
 def angles_to_plane(axis, point, normal, value):
-    """The angles t at which turning `point` by -t about an axis has normal · (point - p) = value, p on the axis."""
+    """The angles t such that `point` rotated by -t about an axis has normal · (point - p) = value, with p on the axis."""
     h, v = direction(axis), plus(point, -1.0, origin(axis))
     along = dot(h, v)
     return cosine_angles(
@@ -124,9 +122,10 @@ def angles_to_plane(axis, point, normal, value):
 
 @lean_kernel  # vector x 4, f8 -> i8, f8 x 4, f8
 def two_turns(h1, h2, start, end, spare):
-    """Turns about h1 and h2 with turned(h1, t1, turned(h2, t2, start)) = end, vectors of one length.
+    """The angles about h1 and h2 with turned(h1, t1, turned(h2, t2, start)) = end, for vectors of equal length.
 
-    Answers how many, t1 and t2 of each, and what is missing; count -1: one, with t1 free and taken as `spare`.
+    Returns their count, t1 and t2 of each, and what is missing; count -1: one solution, with t1 free, set to
+    `spare`.
     """
     c, size = dot(h1, h2), norm(start)
     s2 = 1.0 - c * c
@@ -155,9 +154,9 @@ def two_turns(h1, h2, start, end, spare):
 
 @lean_kernel  # vector x 4, f8 -> i8, f8 x 4, f8
 def two_links(n, upper, lower, reach, spare):
-    """Turns about one direction n with turned(n, a, upper + turned(n, b, lower)) = reach, up to n itself.
+    """The angles about one direction n with turned(n, a, upper + turned(n, b, lower)) = reach, components along n aside.
 
-    Answers how many, a and b of each, and what is missing [m]; count -1: one turn is free and taken as `spare`.
+    Returns their count, a and b of each, and what is missing [m]; count -1: one angle is free and set to `spare`.
     """
     u, v, w = plus(lower, -dot(n, lower), n), plus(upper, -dot(n, upper), n), plus(reach, -dot(n, reach), n)
     lu, lv, lw = norm(u), norm(v), norm(w)
