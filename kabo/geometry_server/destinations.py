@@ -1,4 +1,4 @@
-"""Where what a robot holds may be put down, and by which family of grasps it holds it."""
+"""Destinations of held objects: the streams of their placements; and the grasp family of a hold."""
 
 from dataclasses import dataclass
 
@@ -16,12 +16,12 @@ from kabo.kinematics import satisfied
 from kabo.language.scene_description import GraspFamily
 from kabo.scene import Region, Robot
 
-HOLD_TOLERANCE = 1e-4  # m, rad: how exactly a hold must be a grasp of a family
+HOLD_TOLERANCE = 1e-4  # [m, rad] within which a hold counts as a grasp of a family
 
 
 @dataclass(frozen=True)
 class Destination:
-    """Where to put something: a support, a region, or a support within a region."""
+    """Where to place an object: on a support, in a region, or on a support within a region."""
 
     support: str | None
     region: Region | None
@@ -35,7 +35,7 @@ def placement_streams(
     situation: Situation,
     wanted: str = "any",
 ) -> list[PlacementStream]:
-    """The streams of all placement families of what the robot holds that fit the target."""
+    """The streams of all placement families of the held object that fit the target."""
     body, held = context.scene.bodies[name], situation.held(name)
     support = None
     if target.support is not None:
@@ -53,7 +53,7 @@ def placement_streams(
 
 
 def recognised(context: ProcedureContext, robot: Robot, name: str, situation: Situation) -> GraspFamily | None:
-    """The grasp family by which a robot holds an object; None if no family declares this hold."""
+    """The grasp family that a robot's hold of an object belongs to; None if it belongs to none."""
     body, held = context.scene.bodies[name], situation.held(name)
     roles = {"tool": tool_frame(robot), "this": carried_frame(robot, body, held), "world": WORLD}
     q = np.array(situation.configuration(robot.name))

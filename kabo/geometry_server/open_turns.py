@@ -1,7 +1,7 @@
-"""What a family of grasps leaves open: a turn about the object, along which its samples are spread [K 5.2.4].
+"""The rotation about the object that a grasp family leaves open, along which samples are spread [K 5.2.4].
 
-Projection from random seeds covers the turn, but unevenly. Here it is found from the rows alone: the tool is let fly,
-and where it fulfils the rows, an azimuth that they say nothing about has a gradient of its own.
+Projection from random seeds covers this rotation, but unevenly. It is found from the rows alone: the tool is
+treated as a free body, and where it fulfils the rows, an azimuth that they leave open has an independent gradient.
 """
 
 import hashlib
@@ -15,16 +15,16 @@ from kabo.kinematics.kernels import rows as columns
 from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 
-POSES_PROJECTED = 8  # of which some fulfil the rows
-MIN_SINE = 0.3  # sine of the angle between the axis and what is turned about it, at the least
-MIN_SINGULAR_VALUE = 1e-3  # singular values above this are a gradient of its own
+POSES_PROJECTED = 8  # seeds, of which some reach the rows
+MIN_SINE = 0.3  # of the angle between the axis and the direction that is rotated about it
+MIN_SINGULAR_VALUE = 1e-3  # above which a gradient counts as independent
 VERTICAL = (0.0, 0.0, 1.0)
 
 
 def open_turn(rows: Array, moving: Frame) -> Array | None:
-    """A row (1, W) that measures a turn of a moving frame which the rows leave open; None if there is none.
+    """A row (1, W) that measures a rotation of a moving frame which the rows leave open; None if there is none.
 
-    Rows about other joints than that of the frame, and the world, leave nothing that can be told.
+    None as well if rows concern other joints than the frame's and the world.
     """
     joints = rows[:, (columns.FIRST, columns.SECOND)]
     if not len(rows) or not np.all((joints == 0) | (joints == moving.joint)):
@@ -44,7 +44,7 @@ _Direction = tuple[float, float, float]
 
 
 def _moved_twice() -> KinematicTree:
-    """A free body on a free body: about where the first is, the second's six values move it in every direction."""
+    """The tree of a free body on a free body: the first sets a pose, the second's six values move it in every direction."""
     tree, n = FREE_BODY, FREE_BODY.size
     count = np.arange(2 * n + 1)
     twice = [np.concatenate([a, a[1:]]) for a in (tree.kind, tree.ratio, tree.shift, tree.placement)]
@@ -61,7 +61,7 @@ _TURNS: Remembered[tuple[_Direction, _Direction] | None] = Remembered(1 << 20, l
 
 
 def _found(rows: Array, pose: Array) -> tuple[_Direction, _Direction] | None:
-    """What is turned, in the joint's frame, and about which axis of the world."""
+    """The direction that is rotated, in the joint's frame, and the axis in the world."""
     tree = FREE_BODY_TWICE
     Q, right = sample(
         tree, rows, stream_key("open"), 0, POSES_PROJECTED, tree.lower, tree.upper, OUTER_BODY_VALUES
@@ -82,7 +82,7 @@ def _found(rows: Array, pose: Array) -> tuple[_Direction, _Direction] | None:
 
 
 def _axes(rows: Array) -> list[_Direction]:
-    """The directions in the world that the rows speak of, in their order, then the vertical."""
+    """The directions in the world that rows refer to, in their order, then the vertical."""
     found: list[_Direction] = []
     for row in rows:
         aligned = row[columns.KIND] == columns.ALIGNED
@@ -99,7 +99,7 @@ def _direction(of: Array) -> _Direction:
 
 
 def _is_new(rows: Array, azimuth: Array, q: Array) -> bool:
-    """Whether some motion of the body changes the azimuth and none of the equalities."""
+    """Whether some motion of the body changes the azimuth and keeps all equalities."""
     equal = rows[rows[:, columns.LOWER] == rows[:, columns.UPPER]]
     gradient = jacobian(azimuth[None], q, FREE_BODY_TWICE)[0, ~OUTER_BODY_VALUES]
     if len(equal):

@@ -1,8 +1,8 @@
-"""Foresight: whether a robot could put an object somewhere at all, however it held it; asked before any search.
+"""A check before any search: whether a robot could place an object somewhere at all, whatever its grasp.
 
-The object is let fly: a tree of six joints is projected onto the placement's constraints, and at each place found
-the robot tries to grasp it. Where no grasp is found nothing is proven, but no search need
-try every hold in turn.
+The object is treated as a free body: a tree of six joints is projected onto the placement's constraints, and at
+each pose found the robot tries to grasp it. Finding no grasp proves nothing, but then no search needs to try every
+grasp.
 """
 
 from collections.abc import Iterator
@@ -19,12 +19,12 @@ from kabo.kinematics import FREE_BODY, sample, stacked, stream_key
 from kabo.scene import Body, Configuration, Robot
 from kabo.scene.transforms import unflat
 
-PLACES_TRIED, GRASPS_TRIED = 24, 16  # places tried, and grasps at each
-PLACES_MEASURED = 1  # places to tell how far out of reach they are
+PLACES_TRIED, GRASPS_TRIED = 24, 16  # poses of the object, and grasps at each of them
+PLACES_MEASURED = 1  # poses at which the distance out of reach is measured
 
 
 def places(context: ProcedureContext, body: Body, target: Destination, situation: Situation) -> Iterator[Array]:
-    """Poses (4, 4) at which a body fulfils its placement families on a target, a few of each."""
+    """Poses (4, 4) at which a body fulfils its placement families on a target, a few for each family."""
     this = Frame(6, np.eye(4), body.features)
     roles = {"this": this, "world": WORLD}
     if target.support is not None:
@@ -53,7 +53,7 @@ def places(context: ProcedureContext, body: Body, target: Destination, situation
 def may_place(
     context: ProcedureContext, robot: Robot, body: Body, target: Destination, situation: Situation
 ) -> bool:
-    """Whether the robot finds a grasp of the body at any of the places; True where no place was found at all."""
+    """Whether the robot finds a grasp of the body at any of the poses; True if no pose was found at all."""
     hand = _open_hand(robot, situation.configuration(robot.name))
     none = True
     for pose in places(context, body, target, situation):
@@ -73,7 +73,7 @@ def grasps_there(
     situation: Situation,
     most: int = PLACES_MEASURED,
 ) -> list[Stream]:
-    """The grasps of a body at those of its places on a target that are nearest to the robot's base."""
+    """The grasp streams of a body at the `most` poses on a target that are nearest to the robot's base."""
     hand, base = _open_hand(robot, situation.configuration(robot.name)), base_position(robot)
     near = sorted(
         places(context, body, target, situation), key=lambda pose: float(np.linalg.norm(pose[:3, 3] - base))

@@ -1,6 +1,6 @@
-"""The predicates of [K Def. 1] by the names of a scene: bodies, links and motions in a geometric state.
+"""The predicates of [K Def. 1] for things of a scene by name: bodies, links and motions in a geometric state.
 
-`kabo.geometry` answers; here names become parts, meshes and poses. With `exact` the original meshes are asked.
+Names become parts, meshes and poses, on which `kabo.geometry` decides; with `exact` it uses the original meshes.
 """
 
 from collections.abc import Sequence
@@ -18,28 +18,28 @@ from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.scene import GeometricState, world_T
 from kabo.scene.transforms import flat, transform
 
-SOLE_HEIGHT = 1e-3  # m: what is no higher above the lowest point of a body is taken to touch what it stands on
-FAN_CORNERS = 20  # corners of a hull that one convex part has beside the one that all share
+SOLE_HEIGHT = 1e-3  # [m] above a body's lowest point: vertices up to there touch the support
+FAN_CORNERS = 20  # corners of a polygon in one convex part, beside the corner that all parts share
 SOLE_DEPTHS = (
     2e-4,
     1e-3,
     2e-3,
-)  # m: how far below its sole a support is looked for: it need not touch to the last digit
-MAX_EXACT_TRIANGLES = 2000  # triangles: a container of no more is asked itself, not through an inner bounding mesh
+)  # [m] below a body's sole at which its support is tested: contact is never exact
+MAX_EXACT_TRIANGLES = 2000  # a container of no more is used itself, without an inner bounding mesh
 
 
 @dataclass(frozen=True)
 class ScenePredicates:
-    """Predicates on the things of a scene as they are in one state.
+    """Predicates on the things of a scene in one state.
 
-    A thing is the name of a body, or `robot.link`. Contacts that a scene allows are not looked at.
+    A thing is the name of a body, or `robot.link`. Allowed collisions of the scene are ignored.
     """
 
     surroundings: SceneSurroundings
     state: GeometricState
 
     def thing(self, name: str) -> FixedGroup:
-        """A body or link where it is.
+        """A body or link at its pose in the state.
 
         Raises:
             ValueError: it has no geometry. KeyError: no thing has this name.
@@ -56,7 +56,7 @@ class ScenePredicates:
         return world_T(self.surroundings.scene, self.state, name)
 
     def motion(self, robot: str, waypoints: Sequence[Sequence[float]]) -> Motion:
-        """A robot and what it holds on their way from waypoint to waypoint (W, n), straight in joint space."""
+        """The motion of a robot and what it holds along waypoints (W, n), straight in joint space."""
         chosen, groups = self.surroundings.scene.robots[robot], []
         for link in chosen.links.values():
             if link.mesh is not None:
@@ -79,7 +79,7 @@ class ScenePredicates:
         return geometry.collides(self.thing(first), self.thing(second), self.surroundings.budget)
 
     def sweeps(self, motion: Motion, other: Motion | str) -> bool:
-        """Whether what a motion sweeps may meet a thing, or what another motion sweeps, at any times [K Def. 1.2, 1.3]."""
+        """Whether a motion's swept volume may meet a thing, or that of another motion at any times [K Def. 1.2, 1.3]."""
         against = self.thing(other) if isinstance(other, str) else other
         budget = self.surroundings.budget
         if self.surroundings.exact:
@@ -96,10 +96,10 @@ class ScenePredicates:
         return includes(self._container(container), self.thing(body), self.surroundings.budget)
 
     def stands_on(self, support: str, body: str, pose: Array) -> bool:
-        """Whether all that a body at a pose (4, 4) touches from above is proven to lie on a support.
+        """Whether the whole sole of a body at a pose (4, 4) is proven to lie on a support.
 
-        What it touches is the hull of its vertices within a millimetre of its lowest one: moved down by one of `SOLE_DEPTHS`
-        it must be proven to lie inside the support.
+        The sole is the hull of the vertices within a millimetre of the lowest one: moved down by one of
+        `SOLE_DEPTHS` it must be proven to lie inside the support.
         """
         mesh = self.surroundings.mesh(body)
         if mesh is None:
@@ -129,12 +129,12 @@ class ScenePredicates:
         return geometry.signed_distance(self.thing(first), self.thing(second))
 
     def swept_volume(self, motion: Motion, tolerance: float | None = None) -> SweptVolume:
-        """Polyhedra that contain what a motion sweeps; `tolerance` [m] is the sweep's share of epsilon if None."""
+        """Polyhedra that contain a motion's swept volume, within `tolerance` [m]; None: the sweep's share of epsilon."""
         return geometry.swept_volume(motion, self.surroundings.budget.sweep if tolerance is None else tolerance)
 
 
 def _flat(points: Array) -> Enclosure:
-    """Convex parts whose union is the hull of points (V, 3) seen from above, at the height of the lowest."""
+    """Convex parts whose union is the hull of points (V, 3) projected to the height of the lowest."""
     low, across = points[:, 2].min(), points[:, :2]
     try:
         corners = across[ConvexHull(across).vertices]

@@ -1,7 +1,7 @@
-"""Proofs that something is out of reach: no sampling, no dependence on what else stands where.
+"""Proofs that something is out of reach, without sampling and independent of other objects.
 
-A point on a chain is never farther from the chain's first moving joint than the lengths between its joints add up
-to. What a constraint demands to be nearer than it can be is refused for good.
+A point on a chain is never farther from the chain's first moving joint than the sum of the lengths between its
+joints. A constraint that demands more can never be fulfilled.
 """
 
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from kabo.kinematics import FrameFeature
 from kabo.language.scene_description import Constraint, GraspFamily
 from kabo.scene import PRISMATIC, Body, Region, Robot
 
-ROUNDING_ALLOWANCE = 1e-6  # m: rounding of the sums below is far smaller
+ROUNDING_ALLOWANCE = 1e-6  # [m]: rounding of the sums below is far smaller
 
 
 def reach(robot: Robot, point: FrameFeature) -> float:
@@ -45,9 +45,9 @@ def _moves_before(robot: Robot, joint: int) -> bool:
 
 
 def grasp_missing(robot: Robot, constraints: Iterable[Constraint], roles: Roles) -> float:
-    """How far [m] the nearest grasp lies beyond the robot's reach; 0 or less: unknown.
+    """A lower bound [m] of how far the nearest grasp lies beyond the robot's reach; 0 or less proves nothing.
 
-    Only `coincident` of a point of the tool with a feature of the standing object counts; that is a proof.
+    It follows from `coincident` constraints of a point of the tool with a feature of the standing object.
     """
     base, worst = base_position(robot), -np.inf
     for constraint in constraints:
@@ -73,10 +73,11 @@ def _distance(point: Array, feature: FrameFeature) -> float:
 
 
 def region_missing(robot: Robot, body: Body, region: Region, tool: Frame) -> float:
-    """How far [m] a region lies beyond the reach of the robot with the body in its hand, however it is grasped.
+    """A lower bound [m] of how far a region lies beyond the robot's reach with the body in its hand, for any grasp.
 
-    Zero or less: unknown. Some point of the body lies in the region; every point of it lies within its diameter of
-    the grasp, which is a point of the body or on the axis of a family that bounds its height.
+    Zero or less proves nothing. Some point of the body must lie in the region, and every point of the body lies
+    within its diameter of the grasp, which is a point of the body or on the axis of a family that bounds its
+    height.
     """
     offset = max((_grasp_offset(body, family) for family in body.grasps.values()), default=np.inf)
     inside = _region_distance(base_position(robot), region)
@@ -92,7 +93,7 @@ def _region_distance(point: Array, region: Region) -> float:
 
 
 def _grasp_offset(body: Body, family: GraspFamily) -> float:
-    """How far [m] the farthest point of the body may be from the tool point that the family puts on it."""
+    """An upper bound [m] of the distance of any point of the body from the tool point in a grasp of the family."""
     line = None
     for constraint in family.constraints:
         names = (constraint.first, constraint.second)

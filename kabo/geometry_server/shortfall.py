@@ -1,8 +1,8 @@
-"""How far out of reach something is: the least way that a robot's base would have to move until it is within reach.
+"""How far out of reach something is: the shortest displacement of a robot's base that brings it within reach.
 
-The base is let glide: three slides before the robot's first joint join the projection, so that its solutions are
-places of the base with a configuration that fulfils all constraints, joint limits included. Of many, the one with the
-least way is pulled in as far as it goes. It is not a proof, but an upper bound that seldom is off by a millimetre.
+Three prismatic joints are put before the robot's first joint, so that projection finds displacements of the base
+together with configurations that fulfil all constraints, joint limits included. The shortest displacements of many
+are then shortened as far as possible. The result is an upper bound, rarely off by more than a millimetre.
 """
 
 from dataclasses import dataclass
@@ -17,31 +17,38 @@ from kabo.kinematics.kernels.rows import FIRST, SECOND
 from kabo.scene import PRISMATIC, KinematicTree
 
 BASE_SLIDES = 3
-BASE_RANGES = (0.03, 0.1, 0.3, 1.0, 3.0, 9.0)  # m: how far the base may glide, tried in this order
-RANGE_SAMPLES, SOLUTIONS_KEPT = 64, 6  # samples within each range, and how many of them are pulled in
-REFINEMENT_ROUNDS, PULL_STEPS = 3, 16  # of looking again nearer by, and steps of pulling in
-MIN_STEP_SHARE = 1e-3  # share of the way: with smaller steps nothing comes of it
-FIRST_SHARE = 0.9  # share of the way that is tried first with fresh samples
-NEGLIGIBLE_SHARE = 2e-3  # share of the way that is not worth another round
+BASE_RANGES = (
+    0.03,
+    0.1,
+    0.3,
+    1.0,
+    3.0,
+    9.0,
+)  # [m] of the base's displacement along each axis, tried in this order
+RANGE_SAMPLES, SOLUTIONS_KEPT = 64, 6  # in each range, and how many of these are shortened
+REFINEMENT_ROUNDS, PULL_STEPS = 3, 16  # rounds of sampling again within the best, and steps of shortening
+MIN_STEP_SHARE = 1e-3  # of the displacement: smaller steps gain nothing
+FIRST_SHARE = 0.9  # of the displacement, which fresh samples try first
+NEGLIGIBLE_SHARE = 2e-3  # of the displacement, not worth another round
 
 
 @dataclass(frozen=True)
 class Shortfall:
-    """How far out of reach: the length [m] of the move `by` (x, y, z) of the base, in the world, that it would take."""
+    """How far out of reach: the displacement `by` (x, y, z) of the base, in the world, and its length [m]."""
 
     metres: float
     by: tuple[float, float, float]
 
 
 def shortfall_of(stream: Stream, *, level: bool = False) -> Shortfall | None:
-    """The least move of a robot's base found, after which the constraints of a stream can be fulfilled.
+    """The shortest displacement found of a robot's base that makes the constraints of a stream feasible.
 
     Args:
         stream: the robot, the rows of the constraints, its gripper's values; its key is that of the samples' seeds.
         level: the base keeps its height.
 
     Returns:
-        A length of zero if the constraints can be fulfilled as things are; None if no move was found to help.
+        A length of zero if the constraints are feasible as they are; None if no displacement was found.
     """
     if stream.samples(0, RANGE_SAMPLES):
         return Shortfall(0.0, (0.0, 0.0, 0.0))
@@ -61,7 +68,7 @@ def shortfall_of(stream: Stream, *, level: bool = False) -> Shortfall | None:
 
 
 class _Base:
-    """A base that glides, with the solutions (N, 3 + n) found that are nearest to where it stands."""
+    """A robot on a movable base, and the solutions (N, 3 + n) found with the shortest displacements."""
 
     def __init__(self, stream: Stream, level: bool) -> None:
         self.tree, self.rows, self.key = gliding(stream.robot.tree), glided(stream.rows), int(stream.key)
@@ -74,20 +81,20 @@ class _Base:
 
     @property
     def best(self) -> Array:
-        """The solution with the least way."""
+        """The solution with the shortest displacement."""
         return np.asarray(self.found[0])
 
     @property
     def way(self) -> float:
-        """The least way [m]."""
+        """The length of the shortest displacement [m]."""
         return float(np.linalg.norm(self.best[:BASE_SLIDES]))
 
     def look(self, span: float) -> bool:
-        """Whether a sample with the base up to `span` [m] aside along each axis is a solution."""
+        """Whether a sample is a solution with the base displaced by up to `span` [m] along each axis."""
         return self._sampled(self.all, np.zeros(BASE_SLIDES), span) > 0
 
     def push_on(self) -> None:
-        """Bisects the way of the best solution with fresh samples of the arm alone."""
+        """Bisects the displacement of the best solution, with fresh samples of the arm alone."""
         by, low, high = self.best[:BASE_SLIDES].copy(), 0.0, 1.0
         share = FIRST_SHARE
         while high - low > NEGLIGIBLE_SHARE:
@@ -95,7 +102,7 @@ class _Base:
             share = 0.5 * (low + high)
 
     def pull_in(self) -> None:
-        """Pulls every solution towards no way at all, as far as it goes."""
+        """Shortens the displacement of every solution, as far as projection succeeds."""
         Q = self.found
         step = np.full(len(Q), 0.5)
         for _ in range(PULL_STEPS):
@@ -114,7 +121,7 @@ class _Base:
         self._keep(Q)
 
     def _reaches(self, by: Array) -> bool:
-        """Whether a sample of the arm alone is a solution, with the base moved."""
+        """Whether a sample of the arm alone is a solution with the base displaced."""
         return self._sampled(self.arm, by, BASE_RANGES[-1]) > 0
 
     def _sampled(self, moving: npt.NDArray[np.bool_], by: Array, span: float) -> int:
@@ -131,7 +138,7 @@ class _Base:
 
 
 def gliding(tree: KinematicTree) -> KinematicTree:
-    """The tree with slides along x, y and z of the world before all of its joints; their values come first."""
+    """The tree with prismatic joints along x, y and z of the world before all its joints; their values come first."""
     turns = [np.eye(3)[:, [1, 2, 0]], np.eye(3)[:, [2, 0, 1]], np.eye(3)]  # rotations that take z to x, to y, to z
     slides, before = np.zeros((BASE_SLIDES, 12)), np.eye(3)
     for row, turn in zip(slides, turns, strict=True):
@@ -154,7 +161,7 @@ def gliding(tree: KinematicTree) -> KinematicTree:
 
 
 def glided(rows: Array) -> Array:
-    """The rows of a tree, for the same tree behind slides: what belongs to the world stays there."""
+    """The rows of a tree, with joint numbers for the tree of `gliding`; features of the world stay there."""
     moved: Array = rows.copy()
     for column in (FIRST, SECOND):
         moved[:, column] += BASE_SLIDES * (rows[:, column] > 0)

@@ -1,4 +1,4 @@
-"""What stands on what: the supports of an object, by its own placement families; and what lies inside a region."""
+"""Support relations: the bodies on which an object stands, by its placement families; and inclusion in regions."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from kabo.language.scene_description import Constraint
 from kabo.scene import Body, KinematicTree, Region
 from kabo.scene.transforms import flat
 
-STANDING_TOLERANCE = 1e-4  # m, rad: how exactly a thing stands on its support
+STANDING_TOLERANCE = 1e-4  # [m, rad] within which a placement's constraints hold
 
 
 def _unmoved() -> KinematicTree:
@@ -21,11 +21,11 @@ def _unmoved() -> KinematicTree:
     return KinematicTree(one, one, one, np.zeros(1), np.zeros(1), world, nothing, nothing, nothing)
 
 
-WORLD_TREE = _unmoved()  # the tree of constraints between things that stand
+WORLD_TREE = _unmoved()  # for constraints between standing things
 
 
 def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -> tuple[str, ...]:
-    """The bodies on which an object stands, by any of its placement families, in order of the scene."""
+    """The bodies on which an object stands by one of its placement families, in the scene's order."""
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
     return tuple(
@@ -41,7 +41,7 @@ def supports(surroundings: SceneSurroundings, situation: Situation, name: str) -
 
 
 def why_unsupported(surroundings: SceneSurroundings, situation: Situation, name: str) -> str | None:
-    """Why none of the bodies that an object may touch is known to carry it; None if it touches none."""
+    """Why none of the bodies that an object may touch is known to support it; None if it touches none."""
     body = surroundings.scene.bodies[name]
     (pose,) = surroundings.poses(situation, name)
     own = _standing(surroundings, name, pose)
@@ -59,7 +59,7 @@ def why_unsupported(surroundings: SceneSurroundings, situation: Situation, name:
 
 
 def _unfit(body: Body, pose: Array, under: Body, under_pose: Array) -> str:
-    """What keeps each placement family of a body from saying that it stands on another one."""
+    """For each placement family of a body, why it does not hold on another body."""
     roles = {"this": standing_frame(body, pose), "support": standing_frame(under, under_pose), "world": WORLD}
     told = []
     for family in body.placements.values():

@@ -1,4 +1,4 @@
-"""What is around every robot of a scene: bodies as convex parts, and poses of what stands still, made once."""
+"""The surroundings of all robots of a scene: bodies as convex parts and poses of links, computed once."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
@@ -19,14 +19,14 @@ from kabo.remembering import Remembered
 from kabo.scene import Configuration, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
-MAX_REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
+MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
 
 
 _ENCLOSURES: Remembered[Enclosure] = Remembered(16 << 20, lambda made: made.nbytes)
 
 
 def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
-    """The parts of a mesh: scenes come and go, meshes stay, and what lies beside their files may change."""
+    """The parts of a mesh, kept across scenes, by the content of the mesh and of the parts file beside it."""
     key = mesh.digest, geometry.digest_beside(mesh.path), tolerance
     return _ENCLOSURES.of(
         key, lambda: geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
@@ -34,12 +34,12 @@ def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosu
 
 
 class SceneSurroundings:
-    """The bodies of a scene as convex parts, made when first asked for, and poses of links that stand still."""
+    """The bodies of a scene as convex parts, made on first use, and poses of links."""
 
     def __init__(self, scene: Scene, budget: Budget, exact: bool, statistics: GeometryStatistics) -> None:
         self.scene, self.budget, self.exact, self.statistics = scene, budget, exact, statistics
-        self.look: Callable[[], None] = never  # called while parts are made; what it raises ends that
-        # Parts are made once for a scene: servers come and go with seeds.
+        self.look: Callable[[], None] = never  # called while parts are made; an exception ends that
+        # The scene keeps parts, since each seed has a server of its own.
         self._enclosures: dict[str, Enclosure] = scene.memory.setdefault(("enclosures", budget.geometry), {})
         self._links: dict[tuple[str, Configuration], Mapping[str, Array]] = {}
         self._apart: dict[Pair, bool] = {}
@@ -84,7 +84,7 @@ class SceneSurroundings:
             raise self._named(name, error) from None
 
     def _named(self, name: str, error: InputError) -> InputError:
-        """The error about a mesh, told where people know it: at the body's shape, or at the link in its URDF."""
+        """The error about a mesh, at the place that people know: the body's shape, or the link in its URDF."""
         robot, dot, link = name.partition(".")
         place = self.scene.robots[robot].links[link].place if dot else self.scene.bodies[name].shape.place
         thing = f'link "{link}" of robot "{robot}"' if dot else f'body "{name}"'
@@ -103,19 +103,19 @@ class SceneSurroundings:
         return self._enclosures[mesh.digest]
 
     def links(self, robot: str, q: Configuration) -> Mapping[str, Array]:
-        """The pose (4, 4) of every link of a robot that stands at q."""
+        """The pose (4, 4) of every link of a robot at q."""
         if (robot, q) not in self._links:
             self._links[robot, q] = link_poses(self.scene.robots[robot], q)
         return self._links[robot, q]
 
     def never_collide(self, first: str, second: str) -> bool:
-        """As the scene says, remembered."""
+        """`Scene.never_collide`, with its answers kept."""
         if (first, second) not in self._apart:
             self._apart[first, second] = self.scene.never_collide(first, second)
         return self._apart[first, second]
 
     def poses(self, situation: Situation, name: str) -> list[Array]:
-        """Every pose (4, 4) in the world that a body may have in a situation, each once."""
+        """The poses (4, 4) in the world that a body may have in a situation, without repetitions."""
         if name in self.scene.fixed_poses:
             return [self.scene.fixed_poses[name]]
         found = {}
@@ -126,7 +126,7 @@ class SceneSurroundings:
         return list(found.values())
 
     def remembered(self, key: tuple[object, ...], make: Callable[[], Any]) -> Any:
-        """What `make` gives, or gave lately for this key."""
+        """The result of `make`, kept for this key for some time."""
         known = self._memory.pop(key, None)
         if known is None:
             known = make()

@@ -43,7 +43,8 @@ class FrameFeature:
         """The direction of a line or plane.
 
         Raises:
-            ValueError: the feature is a point."""
+            ValueError: the feature is a point.
+        """
         if self.direction is None:
             raise ValueError("a point has no direction")
         return self.direction

@@ -14,7 +14,7 @@ from kabo.scene.structure import Structure
 from kabo.scene.transforms import flat, inverse, unflat
 
 SAME_SOLUTION_DISTANCE = 1e-6  # [rad or m] within which projections count as one solution
-ROTATION_TOLERANCE = 1e-6  # of the entries of R R^T from the identity
+ROTATION_TOLERANCE = 1e-6  # of the entries of a rotation matrix
 
 
 def solutions(

@@ -107,7 +107,8 @@ def checked(
     """Limits and mask as arrays for kernels.
 
     Raises:
-        ValueError: shapes do not fit, or a limit is not a number."""
+        ValueError: shapes do not fit, or a limit is not a number.
+    """
     low, high = np.array(lower, np.float64), np.array(upper, np.float64)
     moving = np.array(active, np.bool_)
     if not low.shape == high.shape == moving.shape == (tree.size,):

@@ -29,10 +29,10 @@ from kabo.geometry.bounding.verified_parts import believed, remember
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, require_closed
 
-COARSEN_ABOVE_TRIANGLES = 5_000  # triangles above which a coarser mesh around the mesh is decomposed
-COARSE_MESH_SHARE = 0.1  # of epsilon: what that mesh may take
+COARSEN_ABOVE_TRIANGLES = 5_000  # above which a coarser bounding mesh is decomposed instead
+COARSE_MESH_SHARE = 0.1  # of epsilon: how far that bounding mesh may deviate
 Made = tuple[tuple[Array, ...], tuple[float, ...]]  # parts and their deviations
-TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried for a target number of parts
+TIGHTER_SHARES = (0.4, 0.55, 0.7, 0.85)  # of epsilon: tried in turn to reach a target number of parts
 
 
 class Triangles(Protocol):
@@ -49,12 +49,12 @@ class Triangles(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """Convex parts whose union holds the whole solid, and whose points are all near it."""
+    """Convex parts whose union contains the solid, and whose points are all near it."""
 
     parts: tuple[Array, ...]  # the corners of each, (V, 3) [m]
     deviations: tuple[float, ...]  # of each part: a proven bound of its greatest distance from the solid [m]
     epsilon: float  # [m]
-    seconds: float  # it took to make or to find them
+    seconds: float  # spent on computing the parts, or on reading them
 
     @property
     def hausdorff_upper_bound(self) -> float:
@@ -63,7 +63,7 @@ class Decomposition:
 
     @property
     def worst(self) -> int:
-        """The part that may stick out most."""
+        """The index of the part with the greatest deviation."""
         return int(np.argmax(self.deviations))
 
 
@@ -85,7 +85,7 @@ def bounding_decomposition(
         epsilon: how far any point of the parts may be from the solid [m].
         parts: a target: the parts are as tight as so many can be; more if epsilon needs them.
         vertices_per_part: a target: where it can be kept, no part has more.
-        seed: names the answer; nothing is drawn at random yet, so that every seed gives the same parts.
+        seed: part of the cache's key; nothing is random yet, so that every seed gives the same parts.
         cache: a folder; by default the decompositions' folder in kabo's cache.
 
     Raises:
@@ -118,7 +118,7 @@ def bounding_decomposition(
 
 
 def _believed(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
-    """What a file in the cache holds, if it keeps what it says."""
+    """The parts found in the cache, if their claims are proven; else None."""
     if found is None or max(found[1]) > epsilon:
         return None
     return found if believed(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
@@ -158,9 +158,9 @@ def _made(
 
 
 def _coarse(vertices: Array, faces: Integers, epsilon: float) -> tuple[Solid | None, float]:
-    """For a mesh of many triangles, one around it that has few, and what it leaves of epsilon.
+    """A coarser solid around a mesh of many triangles, and the rest of epsilon; None and epsilon if it is not needed.
 
-    Whoever covers it covers the mesh. How far parts are from the mesh itself is proven in the end.
+    Parts that cover it cover the mesh. Their distance from the mesh itself is proven at the end.
     """
     if len(faces) <= COARSEN_ABOVE_TRIANGLES:
         return None, epsilon

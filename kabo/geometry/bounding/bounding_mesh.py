@@ -1,9 +1,9 @@
 """Bounding meshes: few vertices, on one side of the original, within a proven distance of it [K 4.3].
 
-Edges are contracted, cheapest first, to points that lie behind no face of the edge's star: what is new is then a chain
-of tetrahedra of non-negative volume, so no point of the enclosed side is lost. The signs are exact. Which contractions
-are done is decided by proven distances, not by their cost: every new face from the original, and every original
-triangle from the new faces. What cannot be proven is not done.
+Edges are contracted, cheapest first, to points that lie behind no face of the edge's star: then the solid only
+grows, by tetrahedra of non-negative volume, and no enclosed point is lost. The signs are exact. The cost only
+orders contractions; a contraction is made if two distances are proven: of every new face from the original, and of
+every original triangle from the new faces.
 """
 
 import time
@@ -34,11 +34,11 @@ COSTS: dict[str, int] = {
     "triangles": quadrics.TRIANGLES,
     "diagonal": quadrics.DIAGONAL,
 }
-ACCEPTED_COST_GROWTH = 1.2  # an edge that turns out dearer by less goes first all the same
+ACCEPTED_COST_GROWTH = 1.2  # factor by which an edge may turn out more expensive than estimated and still be next
 # What is tried one after the other: the least cosine between a face's old and new normal, and which part of a quadric's
 # trace pulls a new point to its edge's middle, where the quadric alone would leave it free.
 FACING_AND_REGULARISATION = ((0.0, 1e-6), (-1.0, 1e-4), (-1.0, 1e-2), (-1.0, 1.0))
-RELATIVE_ROUNDING = 2.0**-45  # of the largest coordinate: far more than rounding adds to any distance
+RELATIVE_ROUNDING = 2.0**-45  # of the largest coordinate: far more than the rounding of any distance
 COUNTER_NAMES = (
     "contractions",
     "solved",
@@ -66,7 +66,7 @@ class TriangleMesh(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class BoundingMesh:
-    """A mesh that encloses another (outer) or lies inside it (inner), and what is proven of it.
+    """A mesh that encloses another (outer) or lies inside it (inner), with proven bounds.
 
     One-sided: wherever the enclosed mesh winds around a point, the enclosing one does so at least as often.
     """
@@ -75,13 +75,13 @@ class BoundingMesh:
     faces: Integers  # (F, 3)
     side: Side
     epsilon: float  # what was asked for [m]
-    hausdorff_upper_bound: float  # proven, of both directions [m]
+    hausdorff_upper_bound: float  # of both directions [m]
     contractions: int
     contraction_seconds: (
         float  # of the contractions with their proofs; checking the input and the result not counted
     )
     seconds: float  # of everything
-    counts: dict[str, int]  # what was done, and what refused the rest
+    counts: dict[str, int]  # of contractions, and of rejections by their reason
     one_sided: Literal[True] = True
 
 
@@ -98,19 +98,22 @@ def bounding_mesh(
     """A mesh of few vertices on one side of `mesh`, proven within `epsilon` of it in both directions.
 
     Args:
-        mesh: closed, orientable, a manifold; several components are bounded together, and may cross as they do.
+        mesh: a closed, orientable manifold; several components are bounded together, and may cross as before.
         epsilon: [m].
         side: "outer" encloses the mesh, "inner" is enclosed by it.
-        vertices: contraction stops when so few are left, even if more could be saved.
-        cost: what orders the contractions: the planes of today's neighbourhood (memoryless), or of the original summed
-            up [K Eq. 4.5], with adapted constant, fully adapted (diagonal) [K Eq. 4.6, 4.7]; or the distances to
-            triangles' middles, which keep convex meshes nearly convex [K A.2].
-        certify: False leaves distances and crossings unproven on the way and stops where the cost exceeds epsilon
-            squared, as [K Algorithm 2] does: faster; the bound in the result is proven, but may exceed epsilon.
-        borders: "keep" accepts an open mesh, and leaves its borders untouched.
+        vertices: contraction stops at this number.
+        cost: the order of contractions, by squared distances to planes of the current neighbourhood (memoryless),
+        or to
+            original planes, summed up (planes) [K Eq. 4.5], with adapted constant, or fully adapted (diagonal) [K
+            Eq. 4.6,
+            4.7]; or to the centres of triangles, which keeps convex meshes nearly convex [K A.2].
+        certify: False proves no distances and crossings on the way and stops where the cost exceeds epsilon
+        squared, as
+            [K Algorithm 2] does: faster; the bound in the result is proven, but may exceed epsilon.
+        borders: "keep" accepts an open mesh, and does not change its borders.
 
     Raises:
-        MeshError: the mesh is not usable, in one sentence with counts and the remedy.
+        MeshError: the mesh is not usable; one sentence gives counts and the remedy.
         ValueError: epsilon is not positive, too small for the coordinates' rounding, or an option is unknown.
     """
     begin = time.perf_counter()
@@ -183,7 +186,7 @@ def _settings(
 
 
 def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
-    """Whether a vertex is an end of an edge with one face only."""
+    """(V,) whether a vertex is an end of a border edge."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     different, count = np.unique(edges, axis=0, return_counts=True)
     locked = np.zeros(len(points), np.bool_)
@@ -194,7 +197,7 @@ def _on_border(points: Array, faces: Integers) -> NDArray[np.bool_]:
 def _contracted(
     points: Array, faces: Integers, settings: state.ContractionSettings, locked: NDArray[np.bool_]
 ) -> tuple[Array, Integers, dict[str, int]]:
-    """The vertices and faces that are left, and the counts."""
+    """The remaining vertices and faces, and the counts."""
     count, certify = len(faces), settings.certify
     tree = tree_of(points, faces)
     triangle_of_face = np.empty(count, np.int64)

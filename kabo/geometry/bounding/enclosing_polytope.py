@@ -1,6 +1,6 @@
-"""Few half-spaces for many: a convex point set enclosed by a polytope of few vertices, from outside.
+"""Encloses a convex point set by a polytope with few vertices, an intersection of few half-spaces.
 
-`enclosing_polytope` may be replaced by anything that encloses: how far the result sticks out is measured by others.
+`enclosing_polytope` may use any method that encloses, since callers prove how far the result sticks out.
 """
 
 import numpy as np
@@ -9,14 +9,14 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 from kabo.arrays import Array, Integers
 from kabo.geometry.parts import COLUMNS
 
-FACE_WIDENING = 2e-9  # metres by which every face moves outwards at least: far more than all rounding on the way
-CONTAINMENT_MARGIN = 5e-10  # metres by which every point must lie inside afterwards
-MAX_LEADING_PLANES, INITIAL_PLANES = 160, 48  # half-spaces to choose from, and to begin with
-TURN_ANGLES = (0.2, 0.1, 0.1, 0.05, 0.02)  # radians
+FACE_WIDENING = 2e-9  # [m] by which every face moves outwards at least: far more than all rounding
+CONTAINMENT_MARGIN = 5e-10  # [m] by which every point must then lie inside
+MAX_LEADING_PLANES, INITIAL_PLANES = 160, 48  # half-spaces to choose from, and chosen first
+TURN_ANGLES = (0.2, 0.1, 0.1, 0.05, 0.02)  # [rad] tried in turn
 
 
 def hull_planes(points: Array) -> Array:
-    """The different half-spaces (H, 4), n·x <= d with |n| = 1, of the hull of points (P, 3)."""
+    """The distinct half-spaces (H, 4), n·x <= d with |n| = 1, of the hull of points (P, 3)."""
     equations = ConvexHull(points).equations
     return np.unique(np.round(np.column_stack([equations[:, :3], -equations[:, 3]]), 12), axis=0)
 
@@ -39,7 +39,7 @@ def _leading_planes(points: Array) -> Array:
 
 
 def solid_points(points: Array, thickness: float) -> Array:
-    """The points that span the hull; a flat set is made `thickness` [m] thick first, so that it has an inside."""
+    """The corners of the points' hull; a flat set is first made `thickness` [m] thick, so that it has an interior."""
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) / np.sqrt(len(points))
     if len(points) < 4 or spread[2] < thickness:
         shifts = thickness * np.vstack([np.eye(3), -np.eye(3)])
@@ -51,12 +51,12 @@ def solid_points(points: Array, thickness: float) -> Array:
 def enclosing_polytope(points: Array, enough: float, most: int = COLUMNS) -> Array:
     """The vertices (V <= most, 3) of a convex polytope that contains all points (P, 3), proven with room to spare.
 
-    Half-spaces of the points' hull are taken where the polytope sticks out most, until that hardly matters; then
-    those are dropped, one by one, whose loss moves the polytope least; the rest turn a little while that helps,
-    unless the polytope is within `enough` [m] of the hull before.
+    Half-spaces of the points' hull are added where the polytope sticks out most, until the gain is small; then
+    those are dropped, one by one, whose removal changes the polytope least; the rest are rotated slightly while
+    that makes it tighter, unless it is within `enough` [m] of the hull already.
 
     Raises:
-        ValueError: no polytope could be proven to contain the points (they are not finite, or span nothing).
+        ValueError: no polytope could be proven to contain the points (they are not finite, or span no volume).
     """
     hull = ConvexHull(points)
     inside = points[hull.vertices].mean(axis=0)
@@ -86,7 +86,7 @@ def widened(vertices: Array) -> Array:
 
 
 def contains_proven(vertices: Array, points: Array) -> bool:
-    """Whether the hull of the vertices contains all points by more than rounding can undo."""
+    """Whether the hull of the vertices contains all points with a margin above rounding."""
     try:
         equations = ConvexHull(vertices).equations
     except QhullError:
@@ -95,7 +95,7 @@ def contains_proven(vertices: Array, points: Array) -> bool:
 
 
 def _vertices(planes: Array, inside: Array) -> tuple[Array, list[Integers]]:
-    """The vertices of a polytope, and the half-spaces that meet in each; none if it is not bounded."""
+    """The vertices of a polytope, and the half-spaces that meet in each; none if it is unbounded."""
     try:
         with np.errstate(divide="ignore", invalid="ignore"):  # an unbounded set has vertices at infinity
             found = HalfspaceIntersection(np.column_stack([planes[:, :3], -planes[:, 3]]), inside)
@@ -109,7 +109,7 @@ def _vertices(planes: Array, inside: Array) -> tuple[Array, list[Integers]]:
 
 
 def _worst(planes: Array, chosen: Integers, inside: Array) -> tuple[float, int]:
-    """How far the polytope of the chosen half-spaces sticks out of all, and the half-space that says so."""
+    """How far the polytope of the chosen half-spaces exceeds the others, and the half-space that it exceeds most."""
     vertices = _vertices(planes[chosen], inside)[0]
     if len(vertices) == 0:
         return np.inf, -1
@@ -119,7 +119,7 @@ def _worst(planes: Array, chosen: Integers, inside: Array) -> tuple[float, int]:
 
 
 def _take(planes: Array, inside: Array, many: int) -> Integers:
-    """Half-spaces that together are close to all of them: six around, then always where the polytope sticks out."""
+    """The half-spaces of an approximation: six around, then always the one that the polytope exceeds most."""
     axes = np.linalg.svd(planes[:, :3] - planes[:, :3].mean(axis=0), full_matrices=False)[2]
     chosen = list(dict.fromkeys(int(np.argmax(planes[:, :3] @ axis)) for axis in (*axes, *-axes)))
     size = float((planes[:, 3] - planes[:, :3] @ inside).max())
@@ -135,7 +135,7 @@ def _take(planes: Array, inside: Array, many: int) -> Integers:
 
 
 def _drop(planes: Array, chosen: Integers, inside: Array, most: int) -> Integers:
-    """Drops half-spaces until at most so many vertices are left."""
+    """The half-spaces left after dropping some until the polytope has at most `most` vertices."""
     costs: dict[int, float] = {}
     while True:
         vertices, meeting = _vertices(planes[chosen], inside)
@@ -155,7 +155,7 @@ def _drop(planes: Array, chosen: Integers, inside: Array, most: int) -> Integers
 
 
 def _turn(planes: Array, points: Array, measure: Array, inside: Array, most: int) -> Array:
-    """Turns half-spaces about the points they touch, a little each way, as long as the polytope gets closer."""
+    """The half-spaces after small rotations about the points they touch, as long as the polytope gets tighter."""
     best = _badness(planes, measure, inside, most)
     for step in TURN_ANGLES:
         for index in range(len(planes)):
@@ -174,7 +174,7 @@ def _turn(planes: Array, points: Array, measure: Array, inside: Array, most: int
 
 
 def _badness(planes: Array, measure: Array, inside: Array, most: int) -> float:
-    """What `_turn` lessens: a mean of how far the vertices stick out, in which the farthest count by far the most."""
+    """The measure that `_turn` minimises: a mean of the vertices' excess, dominated by the farthest vertices."""
     vertices = _vertices(planes, inside)[0]
     if not 0 < len(vertices) <= most:
         return np.inf

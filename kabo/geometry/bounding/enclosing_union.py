@@ -1,8 +1,7 @@
 """Few convex parts of few corners whose union encloses a solid and stays near it: cells, sets of cells, parts.
 
-Covering needs no sampling: the cells hold all of the solid by construction, and every cell is proven to lie inside
-one part. A part may stick out of its own cells wherever other parts of the solid are: what is proven is its distance
-to the whole solid.
+Covering needs no sampling: the cells contain the solid by construction, and every cell is proven to lie inside one
+part. A part may extend into other cells, since its distance to the whole solid is what is proven.
 """
 
 from collections.abc import Sequence
@@ -23,34 +22,32 @@ from kabo.geometry.triangles.solids import Solid
 CELL_SHARE, MANY_CELLS = (
     0.4,
     200,
-)  # of epsilon: how far the hull of a cell may stick out; cells above which it may more
+)  # of epsilon: deviation of a cell's hull; up to so many cells
 COARSE_CELL_SHARE, MAX_CELLS_TO_REFINE = (
     0.7,
     120,
-)  # of epsilon: then; cells so made, above which finer ones would be too many
+)  # the same, tried first; cells above which none are refined
 JOINED_SHARES = (
     (0.8, False),
     (0.96, False),
     (0.96, True),
-)  # the same for hulls of several cells; nearest ones first?
-SINGLE_GROWTH_ABOVE_CELLS = 110  # cells above which only the last of these is tried
-PRICING_ABOVE_CELLS = 150  # cells above which long ones are cut, and sets are grown that make the cover cheaper
-LONG_CELL_EPSILONS = (
-    9.5  # epsilon: then longer cells are cut, the longest first, while there are less than MANY_CELLS
-)
-CELL_WEIGHTS = (0.01, -0.002)  # of a cell beside 1 for a set: covers of small sets, and of large ones
+)  # of epsilon, for hulls of sets; whether the nearest cells come first
+SINGLE_GROWTH_ABOVE_CELLS = 110  # above which only the last of these is tried
+PRICING_ABOVE_CELLS = 150  # above which long cells are cut, and further sets grown by prices
+LONG_CELL_EPSILONS = 9.5  # length of a cell above which it is then cut, up to MANY_CELLS
+CELL_WEIGHTS = (0.01, -0.002)  # of a cell, if a set weighs 1: prefers small sets, and large ones
 MAX_CELLS = 1000  # cells
 PRICING_ROUNDS, MIN_PRICE_GAIN = (
     4,
     1e-6,
-)  # rounds of growing what would make the cover cheaper; by how much of a set
-SETS_PER_CELL = 2  # sets of one kind that hold a cell
-CHOICE_ROUNDS = 6  # of choosing sets by what their parts turned out to cost
-SPARE_PARTS_RATIO = 1.5  # parts made for each that is used, after which no better choice is sought
+)  # rounds of growing sets by prices; least gain, of a set
+SETS_PER_CELL = 2  # of one kind, after which no set is grown from a cell
+CHOICE_ROUNDS = 6  # of choosing sets by the actual costs of their parts
+SPARE_PARTS_RATIO = 1.5  # parts made for each one used, after which no better choice is sought
 MAX_CORNER_CUTS = 8  # of a cell whose part has too many corners
 MAX_PROOF_CUTS = 24  # of a cell whose part cannot be proven
-TIGHTER_SHARES = (0.02, 0.25)  # of what is left to epsilon: tried as tighter bounds of a part's deviation
-CORNERS_PER_PART = 2.0  # corners that one part less is worth
+TIGHTER_SHARES = (0.02, 0.25)  # between a part's deviation and epsilon: tried as tighter bounds
+CORNERS_PER_PART = 2.0  # worth of one part, in corners
 
 
 @dataclass(frozen=True)
@@ -66,7 +63,7 @@ class Undecided(Exception):
 
 
 def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
-    """Cells that hold all of the solid, whose hulls look near it.
+    """Cells that together contain the solid, with hulls that appear to be near it.
 
     Raises:
         TooFine: a thousand cells are not enough.
@@ -81,7 +78,7 @@ def cells_of(solid: Solid, epsilon: float) -> list[HulledCell]:
 
 
 def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[HulledCell]:
-    """The cells, the longest of which are cut across: what a long one holds on the way, a neighbour may take."""
+    """The cells after the longest ones were cut across, so that neighbours can take over parts of them."""
     cells = list(cells)
     while len(cells) < MANY_CELLS:
         lengths = [float(np.round(np.ptp(cell.points, axis=0).max(), 9)) for cell in cells]
@@ -96,7 +93,7 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, c
     """The union of parts around all cells, each proven within `epsilon` [m] of the solid.
 
     Args:
-        corners: of a part; a target, which cells are cut further to reach.
+        corners: a target for each part; cells are cut further to reach it.
 
     Raises:
         Undecided: a cell cannot be enclosed.
@@ -127,7 +124,7 @@ def enclosing_union(solid: Solid, cells: Sequence[HulledCell], epsilon: float, c
 
 
 def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -> list[Members]:
-    """Sets of cells with hulls that look near the solid: grown from every cell, and every cell alone."""
+    """Sets of cells whose hulls appear near the solid: grown from every cell, and every cell alone."""
     found: set[Members] = {(i,) for i in range(len(cells))}
     for share, nearest in JOINED_SHARES if len(cells) <= SINGLE_GROWTH_ABOVE_CELLS else JOINED_SHARES[-1:]:
         growth = Growth(solid, share * epsilon, [cell.points for cell in cells], voids)
@@ -145,7 +142,7 @@ def _sets(solid: Solid, cells: list[HulledCell], epsilon: float, voids: Voids) -
 
 
 def _priced(growth: Growth, cells: int, sets: list[Members], nearest: bool) -> set[Members]:
-    """Sets that make the cheapest cover cheaper, if others are taken in part: grown from the dearest cells."""
+    """Sets that reduce the cost of the relaxed cover, grown from the cells with the highest prices."""
     prices = prices_of(cells, sets, [1.0] * len(sets))
     found: set[Members] = set()
     held = np.zeros(cells, np.bool_)
@@ -159,7 +156,7 @@ def _priced(growth: Growth, cells: int, sets: list[Members], nearest: bool) -> s
 
 
 def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
-    """Sets grown from every cell that is not in so many of them already that one more would hardly be new."""
+    """Sets grown from every cell that is in fewer than `SETS_PER_CELL` of them."""
     found: set[Members] = set()
     held = np.zeros(cells, np.int64)
     for i in range(cells):
@@ -171,7 +168,7 @@ def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
 
 
 def deviation(solid: Solid, part: Array, epsilon: float) -> float:
-    """A proven bound, at most `epsilon`, of how far any point of a part that is proven within it is from the solid."""
+    """A proven bound, at most `epsilon`, of the distance of any point of a part from the solid; the part is within epsilon."""
     reached = float(solid.outside_distances(part).max())
     for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)
@@ -181,7 +178,7 @@ def deviation(solid: Solid, part: Array, epsilon: float) -> float:
 
 
 def proven_union(solid: Solid, around: Union, away: float, epsilon: float) -> Union:
-    """A union that was made around a solid not farther than `away` [m] from this one, proven again for this one.
+    """A union that was made for another solid, at most `away` [m] from this one, with deviations proven for this one.
 
     Raises:
         Undecided: a part cannot be proven to be within `epsilon` [m].
@@ -205,7 +202,7 @@ def _chosen(
     corners: int | None,
     voids: Voids,
 ) -> list[Members]:
-    """The sets that hold all cells for the fewest corners, as far as known; their parts are in `made` then."""
+    """The sets that cover all cells with the fewest corners found; writes their parts to `made`."""
     typical = 10.0
     best: list[Members] = []
     best_cost = np.inf
@@ -228,7 +225,7 @@ def _chosen(
 
 
 def _cost(members: Members, made: dict[Members, Array | None], typical: float, corners: int | None) -> float:
-    """What a set costs: its part's corners, or what is typical; much if it cannot be had."""
+    """The cost of a set: the corners of its part, a typical number if it is not made yet, a high cost if it has none."""
     if members not in made:
         return typical + CORNERS_PER_PART + 0.01 * len(members)
     part = made[members]
@@ -242,7 +239,7 @@ def _cost(members: Members, made: dict[Members, Array | None], typical: float, c
 def _in_smaller_cells(
     solid: Solid, atom: HulledCell, epsilon: float, corners: int | None, voids: Voids
 ) -> list[tuple[HulledCell, Array]]:
-    """A cell that has no part, cut until all that is left of it has one."""
+    """The smaller cells, with parts, into which a cell without a part is cut."""
     work, found = [(atom, 0)], []
     while work:
         current, depth = work.pop()
@@ -267,7 +264,7 @@ def _shrunk(
     epsilon: float,
     voids: Voids,
 ) -> dict[Members, Array]:
-    """The parts without what others hold anyway: dropped if nothing is left, made anew where that saves corners."""
+    """The parts after removing what other parts cover: dropped if nothing is left, made again if that saves corners."""
     inside = {name: _held(part, cells, live) for name, part in parts.items()}
     for name in sorted(parts, key=lambda name: (-len(parts[name]), name)):
         others: set[int] = set().union(*(held for other, held in inside.items() if other != name))
@@ -285,7 +282,7 @@ def _shrunk(
 
 
 def _held(part: Array, cells: list[HulledCell], live: list[int]) -> set[int]:
-    """The cells that are proven to lie inside a part, by more than rounding can undo."""
+    """The cells that are proven to lie inside a part, with a margin above rounding."""
     planes = ConvexHull(part).equations
     return {i for i in live if (cells[i].points @ planes[:, :3].T + planes[:, 3] <= -CONTAINMENT_MARGIN).all()}
 

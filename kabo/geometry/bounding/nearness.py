@@ -1,4 +1,4 @@
-"""Whether a convex part stays near a solid: a quick look at samples of its surface, and a proof."""
+"""Whether a convex part stays near a solid: a quick test of samples, and a proof."""
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -12,16 +12,16 @@ SIGHT_LINES, SURFACE_SAMPLES, INTERIOR_SAMPLES = (
     80,
     280,
     400,
-)  # lines between two sets, samples of a surface, and of what is within
-SPARE_STACK_ROWS = 200  # rows of the stack on top of the first tetrahedra
+)  # of two sets; of a hull's surface; of its interior
+SPARE_STACK_ROWS = 200  # of the stack, beside the first tetrahedra
 CLIMB_CANDIDATES, CLIMB_STARTS, CLIMB_STEPS = (
     80,
     4,
     12,
-)  # samples of which the farthest so many climb, and their steps
-PLANE_ROUNDING = 1e-12  # m
-MAX_FACE_PIECES = 500  # of a triangle, after which that proof ends
-MAX_TETRAHEDRA = 200_000  # tetrahedra after which a proof is given up
+)  # samples, the farthest of which climb, and steps of each climb
+PLANE_ROUNDING = 1e-12  # [m] of points on the planes of a hull
+MAX_FACE_PIECES = 500  # of a triangle, after which its proof is given up
+MAX_TETRAHEDRA = 200_000  # after which a proof is given up
 
 
 def _halton(count: int) -> Array:
@@ -41,7 +41,7 @@ HALTON_POINTS = _halton(SURFACE_SAMPLES + INTERIOR_SAMPLES)
 
 
 def _directions(many: int) -> Array:
-    """Unit vectors (N, 3) in pairs of opposite ones, evenly: a spiral of golden turns, and its mirror image."""
+    """Evenly distributed unit vectors (N, 3) in opposite pairs: a golden spiral and its mirror image."""
     half = many // 2
     height, turn = (np.arange(half) + 0.5) / half, np.pi * (3.0 - np.sqrt(5.0)) * np.arange(half)
     across = np.sqrt(1.0 - height**2)
@@ -53,7 +53,7 @@ EVEN_DIRECTIONS = _directions(32)
 
 
 def looks_near(solid: Solid, hull: ConvexHull, limit: float) -> bool:
-    """Whether samples of a hull are all within `limit` [m] of the solid: no proof."""
+    """Whether all samples of a hull are within `limit` [m] of the solid, which is no proof."""
     return _far_sample(solid, hull, limit) is None
 
 
@@ -67,7 +67,7 @@ def surface_samples(hull: ConvexHull) -> Array:
 
 
 def _far_sample(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
-    """A point (3,) of a hull that is too far away: samples of its faces, evenly by area, then of what is within."""
+    """A sample (3,) of a hull's surface, evenly by area, or interior, that is too far from the solid; None if there is none."""
     at, sums = hull.points.mean(axis=0), np.empty(len(hull.simplices))
     known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
     far = hull_is_far(hull.points, hull.simplices, HALTON_POINTS, SURFACE_SAMPLES, sums, at, limit, *known)
@@ -75,7 +75,7 @@ def _far_sample(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
 
 
 def climbed(solid: Solid, hull: ConvexHull, point: Array) -> tuple[Array, float]:
-    """A point (3,) of a hull moved to where it is farther from the solid, but still in the hull; and how far [m]."""
+    """A point (3,) of a hull, moved uphill in distance from the solid but inside the hull; and its distance [m]."""
     depth = float(solid.outside_distances(point[None])[0])
     step = depth
     for _ in range(CLIMB_STEPS):
@@ -90,7 +90,7 @@ def climbed(solid: Solid, hull: ConvexHull, point: Array) -> tuple[Array, float]
 
 
 def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
-    """A point (3,) of a hull that is too far away: the ends of climbs from the farthest samples of its surface."""
+    """A point (3,) of a hull that is too far from the solid, reached by climbing from the farthest surface samples; or None."""
     samples = surface_samples(hull)
     depths = solid.outside_distances(samples)
     middle = hull.points.mean(axis=0)
@@ -103,14 +103,14 @@ def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
 
 
 def proven_near(solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA) -> bool | None:
-    """Whether all of a convex part (V, 3) is within `limit` [m] of the solid: proven, refuted, or None: given up."""
+    """Whether a convex part (V, 3) is within `limit` [m] of the solid: True if proven, False if refuted, None if given up."""
     return judged(solid, part, limit, most)[0]
 
 
 def judged(
     solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA
 ) -> tuple[bool | None, Array | None]:
-    """As `proven_near`, and if it is refuted a point (3,) of the part that is farther away."""
+    """As `proven_near`; if refuted, also a point (3,) of the part that is farther away."""
     hull = ConvexHull(part)
     if (far := _far_sample(solid, hull, limit)) is not None:
         return False, far
@@ -133,7 +133,7 @@ def judged(
 
 
 def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
-    """Whether triangles (N, 3, 3) are all within `limit` [m] of the solid, as a short proof shows; else they may be."""
+    """Whether a short proof shows that all triangles (N, 3, 3) are within `limit` [m] of the solid; False is no refutation."""
     cells = np.zeros((len(faces) + SPARE_STACK_ROWS, 11))
     cells[: len(faces), :9] = faces.reshape(-1, 9)
     stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
@@ -144,23 +144,23 @@ def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
 
 
 class Voids:
-    """Points found far outside a solid, which no hull near it may hold: samples of its surface miss closed hollows."""
+    """Points known to be far outside a solid, which no hull near it may contain; surface samples would miss closed hollows."""
 
     def __init__(self, solid: Solid) -> None:
         self.solid = solid
         self._points, self._depths = np.empty((0, 3)), np.empty(0)
 
     def meet(self, hull: ConvexHull, limit: float) -> bool:
-        """Whether a hull holds one that is farther than `limit` [m] from the solid."""
+        """Whether a hull contains a known point farther than `limit` [m] from the solid."""
         points = self.between(hull.min_bound, hull.max_bound, limit)
         return bool((points @ hull.equations[:, :3].T + hull.equations[:, 3] <= 0.0).all(axis=1).any())
 
     def between(self, low: Array, high: Array, limit: float) -> Array:
-        """Those (N, 3) in a box that are farther than `limit` [m] from the solid."""
+        """The known points (N, 3) in a box that are farther than `limit` [m] from the solid."""
         chosen = (self._depths > limit) & ((self._points >= low) & (self._points <= high)).all(axis=1)
         return np.asarray(self._points[chosen])
 
     def add(self, point: Array, hull: ConvexHull) -> None:
-        """Takes a point (3,) outside, moved to where it is farther from the solid, but still in the hull."""
+        """Adds a point (3,) of a hull outside the solid, after climbing inside the hull."""
         point, depth = climbed(self.solid, hull, point)
         self._points, self._depths = np.vstack([self._points, point]), np.r_[self._depths, depth]

@@ -1,10 +1,10 @@
-"""Whether convex parts that come from a file keep what they say; only then are they used.
+"""Verification of convex parts that were read from a file: they are used only if their claims are proven.
 
-A digest in a file shows that the file is whole, not that it is true: a small box somewhere else would make every
-collision of a body disappear. So parts are asked two questions: does their union cover the solid, and is no point of
-theirs farther from it than they say. A proof is remembered by the content of mesh and parts: within the process, and
-by a name in the cache, whose owner and mode are checked [kabo.compilation]; who could write that name there could
-write compiled code there as well.
+A digest in a file shows that the file is complete, not that it is correct: a small box somewhere else would hide
+every collision of a body. So two claims are proven: the union of the parts covers the solid, and no point of a
+part is farther from the solid than its deviation. A proof is remembered by the content of mesh and parts: within
+the process, and by a file name in the cache, whose owner and mode are checked [kabo.compilation]; whoever could
+write that name there could write compiled code there as well.
 """
 
 import hashlib
@@ -23,9 +23,9 @@ from kabo.geometry.bounding.pieces import uncovered
 from kabo.geometry.triangles.solids import Solid
 from kabo.remembering import Remembered
 
-PROOF_VERSION = 1  # to be counted up when what is proven, or how, changes
-MAX_PARTS = 2000  # more are never made; what a file may announce is bounded before anything is computed
-PROOFS_FOLDER = "proven"  # the folder of the cache that remembers proofs by their names
+PROOF_VERSION = 1  # to be incremented when the proof changes
+MAX_PARTS = 2000  # in a file; decompositions never have more
+PROOFS_FOLDER = "proven"  # in the cache: an empty file for each proof
 
 _PROVEN: Remembered[bool] = Remembered(1 << 20, lambda _: len(hashlib.sha256().hexdigest()))
 
@@ -33,7 +33,7 @@ _PROVEN: Remembered[bool] = Remembered(1 << 20, lambda _: len(hashlib.sha256().h
 def believed(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
     """Whether parts (V, 3) [m] are proven to cover a solid, each within its deviation [m] of it.
 
-    False where a proof fails or takes too long: such parts are made again.
+    False if a proof fails or takes too long; such parts are computed again.
     """
     if not _sensible(solid, parts, deviations):
         return False
@@ -54,14 +54,14 @@ def _proven(solid: Solid, parts: Sequence[Array], deviations: Sequence[float], n
 
 
 def remember(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> None:
-    """Notes that parts were proven while they were made, so that they need not be proven when they are read again."""
+    """Records that parts were proven when they were computed, so that they need no proof when they are read."""
     name = _name(solid, parts, deviations)
     _note(name)
     _PROVEN.of(name, lambda: True)
 
 
 def _sensible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
-    """Whether the numbers can be what they should be: corners enough, finite, and none far outside the solid's box."""
+    """Whether the numbers are plausible: at least four finite corners a part, none far outside the solid's box."""
     if not 1 <= len(parts) <= MAX_PARTS or len(parts) != len(deviations):
         return False
     sizes = {len(part) for part in parts}
@@ -74,7 +74,7 @@ def _sensible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float])
 
 
 def _near(solid: Solid, part: Array, deviation: float) -> bool:
-    """Whether a part is proven near the solid, by the quicker of two proofs first."""
+    """Whether a part is proven within its deviation of the solid, by one of two proofs, the quicker one first."""
     near = proven_near(solid, part, deviation)
     return solid.proves_within(part, hull_planes(part), deviation) if near is None else near
 
@@ -87,7 +87,7 @@ def _name(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> 
 
 
 def _noted(name: str) -> Path:
-    """The empty file in the cache that says that a proof was found."""
+    """The path of the empty file that records a proof in the cache."""
     return cache_folder() / PROOFS_FOLDER / name
 
 

@@ -74,7 +74,7 @@ def motion_of_chain(goal, zero, axes, lock, value, backwards, moved, motion):
 
 @lean_kernel  # (n,) f8, (m,) i8, (J,) i8, (n,) f8 x 2 -> f8, i8; writes q
 def outside(q, joints, source, lower, upper):
-    """Adds whole turns to bring each angle near the middle of its limits; returns the largest excess [rad] and its index."""
+    """Moves each angle by whole turns towards the middle of its limits; returns the largest excess [rad] and its index."""
     worst, fault = 0.0, -1
     for a in range(joints.shape[0]):
         k = source[joints[a]]
@@ -101,7 +101,7 @@ def miss(q, goal, world_T, joint, parent, kind, source, ratio, shift, placement)
 
 @lean_kernel  # (m, 6) f8, (m + 1) x m work -> bool; writes step (m,) f8
 def solved_step(system, step):
-    """Solves a small linear system (m, m + 1) in place, by Gaussian elimination with pivoting; whether it is regular."""
+    """Solves a small linear system (m, m + 1) by Gaussian elimination with pivoting; False if it is singular."""
     m = system.shape[0]
     for i in range(m):
         best = i

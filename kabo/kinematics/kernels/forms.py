@@ -34,7 +34,7 @@ ON_FIRST_AXIS, ON_SECOND_AXIS, ON_THIRD_AXIS, WRIST_ALIGNED = (
     2,
     4,
     8,
-)  # singularities, each of which leaves an angle free
+)  # singularities
 LEAN_TOLERANCE = 1e-5  # [rad] between axes that count as parallel; refinement corrects it
 
 
@@ -134,7 +134,7 @@ def turns_to_point(placing, mirrored, axes, swapped, start, goal, found, spare):
 
 @lean_kernel  # (6, 6) f8, (12,) f8, i8, bool, (4, 3) f8, (3, 6) f8 -> i8, f8; writes (MOST, 6) f8, (MOST,) i8
 def solve_spherical(axes, motion, placing, mirrored, found, swapped, turns, free, spare):
-    """Solves arms whose axes 4, 5 and 6 meet: the first three move that point, the others rotate the end [K A.3, six axes]."""
+    """Solves arms whose axes 4, 5 and 6 meet: the first three move that point [K A.3, six axes]."""
     centre = meeting_point(axes[4], axes[3])
     count, unbound, missing = turns_to_point(
         placing, mirrored, axes, swapped, centre, moved_point(motion, centre), found, spare

@@ -157,7 +157,7 @@ def differentiate(wrenches, chosen, count, signs, kind, source, world_T, jacobia
 
 @lean_kernel  # (R, W) f8, (J,) i8, (J,) f8, (R, J) f8 -> writes signs
 def find_signs(rows, parent, ratio, signs):
-    """Writes the sign by which each joint moves the first frame of each row relative to the second: + ratio, - ratio or 0."""
+    """Writes the ratio, with sign, by which each joint moves a row's first frame relative to its second; 0 for none."""
     for i in range(rows.shape[0]):
         for k in range(parent.shape[0]):
             signs[i, k] = 0.0
