@@ -131,7 +131,7 @@ class Growth:
         return others
 
     def _joint(self, members: Members) -> bool:
-        """Whether the hull of some cells appears near the solid, or did before the latest voids; for two cells, by some lines."""
+        """Whether the hull of some cells appears near the solid, or did when last tested; for two cells, only along lines."""
         if members not in self._joints:
             if len(members) == 2:
                 known = (*self.solid.depths, *self.solid.tree, np.zeros(64, np.int64))
@@ -168,7 +168,7 @@ class Growth:
 
 
 def thinned(points: Array, tolerance: float) -> Array:
-    """Some of the corners of a hull, chosen so that no other corner is farther than `tolerance` [m] from the hull of these."""
+    """Corners of a hull, chosen so that no other corner is farther than `tolerance` [m] from the hull of these."""
     points = points[np.sort(ConvexHull(points).vertices)]
     axes = np.array(
         [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)]

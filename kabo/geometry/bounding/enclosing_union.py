@@ -168,7 +168,7 @@ def _grown(growth: Growth, cells: int, nearest: bool) -> set[Members]:
 
 
 def deviation(solid: Solid, part: Array, epsilon: float) -> float:
-    """A proven bound, at most `epsilon`, of the distance of any point of a part from the solid; the part is within epsilon."""
+    """A proven bound, at most `epsilon`, of the greatest distance of a part, proven within epsilon, from the solid."""
     reached = float(solid.outside_distances(part).max())
     for share in TIGHTER_SHARES:
         bound = reached + share * (epsilon - reached)

@@ -67,7 +67,7 @@ def surface_samples(hull: ConvexHull) -> Array:
 
 
 def _far_sample(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
-    """A sample (3,) of a hull's surface, evenly by area, or interior, that is too far from the solid; None if there is none."""
+    """A sample (3,) of a hull's surface or interior that is too far from the solid; None if there is none."""
     at, sums = hull.points.mean(axis=0), np.empty(len(hull.simplices))
     known = (*solid.depths, *solid.tree, np.zeros(64, np.int64))
     far = hull_is_far(hull.points, hull.simplices, HALTON_POINTS, SURFACE_SAMPLES, sums, at, limit, *known)
@@ -90,7 +90,7 @@ def climbed(solid: Solid, hull: ConvexHull, point: Array) -> tuple[Array, float]
 
 
 def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
-    """A point (3,) of a hull that is too far from the solid, reached by climbing from the farthest surface samples; or None."""
+    """A point (3,) of a hull too far from the solid, found by climbing from the farthest surface samples; or None."""
     samples = surface_samples(hull)
     depths = solid.outside_distances(samples)
     middle = hull.points.mean(axis=0)
@@ -103,7 +103,7 @@ def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
 
 
 def proven_near(solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA) -> bool | None:
-    """Whether a convex part (V, 3) is within `limit` [m] of the solid: True if proven, False if refuted, None if given up."""
+    """Whether a convex part (V, 3) is within `limit` [m] of the solid: True proven, False refuted, None given up."""
     return judged(solid, part, limit, most)[0]
 
 
@@ -133,7 +133,7 @@ def judged(
 
 
 def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
-    """Whether a short proof shows that all triangles (N, 3, 3) are within `limit` [m] of the solid; False is no refutation."""
+    """Whether a short proof shows that triangles (N, 3, 3) are within `limit` [m] of the solid; False refutes nothing."""
     cells = np.zeros((len(faces) + SPARE_STACK_ROWS, 11))
     cells[: len(faces), :9] = faces.reshape(-1, 9)
     stack, limit = np.zeros(64, np.int64), limit * (1 - 1e-9)
@@ -144,7 +144,7 @@ def faces_near(solid: Solid, faces: Array, limit: float) -> bool:
 
 
 class Voids:
-    """Points known to be far outside a solid, which no hull near it may contain; surface samples would miss closed hollows."""
+    """Points known to be far outside a solid: no hull near it may contain one. Surface samples miss closed hollows."""
 
     def __init__(self, solid: Solid) -> None:
         self.solid = solid

@@ -20,7 +20,7 @@ TIGHT_ENOUGH_SHARE = 0.25  # of the tolerance, below which parts are not improve
 
 
 def parts_of_pieces(solid: Solid, pieces: Sequence[Array], tolerance: float) -> list[Array] | None:
-    """Parts (V <= 24, 3) [m] that cover the solid, each proven within the tolerance of it; None if the pieces do not suffice.
+    """Parts (V <= 24, 3) [m] that cover the solid, each within the tolerance of it, proven; None if pieces do not suffice.
 
     Args:
         solid: the mesh.

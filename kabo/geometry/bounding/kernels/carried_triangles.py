@@ -1,10 +1,10 @@
-"""The original's triangles, carried along by the faces of a mesh that is being contracted.
+"""The original triangles, each assigned to nearby faces of the mesh during contraction.
 
-A `carried` structure holds nodes: part of original triangle `items[n]` lies within `bounds[n]` of the face in whose list
-`heads[f]`, `following[n]` the node is. The parts of one triangle in all its nodes make up the whole triangle. A node is
-stale, and counts for nothing, once its `stamps[n]` differs from the triangle's `valid` stamp. So every original triangle
-is within the greatest bound of the contracted mesh, at any time. Before a contraction is done, what it would do to the
-parts is written to a `draft`.
+A `carried` structure holds nodes in a linked list for each face (`heads[f]`, `following[n]`): node n states that a
+part of original triangle `items[n]` lies within `bounds[n]` of the face. The parts of a triangle in all its nodes
+make up the whole triangle. A node is stale, and ignored, once its `stamps[n]` differs from the triangle's `valid`
+stamp. So at any time every original triangle is within the greatest bound of the contracted mesh. The changes that
+a contraction would make are first written to a `draft`.
 """
 
 import numpy as np
@@ -22,12 +22,12 @@ from kabo.geometry.bounding.kernels.triangle_bounds import (
 from kabo.geometry.triangles.kernels.octree import query
 from kabo.geometry.triangles.kernels.triangle_tree import to_face_squared, to_triangle_squared
 
-MAX_CUT_DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
+MAX_CUT_DEPTH = 50  # cuts of a piece after which a proof is given up
 
 
 @lean_kernel
 def start(carried, triangles):
-    """One node for each original triangle, on the face that it is (`triangles` (F,)); all other nodes are free."""
+    """Writes one node for each original triangle, on its own face (`triangles` (F,)); all other nodes are free."""
     heads, items, following, free = carried.heads, carried.items, carried.following, carried.free
     faces, nodes = heads.shape[0], items.shape[0]
     for f in range(faces):
@@ -40,7 +40,7 @@ def start(carried, triangles):
 
 @lean_kernel
 def set_candidates(net, star, count, x, y, z, pieces):
-    """Writes the new faces of the star into star.triangles, and for each its number in the star; returns how many."""
+    """Writes the new faces of the star to star.triangles, and the index of each in the star; returns their number."""
     vertices, faces, listed, corners = net.vertices, net.faces, star.faces, star.corners
     triangles, slots, places = star.triangles, star.slots, star.places
     many = 0
@@ -57,7 +57,7 @@ def set_candidates(net, star, count, x, y, z, pieces):
 
 @lean_kernel
 def _nearest_new(net, star, i, many):
-    """The new face nearest to face i of the star, and how far any point of that is from it at most."""
+    """The new face nearest to face i of the star, and a bound of the distance of any point of face i from it."""
     vertices, faces, corners, triangles = net.vertices, net.faces, star.corners, star.triangles
     f, best, found = star.faces[i], np.inf, 0
     first, end = (0, many) if corners[i] < 0 else (star.places[i], star.places[i] + 1)
@@ -75,9 +75,9 @@ def _nearest_new(net, star, i, many):
 
 @lean_kernel
 def draft_moves(net, carried, star, count, many, limit, draft):
-    """Drafts the move of every node of the star to a new face where its bound allows it; returns how many moves.
+    """Drafts moving every node of the star to a new face where bounds allow it; returns the number of moves.
 
-    The triangles for which it does not are listed in draft.again; returns also how many. -1 moves: there is no room.
+    Other triangles are listed in draft.again; their number is returned, too. -1 moves: there is no room.
     """
     heads, items, bounds, following = carried.heads, carried.items, carried.bounds, carried.following
     stamps, valid, marks = carried.stamps, carried.valid, carried.marks
@@ -110,9 +110,9 @@ def draft_moves(net, carried, star, count, many, limit, draft):
 
 @lean_kernel
 def _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, found, stack):
-    """The squared distance of a point to the nearest of the new faces, which that is, and how many candidates there are.
+    """The squared distance of a point to the nearest candidate, its index, and the number of candidates.
 
-    If all are farther than the limit, faces outside of the star are asked, too, and the nearest becomes a candidate.
+    Candidates are the new faces; if all are farther than the limit, the nearest face outside the star is added.
     """
     triangles, slots = star.triangles, star.slots
     best, which = to_triangle_squared(x, y, z, triangles, hint), hint
@@ -143,7 +143,7 @@ def _nearest_candidate(net, tree, star, many, x, y, z, hint, squared, found, sta
 
 @lean_kernel
 def _add(draft, begun, moves, t, f, bound):
-    """Drafts a part of triangle t on face f, or raises the bound of the part that is drafted there; returns the count."""
+    """Drafts a part of triangle t on face f, or raises the bound of a part drafted there; returns the number of moves."""
     nodes, faces, bounds = draft.nodes, draft.faces, draft.bounds
     for m in range(begun, moves):
         if faces[m] == f:
@@ -157,10 +157,10 @@ def _add(draft, begun, moves, t, f, bound):
 
 @lean_kernel
 def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree, pieces, found, stack, budget):
-    """Drafts parts of original triangle t on the new faces, or others near them, all proven within the limit.
+    """Drafts parts of original triangle t on new faces, or on others near them, all proven within the limit.
 
-    `near_to`: the new face that is looked at first. budget (1,) i8: how many distances may be computed, nearly.
-    Returns how many moves are drafted now; -1 if it cannot be proven.
+    `near_to`: the new face that is tried first. budget (1,) i8: about how many distances may be computed. Returns
+    the number of moves drafted so far; -1 if the proof fails.
     """
     triangles, slots, source, squared, begun = star.triangles, star.slots, original.triangles, limit * limit, moves
     for k in range(3):
@@ -205,7 +205,7 @@ def draft_proof(net, original, star, many, t, near_to, limit, moves, draft, tree
 
 @lean_kernel
 def _release(carried, n):
-    """Gives node n back."""
+    """Frees node n."""
     carried.following[n] = carried.free[0]
     carried.free[0] = n
     carried.free[1] += 1
@@ -213,9 +213,9 @@ def _release(carried, n):
 
 @lean_kernel
 def apply_draft(carried, star, count, draft):
-    """Replaces the nodes of the star by what was drafted, after the contraction.
+    """Replaces the nodes of the star by the drafted ones, after the contraction.
 
-    draft.proven tells how many moves stand on bounds, how many there are, and how many triangles were proven anew.
+    draft.proven holds the number of moves by bounds, of all moves, and of triangles with a new proof.
     """
     heads, items, bounds, following = carried.heads, carried.items, carried.bounds, carried.following
     stamps, valid, marks, free, stamp = (
@@ -249,7 +249,7 @@ def apply_draft(carried, star, count, draft):
 
 @lean_kernel
 def drop_stale(carried):
-    """Frees all stale nodes, if few others are left; and says how few these must be next time."""
+    """Frees all stale nodes if few nodes are free, and sets the number of free nodes at which this happens next."""
     if carried.free[1] >= carried.free[2]:
         return
     heads, items, following, stamps, valid = (

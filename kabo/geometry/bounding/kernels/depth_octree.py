@@ -1,7 +1,7 @@
-"""Depths of a solid in an octree that grows where it is asked: what is near the solid, or far, without a search.
+"""An octree of signed distances from a solid, refined on demand: decides near and far without a search.
 
-A node holds the distance of its middle from the surface, negative inside. That distance changes by no more than the
-way to another point, so what a node says of the points around its middle is as certain as the distance itself.
+A node holds the distance of its centre from the surface, negative inside. The distance changes by no more than the
+distance to another point, so the bounds for points around the centre are as certain as the distance itself.
 """
 
 import numpy as np
@@ -9,15 +9,15 @@ import numpy as np
 from kabo.compilation import lean_kernel
 from kabo.geometry.triangles.kernels.solids import inside, nearest_triangle
 
-FINEST_NODE_SHARE = 0.1  # of the limit: half the side of the smallest node that is made
-ROUNDING_SHARE = 1e-9  # of the limit: what a node's word leaves to rounding
+FINEST_NODE_SHARE = 0.1  # of the limit: half the side of the smallest nodes
+ROUNDING_SHARE = 1e-9  # of the limit: margin for rounding
 ALL_NEAR, MIDDLE_FAR, UNDECIDED = 1, 2, 0
-CHILD_DISTANCE = 0.8660255  # of half the side of a node: how far the middle of a child is from its own, at most
+CHILD_DISTANCE = 0.8660255  # of half the side of a node, from its centre to a child's
 
 
 @lean_kernel  # f8 x 3, f8, f8 [m], tree, (64,) i8 -> f8
 def _depth(x, y, z, known, away, boxes, children, triangles, stack):
-    """The distance of a point to the surface, negative inside the solid; `known` at a point so far away."""
+    """The distance of a point to the surface, negative inside; `known` is that of another point, `away` from this one."""
     most = (abs(known) + away) * (1.0 + 1e-9)
     squared, _ = nearest_triangle(boxes, children, triangles, x, y, z, most * most, stack)
     within = known < 0.0
@@ -28,10 +28,10 @@ def _depth(x, y, z, known, away, boxes, children, triangles, stack):
 
 @lean_kernel  # f8 x 5 [m], (5,) f8, (M,) f8, (M,) i8, tree, (64,) i8 -> i8
 def settled(x, y, z, ball, limit, frame, depths, firsts, boxes, children, triangles, stack):
-    """What nodes know of a ball and a limit: all of it is within, its middle is beyond; or neither of both.
+    """The octree's answer for a ball and a limit: the ball is near (ALL_NEAR), its centre is far (MIDDLE_FAR), or UNDECIDED.
 
-    The frame is the root's middle, half its side, and how many nodes there are; a depth that is no number is not
-    known yet; the eight children of a node follow one another from `firsts` on, 0: it has none.
+    The frame is the root's centre, half its side, and the number of nodes; a depth of NaN is not computed yet; the
+    eight children of a node are consecutive from `firsts` on, 0 if it has none.
     """
     cx, cy, cz, half = frame[0], frame[1], frame[2], frame[3]
     if max(abs(x - cx), max(abs(y - cy), abs(z - cz))) > half:
@@ -93,10 +93,10 @@ def first_far(points, limit, frame, depths, firsts, boxes, children, triangles, 
 def hull_is_far(
     points, faces, even, looks, sums, at, limit, frame, depths, firsts, boxes, children, triangles, stack
 ):
-    """Whether a sample of a hull is farther than `limit`; it is left in `at`, which is a point within at first.
+    """Whether a sample of a hull is farther than `limit`; it is written to `at`, which first holds an interior point.
 
-    even (S, 4): numbers from 0 to 1, which choose a face by its area, a place in it, and of all but the first `looks`
-    how far it is moved to the point within. sums is scratch.
+    even (S, 4): numbers from 0 to 1, which choose a face by its area, a point in it, and for all but the first
+    `looks` samples how far it is moved towards the interior point. sums is scratch.
     """
     total, mx, my, mz = 0.0, at[0], at[1], at[2]
     for f in range(faces.shape[0]):
@@ -129,7 +129,7 @@ def hull_is_far(
 
 @lean_kernel  # (P, 3) f8, (Q, 3) f8, (S, 4) f8, f8 [m], octree, tree, (64,) i8 -> bool
 def between_is_far(one, other, even, limit, frame, depths, firsts, boxes, children, triangles, stack):
-    """Whether a sample of the lines from some points to others is farther than `limit`."""
+    """Whether a sample of the segments from some points to others is farther than `limit`."""
     for s in range(even.shape[0]):
         i, j, t = int(even[s, 0] * one.shape[0]), int(even[s, 1] * other.shape[0]), even[s, 2]
         x = one[i, 0] + t * (other[j, 0] - one[i, 0])
@@ -142,9 +142,9 @@ def between_is_far(one, other, even, limit, frame, depths, firsts, boxes, childr
 
 @lean_kernel  # (P, 3) f8, (F, 3) i4, i8, i8, (3,) f8, f8 [m], octree, tree, (64,) i8 -> bool
 def star_is_far(points, faces, a, b, place, limit, frame, depths, firsts, boxes, children, triangles, stack):
-    """Whether the faces around an edge a-b of a hull would be farther than `limit` somewhere, were it moved to a place.
+    """Whether the faces around an edge a-b of a hull would be farther than `limit` if it were contracted to `place`.
 
-    Looked at are two points of each new edge, and the middle of each new face.
+    Two points of each new edge are tested, and the centre of each new face.
     """
     for f in range(faces.shape[0]):
         held = 0

@@ -1,8 +1,8 @@
-"""Whether the faces that a contraction would make cross each other or the rest of the mesh.
+"""Whether the new faces of a contraction would cross each other or the rest of the mesh.
 
-Decided by exact signs, so without a tolerance. Crossings that the mesh has already may stay, and pass on to other faces,
-but not become more: neither the faces that cross, nor the ends of what they have in common. To forbid each single face
-to be crossed more often would keep folds that two contractions undo, or let one crossing face become two.
+The decision uses exact signs, without a tolerance. Existing crossings may stay, and may move to other faces, but
+must not increase, neither in the number of crossing faces nor in the number of ends of their common segments. A
+limit for each single face would preserve folds that two contractions remove, or let one crossing face become two.
 """
 
 import numpy as np
@@ -14,9 +14,10 @@ from kabo.geometry.triangles.kernels.octree import query
 
 @lean_kernel
 def _is_graph(vertices, faces, star, count, spare):
-    """Whether the new faces, whose moving corner is vertex `spare`, go around it once as seen along some direction.
+    """Whether the new faces around vertex `spare` wind around it once, seen along some direction.
 
-    Then they do not cross. Proven if every face turns towards the direction by more than rounding.
+    Then they do not cross each other. This is proven if every face turns towards the direction by more than
+    rounding.
     """
     listed, corners, planes = star.faces, star.corners, star.planes
     x, y, z = vertices[spare, 0], vertices[spare, 1], vertices[spare, 2]
@@ -59,7 +60,7 @@ def _is_graph(vertices, faces, star, count, spare):
 
 @lean_kernel
 def _star_crosses_itself(vertices, faces, star, count, spare, work):
-    """Whether two new faces, whose moving corner is vertex `spare`, cross."""
+    """Whether any two of the new faces around vertex `spare` cross."""
     listed, corners, pair, exact = star.faces, star.corners, work.pair, work.exact
     for i in range(count):
         f, k = listed[i], corners[i]
@@ -77,7 +78,7 @@ def _star_crosses_itself(vertices, faces, star, count, spare, work):
 
 @lean_kernel
 def _near(net, f, k, x, y, z, tree, work):
-    """Lists the faces whose boxes meet that of face f, its corner k moved to x, y, z (not if k < 0); returns how many."""
+    """Lists the faces whose boxes meet that of face f with corner k moved to x, y, z (no corner if k < 0); returns their number."""
     v, a, b, c = net.vertices, net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
     ax, ay, az = (x, y, z) if k == 0 else (v[a, 0], v[a, 1], v[a, 2])
     bx, by, bz = (x, y, z) if k == 1 else (v[b, 0], v[b, 1], v[b, 2])
@@ -89,9 +90,9 @@ def _near(net, f, k, x, y, z, tree, work):
 
 @lean_kernel
 def _crossing(net, f, k, g, m, work):
-    """How many ends that are no shared vertex the crossing of two faces has, at least 1; 0 if they do not cross.
+    """The number of ends, other than shared vertices, of two faces' common segment, at least 1; 0 if they do not cross.
 
-    Corner k of face f is at vertex `spare`, and so is corner m of face g; none of them if negative.
+    Corner k of face f is moved to vertex `spare`, and so is corner m of face g; a negative index moves no corner.
     """
     faces, spare = net.faces, net.vertices.shape[0] - 1
     a, b, c = (
@@ -112,7 +113,7 @@ def _crossing(net, f, k, g, m, work):
 
 @lean_kernel
 def _tally(net, star, count, new, touched, tree, work):
-    """How many faces of the star, old or new, cross others, with how many ends; and how many others are in star.ring.
+    """How many faces of the star, old or new, cross others, with how many ends; and the number of others in star.ring.
 
     Others are marked with 1 (the old star crosses them) and 2 (the new one does) above the star's own mark.
     """
@@ -158,7 +159,7 @@ def _crosses_elsewhere(net, f, tree, work):
 
 @lean_kernel
 def _crossings_grow(net, star, count, tree, work):
-    """Whether, with the new faces in place of the star, more faces cross others, or they do so with more ends."""
+    """Whether replacing the star by the new faces increases the number of crossing faces, or of ends."""
     marks, mark = net.face_marks, net.clock[1]
     before, ends, touched = _tally(net, star, count, False, 0, tree, work)
     if before == 0 or touched < 0:
@@ -176,7 +177,7 @@ def _crossings_grow(net, star, count, tree, work):
 
 @lean_kernel
 def keeps_apart(net, star, count, x, y, z, tree, work):
-    """Whether the new faces cross nothing; or else no more faces cross others than with the old star, nor more often."""
+    """Whether the new faces cross nothing, or the contraction at least increases no crossings."""
     v, faces = net.vertices, net.faces
     spare, star_mark = v.shape[0] - 1, net.clock[1]
     v[spare, 0], v[spare, 1], v[spare, 2] = x, y, z

@@ -13,9 +13,9 @@ from kabo.compilation import lean_kernel
 from kabo.geometry.triangles.kernels.triangle_tree import nearest_triangle, to_triangle_squared
 
 PIECE_COLUMNS = 16  # columns of a piece
-DISTANCE_COLUMNS, NEAREST_COLUMNS, DEPTH_COLUMN = 9, 12, 15  # where the columns begin
-MAX_CUT_DEPTH = 50  # a proof is given up after so many cuts of a piece, or when its budget is spent
-MAX_BISECTIONS = 48  # at most, to find where two triangles are near enough, or equally near
+DISTANCE_COLUMNS, NEAREST_COLUMNS, DEPTH_COLUMN = 9, 12, 15  # first columns of each kind
+MAX_CUT_DEPTH = 50  # cuts of a piece after which a proof is given up
+MAX_BISECTIONS = 48  # to find where two triangles are near enough, or equally near
 
 
 @lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8, i8 -> f8
@@ -30,7 +30,7 @@ def piece_to_triangle_squared(pieces, n, triangles, t):
 
 @lean_kernel  # (S, 16) f8, i8, (T, 3, 3) f8, f8 -> f8
 def piece_bound(pieces, n, triangles, enough):
-    """The least bound (squared) that the triangle nearest to a corner gives for piece n; any up to `enough` will do."""
+    """The least squared bound for piece n from the triangles nearest to its corners; stops at any up to `enough`."""
     best = np.inf
     for c in range(3):
         t = int(pieces[n, NEAREST_COLUMNS + c])
@@ -46,10 +46,11 @@ def piece_bound(pieces, n, triangles, enough):
 def cut(pieces, n, triangles, enough):
     """Cuts piece n across its longest edge between corners with different nearest triangles, where both are near.
 
-    Near enough is a squared distance of `enough` from both; where there is no such place, one is as near as the other.
+    Both are near at a point with squared distances of at most `enough`; without one, the cut is where they are
+    equally near.
 
-    The halves take rows n and n + 1. Returns the corner of row n that is new, which is corner (it + 2) % 3 of row n + 1,
-    and where it is; its distance and nearest triangle are left to the caller.
+    The halves are written to rows n and n + 1. Returns the new corner of row n, which is corner (it + 2) % 3 of
+    row n + 1, and its position; the caller computes its distance and nearest triangle.
     """
     level = int(pieces[n, DEPTH_COLUMN])
     middle = level % 5 == 4  # now and then in the middle, so that pieces shrink whatever happens
@@ -91,7 +92,7 @@ def cut(pieces, n, triangles, enough):
 
 @lean_kernel  # (S, 16) f8, i8, i8, f8, i8 -> nothing
 def set_new_corner(pieces, n, corner, squared, t):
-    """Notes the distance and nearest triangle of the corner that `cut` made."""
+    """Writes the distance and nearest triangle of the corner that `cut` created."""
     pieces[n, DISTANCE_COLUMNS + corner], pieces[n, NEAREST_COLUMNS + corner] = squared, t
     other = (corner + 2) % 3
     pieces[n + 1, DISTANCE_COLUMNS + other], pieces[n + 1, NEAREST_COLUMNS + other] = squared, t
@@ -101,8 +102,8 @@ def set_new_corner(pieces, n, corner, squared, t):
 def triangle_bound(pieces, limit, tree, hint, stack, budget):
     """A proven bound, at most `limit`, of the squared distance of any point of a triangle from the mesh; inf if not proven.
 
-    pieces (64, 16): row 0 holds the triangle. budget (1,) i8: how many pieces may be looked at, less those that were.
-    Returns also the triangle of the mesh near its middle, for the next time.
+    pieces (64, 16): row 0 holds the triangle. budget (1,) i8: how many pieces may still be tested; it is
+    decreased. Also returns a triangle of the mesh near the middle, as a hint for the next call.
     """
     triangles, top = tree.triangles, 1
     reached = piece_to_triangle_squared(pieces, 0, triangles, hint)
@@ -145,7 +146,7 @@ def triangle_bound(pieces, limit, tree, hint, stack, budget):
 
 @lean_kernel  # (T, 3, 3) f8, TriangleTree, f8, (64,) i8 -> f8
 def farthest_sample(triangles, tree, reached, stack):
-    """The greatest distance of a corner or middle of the triangles from the mesh, or `reached` if that is more [m]."""
+    """The greatest distance [m] of a corner or centre of the triangles from the mesh, at least `reached`."""
     squared, hint = reached * reached, 0
     for t in range(triangles.shape[0]):
         for c in range(4):
@@ -161,11 +162,11 @@ def farthest_sample(triangles, tree, reached, stack):
 
 @lean_kernel
 def directed_bounds(triangles, tree, reached, relative, floor, ceiling, pieces, stack):
-    """The greatest distance of any point of the triangles (T, 3, 3) from the mesh: reached by a point, and proven [m].
+    """Bounds of the greatest distance of a point of the triangles (T, 3, 3) from the mesh [m]: one reached, one proven.
 
-    They differ by `relative` at most, or lie below `floor`; the proven one does not exceed `ceiling` if that can be
-    shown. Neither is less than `reached`: the more is known to be reached, the fewer pieces the proof takes.
-    pieces (256, 16), stack (64,) i8.
+    They differ by `relative` at most, or lie below `floor`; the proven one does not exceed `ceiling` if that can
+    be shown. Neither is less than `reached`: the greater it is, the fewer pieces the proof takes. pieces (256,
+    16), stack (64,) i8.
     """
     others, reached, hint, ceiling = tree.triangles, reached * reached, 0, ceiling * ceiling
     proven = reached

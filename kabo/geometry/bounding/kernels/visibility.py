@@ -1,4 +1,4 @@
-"""Lines of sight inside a solid: whether the straight line between two of its points stays near it."""
+"""Lines of sight inside a solid: whether the segment between two of its points stays near it."""
 
 import numpy as np
 
@@ -44,7 +44,7 @@ def _crossing(line, triangles, t):
 
 @lean_kernel  # (6,) f8, tree, (64,) i8, (M,) f8 -> i8
 def _crossings(line, boxes, children, triangles, stack, at):
-    """Writes where the line crosses the surface between 0 and 1, in order; how many there are, at most M - 2."""
+    """Writes where the line crosses the surface between 0 and 1, in order; returns their number, at most M - 2."""
     count, top = 0, 1
     stack[0] = 0
     while top > 0:
@@ -71,7 +71,7 @@ def _crossings(line, boxes, children, triangles, stack, at):
 
 @lean_kernel  # (6,) f8, f8 [m], f8, f8, f8 [m], tree, (64,) i8 -> bool
 def _leaves(line, length, low, high, limit, boxes, children, triangles, stack):
-    """Whether a piece of the line that crosses no surface is outside, and somewhere farther than the limit away."""
+    """Whether a piece of the line between crossings is outside, and somewhere farther from the solid than the limit."""
     middle = 0.5 * (low + high)
     x, y, z = line[0] + middle * line[3], line[1] + middle * line[4], line[2] + middle * line[5]
     if inside(boxes, children, triangles, x, y, z, stack):
@@ -89,7 +89,7 @@ def _leaves(line, length, low, high, limit, boxes, children, triangles, stack):
 
 @lean_kernel  # (3,) f8, (N, 3) f8, tree, (64,) i8, (6,) f8, (M,) f8 -> (N,) f8
 def first_crossings(point, steps, boxes, children, triangles, stack, line, at, shares):
-    """What share of each step from a point leads to the surface; 1 if it does not meet it before."""
+    """Writes the share of each step from a point at which it first meets the surface; 1 if it does not."""
     for i in range(steps.shape[0]):
         for r in range(3):
             line[r], line[3 + r] = point[r], steps[i, r]
@@ -99,10 +99,10 @@ def first_crossings(point, steps, boxes, children, triangles, stack, line, at, s
 
 @lean_kernel  # (N, 3) f8, f8 [m], tree, (64,) i8, (6,) f8, (M,) f8 -> (N, N) i8
 def blocked_pairs(points, limit, boxes, children, triangles, stack, line, at, blocked):
-    """Which pairs of points cannot see each other: their line leaves the solid by more than `limit` somewhere.
+    """Writes which pairs of points are blocked: their segment leaves the solid by more than `limit` somewhere.
 
-    Only what lies between two crossings of the surface more than twice the limit apart can; of that it walks what is
-    outside, in steps that the distance to the surface allows, at least a quarter of the limit: a guide, no proof.
+    Only pieces between two crossings more than twice the limit apart can do so; those outside are sampled, in
+    steps that the distance to the surface allows, at least a quarter of the limit: a heuristic, no proof.
     """
     for i in range(points.shape[0]):
         blocked[i, i] = 0
