@@ -131,7 +131,7 @@ class Growth:
         return others
 
     def _joint(self, members: Members) -> bool:
-        """Whether the hull of some cells appears near the solid, or did when last tested; for two cells, only along lines."""
+        """Whether the hull of some cells appears near the solid, or did when last tested; for two cells, along lines."""
         if members not in self._joints:
             if len(members) == 2:
                 known = (*self.solid.depths, *self.solid.tree, np.zeros(64, np.int64))

@@ -1,7 +1,8 @@
-"""Bounded collision predicates over one kinematic tree: a view validates once, then answers from arrays.
+"""Bounded collision predicates over one kinematic tree: a view validates its inputs once, then works on arrays.
 
 "Free" is a proof, everything else counts as a hit: a collision is never overlooked, a passage thinner than the
-budget's epsilon may be. A view keeps scratch space and belongs to one thread; its answers depend on nothing else.
+budget's epsilon may be. A view keeps scratch space, so it belongs to one thread; its answers depend on its
+arguments only.
 """
 
 from collections.abc import Sequence
@@ -19,12 +20,12 @@ from kabo.geometry.parts import FixedGroup, MovingGroup
 from kabo.scene import KinematicTree
 
 FREE = -1  # the answer "proven free" of the kernels and of every view
-UNUSABLE = -2  # the answer to what is no configuration
+UNUSABLE = -2  # the answer of kernels for an invalid configuration
 
 
 @dataclass
 class Counters:
-    """How often a view was asked, and what it took."""
+    """How many checks a view made."""
 
     configuration_checks: int = 0
     sweep_checks: int = 0
@@ -60,7 +61,7 @@ class CollisionView:
         pairs: Integers,
         budget: Budget,
     ) -> None:
-        """Takes the bodies as they are now.
+        """A view of the bodies as they are now.
 
         Args:
             tree: all joints; its prismatic joints need finite limits.
@@ -80,7 +81,7 @@ class CollisionView:
         chain = chain_of(tree)
         bodies, blocks, radii = bodies_of(chain, moving, fixed, np.asarray(pairs).reshape(-1, 2))
         diameters = np.concatenate([np.empty(0), *(group.enclosure.packed.diameters for group in groups)])
-        # What remains of epsilon for a sweep's spread: at least `budget.sweep`, more if the parts fit better.
+        # The rest of epsilon for a sweep's spread: at least `budget.sweep`, more if the parts are tighter.
         slack = (budget.epsilon - budget.clearance - budget.numeric) / 2 - deviations
         tracks = tracks_of(chain, bodies, radii, diameters, slack)
         self._memory, scratch = memory_of(budget.margin, chain, bodies, blocks)
@@ -134,7 +135,7 @@ class CollisionView:
 
     @property
     def counters(self) -> Counters:
-        """What was asked so far."""
+        """The counts so far."""
         pairs, _, _, _, checks, sweeps, positive, _ = self._counts.tolist()
         return Counters(checks, sweeps, pairs, positive)
 

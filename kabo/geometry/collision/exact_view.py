@@ -1,9 +1,9 @@
 """Collision on the original triangle meshes, through python-fcl: the exact alternative to a `CollisionView`.
 
-The same questions on the same groups, for comparison and `--geometry exact`. Only pairs that are asked for and whose
-boxes meet reach python-fcl; a body wholly inside another one touches it too. Segments are proven free by distances of
-the meshes and bounds of what moves, halving them until it is, so that both geometries promise the same: a collision is
-never overlooked.
+It has the same methods on the same groups, for comparison and for `--geometry exact`. Only given pairs whose boxes
+meet reach python-fcl; a body wholly inside another one collides, too. Segments are proven free by distances of the
+meshes and bounds of their motion, halving segments as needed, so that both geometries guarantee that no collision
+is overlooked.
 """
 
 from collections.abc import Sequence
@@ -26,13 +26,13 @@ from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
 
-BOX_SLACK = 1e-12  # metres: what rounding may take from a box
-TRIANGLE_BYTES = 1000  # of a surface for each triangle: two nodes of fcl's tree, the solid's tree, arrays
+BOX_SLACK = 1e-12  # [m] added to boxes against rounding
+TRIANGLE_BYTES = 1000  # of memory for a triangle: two nodes of fcl's tree, the solid's tree, arrays
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A mesh as fcl has it, its box, a vertex of each of its components, and the solid inside."""
+    """A mesh as an fcl model, its box, a vertex of each component, and the solid inside."""
 
     model: fcl.BVHModel
     low: Array  # (3,)
@@ -43,7 +43,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class _Arrays:
-    """A mesh that equals itself only: by this surfaces are remembered, as arrays of meshes never change."""
+    """A key for surfaces: a mesh compared by identity, since its arrays never change."""
 
     mesh: Mesh
 
@@ -72,7 +72,7 @@ _SURFACES: Remembered[Surface] = Remembered(64 << 20, lambda made: TRIANGLE_BYTE
 
 
 def surface_of(mesh: Mesh) -> Surface:
-    """The surface of a mesh, made once for each pair of arrays."""
+    """The surface of a mesh, computed once for each mesh object."""
     return _SURFACES.of(_Arrays(mesh), lambda: _surface(mesh))
 
 
@@ -83,7 +83,7 @@ def surrounds(outer: Surface, points: Array) -> bool:
 
 
 class ExactView:
-    """Which pair of bodies touches, at a configuration or at samples of a segment; a view is for one thread."""
+    """Which pair of bodies collides, at a configuration or along a straight joint-space segment; for one thread."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class ExactView:
             corners[: len(surface.corners)] = surface.corners
 
     def _place(self, poses: Array) -> None:
-        """The poses of all groups in their joint's frame, and the boxes of their meshes there."""
+        """Computes the poses of all groups in their joint's frame, and the boxes of their meshes there."""
         self._rotation, self._translation = poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
         placed = [
             s.solid.vertices @ p[:9].reshape(3, 3).T + p[9:] for s, p in zip(self._surfaces, poses, strict=True)
@@ -136,7 +136,7 @@ class ExactView:
         self._world_R, self._world_t = self._rotation.copy(), self._translation.copy()
 
     def configuration_hit(self, q: Array) -> int:
-        """-1 if no pair touches at q (n,), else the number of the first pair that does.
+        """-1 if no pair collides at q (n,), else the index of the first pair that does.
 
         Raises:
             ValueError: q has another size, or is not finite.
@@ -149,10 +149,10 @@ class ExactView:
         return np.array([self.configuration_hit(q) for q in configurations], np.int64)
 
     def segment_hit(self, start: Array, end: Array) -> int:
-        """-1 if all pairs are proven apart on the whole straight segment, else a pair that comes nearer than `_least`.
+        """-1 if all pairs are proven apart on the whole straight segment, else the index of a pair nearer than `_least`.
 
-        Around the middle of a stretch a pair is apart as long as its distance there exceeds what it travels relative
-        to each other up to either end [K 4.5]; where that does not hold the stretch is halved.
+        A pair is apart on a stretch if its distance at the middle exceeds the relative travel of both bodies to
+        either end [K 4.5]; otherwise the stretch is halved.
 
         Raises:
             ValueError: as `configuration_hit`.
@@ -194,7 +194,7 @@ class ExactView:
         return self._nested(near) if len(near) else FREE
 
     def _near(self, q: Array) -> Integers:
-        """The pairs whose boxes meet at q, in order."""
+        """The indices of the pairs whose boxes meet at q, in order."""
         self._set(q)
         return np.flatnonzero(self._gaps(np.arange(len(self._pairs))) <= 0.0)
 
@@ -212,14 +212,14 @@ class ExactView:
         self._placed.clear()
 
     def _gaps(self, pairs: Integers) -> Array:
-        """How far the boxes of pairs are apart [m], 0 where they meet: never more than the bodies are."""
+        """The distances of the pairs' boxes [m], 0 where they meet: lower bounds of the bodies' distances."""
         first, second = self._first[pairs], self._second[pairs]
         apart = np.maximum(self._low[first] - self._high[second], self._low[second] - self._high[first])
         distances: Array = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
         return distances
 
     def _bodies_of(self, number: int) -> tuple[fcl.CollisionObject, fcl.CollisionObject]:
-        """The two bodies of a pair, where they are."""
+        """The two bodies of a pair at their poses."""
         for group in (int(self._first[number]), int(self._second[number])):
             if group < self._moving and group not in self._placed:
                 self._placed.add(group)
@@ -227,7 +227,7 @@ class ExactView:
         return self._bodies[self._first[number]], self._bodies[self._second[number]]
 
     def _distance(self, number: int) -> float:
-        """How far the surfaces of a pair are apart [m], not positive where they meet."""
+        """The distance of the surfaces of a pair [m], not positive where they meet."""
         self.counters.pair_checks += 1
         return float(fcl.distance(*self._bodies_of(number), self._ask_distance, fcl.DistanceResult()))
 
@@ -237,7 +237,7 @@ class ExactView:
         return int(fcl.collide(*self._bodies_of(number), self._request, fcl.CollisionResult())) > 0
 
     def _nested(self, near: Integers) -> int:
-        """The first pair of which one body contains a component of the other; their surfaces do not meet."""
+        """The first pair in which one body contains a component of the other, for pairs whose surfaces do not meet."""
         points = np.einsum("gij,gcj->gci", self._world_R, self._corners) + self._world_t[:, None]
         first, second = self._first[near], self._second[near]
         for outer, inner in ((first, second), (second, first)):
@@ -250,7 +250,7 @@ class ExactView:
         return FREE
 
     def _relative_paths(self, start: Array, end: Array) -> Array:
-        """How far points of each pair's bodies travel at most, seen from the last joint that carries both [m]."""
+        """Upper bounds of how far points of each pair's bodies travel relative to each other [m]."""
         joints, factors, placement, _ = self._chain
         segment, turned = np.array([start, end, start]), np.zeros(joints.shape[1])
         turning(segment, joints, factors, turned)

@@ -1,6 +1,6 @@
 """Motions of bodies on a chain along straight joint-space segments, and their arrays for the kernels.
 
-Links, tools and what a gripper holds are all bodies on a joint; a body that stands still is a motion of nothing.
+Links, tools and held objects are all bodies on a joint; a standing body is a motion without joints.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class PlacedParts(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """A body on a segment, as `kernels.volumes` takes it."""
+    """A body on a segment, as arrays for `kernels.volumes`."""
 
     poses: Array  # (N + 1, 12) of its joint, at the nodes
     blocks: Array
@@ -50,7 +50,7 @@ class Motion:
     waypoints: Array  # (W, n), W >= 1
 
     def __post_init__(self) -> None:
-        """Refuses waypoints that are no configurations of the tree.
+        """Checks that the waypoints are configurations of the tree.
 
         Raises:
             ValueError: another shape, a value that is not finite or far out of a sliding joint's limits, a tree
@@ -67,12 +67,12 @@ class Motion:
 
     @property
     def deviation(self) -> float:
-        """How far the parts of any body stick out of it [m]."""
+        """The greatest deviation of the bodies' enclosures [m]."""
         return max((body.enclosure.deviation for body in self.bodies), default=0.0)
 
     @property
     def reach(self) -> float:
-        """How far any vertex may get from the world's origin [m]."""
+        """An upper bound of the distance of any vertex from the world's origin [m]."""
         far = reach(chain_of(self.tree))
         return max(
             (far[b.joint] + p.radii.max(initial=0.0) for b, p in zip(self.bodies, self.placed, strict=True)),
@@ -84,19 +84,19 @@ class Motion:
         """The parts of every body.
 
         Raises:
-            ValueError: vertices or poses that are no finite numbers.
+            ValueError: vertices or poses are not finite.
         """
         return [placed(body) for body in self.bodies]
 
     @property
     def segments(self) -> list[Segment]:
-        """Start and end of every straight segment; one of no length for a single waypoint."""
+        """Start and end of every straight segment; a single waypoint gives one segment of length 0."""
         if len(self.waypoints) == 1:
             return [(self.waypoints[0], self.waypoints[0])]
         return list(zip(self.waypoints, self.waypoints[1:], strict=False))
 
     def swept(self, start: Array, end: Array, intervals: int) -> list[Swept]:
-        """Every body on a straight segment, at the nodes of 2^k intervals; one that does not move needs one."""
+        """Every body on a straight segment, at the nodes of 2^k intervals; of one interval if it does not move."""
         chain = chain_of(self.tree)
         lengths = np.linalg.norm(chain.placement[:, 9:], axis=1)
         segment, turned = np.array([start, end, start]), np.zeros(len(lengths))
@@ -120,7 +120,7 @@ def placed(body: MovingGroup) -> PlacedParts:
     """The parts of a body in its joint's frame.
 
     Raises:
-        ValueError: vertices or a pose that are no finite numbers.
+        ValueError: vertices or a pose are not finite.
     """
     packed = body.enclosure.packed
     pose = np.asarray(body.joint_T_group, np.float64).reshape(1, -1)
@@ -138,7 +138,7 @@ _STANDING: "WeakKeyDictionary[FixedGroup, PlacedParts]" = WeakKeyDictionary()
 
 
 def standing_parts(body: FixedGroup) -> PlacedParts:
-    """The parts of a standing body in the world, made once for as long as the body is there.
+    """The parts of a standing body in the world, computed once in the lifetime of the body object.
 
     Raises:
         ValueError: as `placed`.
@@ -155,7 +155,7 @@ def _nothing() -> KinematicTree:
     return KinematicTree(whole, whole, whole, one, one, world, none, none, none)
 
 
-WORLD_TREE = _nothing()  # the tree of what stands still: the world alone
+WORLD_TREE = _nothing()  # the world alone, for standing bodies
 
 
 def standing(*bodies: FixedGroup) -> Motion:

@@ -1,7 +1,7 @@
-"""Proofs that pairs of bodies stay apart along a path, as data that another may check without searching.
+"""Proofs that pairs of bodies stay apart along a path, as data that a verifier can check without a search.
 
-[docs/certificates.md] says what a proof is; `kernels.witness` finds it. Parts are put in an order in which neighbours
-stand together, so that halves of a range are small.
+Proofs are defined in [docs/certificates.md]; `kernels.witness` finds them. Parts are sorted so that neighbours are
+close in the order, and halves of a range have small boxes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,14 +19,14 @@ from kabo.scene import KinematicTree
 
 CODE_LETTERS = "baetfs!"  # letters of the codes: boxes, axis, exact axis, time, first, second, failed
 _LETTERS = bytes.maketrans(bytes(range(len(CODE_LETTERS))), CODE_LETTERS.encode())
-MAX_PROOF_NODES = 200_000  # of one path's proofs; far more than any needs
-STACK_DEPTH = 4096  # of the stack
-SHARE_OF_CLEARANCE = 0.9  # of what the planner's proofs keep, the least margin that is asked for first
-MIN_MARGIN = 1e-9  # metres: the margin without which there is no proof
+MAX_PROOF_NODES = 200_000  # in all proofs of one path; far more than any path needs
+STACK_DEPTH = 4096  # rows of the stack
+SHARE_OF_CLEARANCE = 0.9  # of the clearance in the planner's proofs: the margin tried first
+MIN_MARGIN = 1e-9  # [m] of every proof
 
 
 class Parts(NamedTuple):
-    """The parts of one mesh in an order of neighbours."""
+    """The parts of one mesh, sorted so that neighbours are close in the order."""
 
     vertices: tuple[Array, ...]  # each (V, 3) [m], in the body's frame
     blocks: Array  # (B, 3, 24)
@@ -46,7 +46,7 @@ class PlacedBody(NamedTuple):
 class Course:
     """Bodies on a chain that moves straight from way point to way point, and pairs (P, 3): first, second, frame.
 
-    With `at_any_times` a claim is about whole pieces: then it holds for any two moments of the pieces that it is about.
+    With `at_any_times`, claims are about whole pieces, and hold for both bodies at any two times of the pieces.
     """
 
     tree: KinematicTree
@@ -58,9 +58,9 @@ class Course:
 
 @dataclass(frozen=True)
 class Witness:
-    """The proof of a pair: its walk as letters, the axes in order, and the least margin of any of them [m].
+    """The proof of a pair: its nodes as letters in walk order, its axes, and the least margin of an axis [m].
 
-    An axis `a` is three little-endian int16, an axis `e` three float64; `margin` is infinite if boxes settle all.
+    An axis `a` is three little-endian int16, an axis `e` three float64; `margin` is infinite if boxes suffice.
     """
 
     walk: str
@@ -70,7 +70,7 @@ class Witness:
 
 @dataclass(frozen=True)
 class Unproven:
-    """A pair that no proof was found for: its number, where on the path it comes too near, and the gap there [m]."""
+    """A pair without a proof: its index, where on the path it comes too near, and the gap there [m]."""
 
     pair: int
     start: float  # in pieces of the path
@@ -79,7 +79,7 @@ class Unproven:
 
 
 def ordered(enclosure: Enclosure) -> Parts:
-    """The parts of an enclosure, neighbours together: split at the median of their middles, again and again."""
+    """The parts of an enclosure, sorted by recursive splits at the median of their centres."""
     middles = np.array([part.mean(axis=0) for part in enclosure.parts])
     order = _halved(middles, list(range(len(middles))))
     packed = enclosure.packed
@@ -98,7 +98,7 @@ def _halved(middles: Array, members: list[int]) -> list[int]:
 
 
 class Prover:
-    """Finds proofs for the meshes of one scene; keeps what they have in common."""
+    """Finds proofs for the meshes of one scene; keeps the arrays that all proofs share."""
 
     def __init__(self, meshes: Mapping[str, Parts], near: float, clearance: float) -> None:
         """`near` [m]: boxes so far apart need no axis; `clearance` [m]: what the planner kept between parts."""
@@ -124,9 +124,9 @@ class Prover:
         return self._radii[key]
 
     def prove(self, course: Course) -> list[Witness | None] | Unproven:
-        """For every pair its proof, None if it needs none; or the first pair without one.
+        """The proof of every pair, None for pairs that need none; or the first pair that cannot be proven.
 
-        A pair needs none if it does not move, or if boxes around all that both sweep are apart.
+        A pair needs none if it does not move, or if the boxes around both swept volumes are apart.
         """
         chain = chain_of(course.tree)
         joints, rows, count = chain.joints.shape[1], len(course.waypoints), len(course.pairs)
@@ -152,7 +152,7 @@ class Prover:
         return self._witnesses(where, margins)
 
     def _witnesses(self, where: Integers, margins: Array) -> list[Witness | None]:
-        """What the kernel wrote, cut at the ends of the proofs."""
+        """The output of the kernel, split into proofs."""
         count = int(where[-1]) if len(where) else 0
         codes, axes = self._codes[:count], self._axes[:count]
         letters = codes.tobytes().translate(_LETTERS).decode("ascii")

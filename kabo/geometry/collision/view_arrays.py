@@ -1,4 +1,4 @@
-"""The arrays of a view: what kernels share, made once from groups, pairs and a kinematic tree."""
+"""The arrays of a view that kernels share, made once from groups, pairs and a kinematic tree."""
 
 from collections.abc import Sequence
 from itertools import accumulate
@@ -26,9 +26,9 @@ from kabo.geometry.collision.kernels.tracks import COARSE_NODES, FRAME_SLOTS
 from kabo.geometry.parts import COLUMNS, FixedGroup, MovingGroup, poses_of
 from kabo.scene import PRISMATIC, KinematicTree
 
-ROUNDING_BOUND = 2e-10  # of one evaluated gap [m]; Budget.margin counts on it
-SWEEP_POOL_BLOCKS = 1024  # vertex blocks that one sweep keeps at a time
-PADDING_BOX_DISTANCE = 1e9  # boxes of padding groups lie here
+ROUNDING_BOUND = 2e-10  # [m] of one evaluated gap; Budget.margin relies on it
+SWEEP_POOL_BLOCKS = 1024  # vertex blocks kept during one sweep
+PADDING_BOX_DISTANCE = 1e9  # [m] from the origin: boxes of padding groups lie there
 
 
 class Chain(NamedTuple):
@@ -37,7 +37,7 @@ class Chain(NamedTuple):
     joints: Integers  # (3, J) parent, kind, source
     factors: Array  # (2, J) ratio, shift
     placement: Array  # (J, 12)
-    bound: Array  # (n,) greatest |q| that is trusted
+    bound: Array  # (n,) greatest valid |q|
 
 
 class Bodies(NamedTuple):
@@ -60,11 +60,11 @@ class Tracks(NamedTuple):
     diameters: Array  # (B,) [m]
     tracks: Integers  # (2, T) group, frame
     pair_tracks: Integers  # (2, P)
-    slacks: Array  # (P,) what the budget leaves for `spread` [m]
+    slacks: Array  # (P,) rest of the budget for `spread` [m]
 
 
 class Sweep(NamedTuple):
-    """What a sweep writes."""
+    """The arrays that a sweep writes."""
 
     segment: Array  # (3, n) start, end, the node in work
     turned: Array  # (J,)
@@ -88,7 +88,7 @@ class Sweep(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What both checks write; a view is therefore for one thread."""
+    """The arrays that both checks write, because of which a view belongs to one thread."""
 
     blocks: Array  # (B + SWEEP_POOL_BLOCKS, 3, 24): in the joint's frame; of sweeps
     axis: Array  # (3,)
@@ -97,7 +97,7 @@ class Scratch(NamedTuple):
 
 
 def chain_of(tree: KinematicTree) -> Chain:
-    """The tree, with the bound on |q| up to which `reach` holds.
+    """The arrays of a tree, with the bound on |q| up to which `reach` is valid.
 
     Raises:
         ValueError: a prismatic joint without finite limits (no bound of rounding errors could be given).
@@ -117,7 +117,7 @@ def chain_of(tree: KinematicTree) -> Chain:
 
 
 def reach(chain: Chain) -> Array:
-    """How far the origin of each joint's frame may get from the world's (J,) [m]."""
+    """An upper bound (J,) of the distance of each joint frame's origin from the world's [m]."""
     parent, kind, source = chain.joints
     steps: Array = np.linalg.norm(chain.placement[:, 9:], axis=1)
     for joint in range(1, len(steps)):
@@ -134,7 +134,7 @@ def offset_for(greatest: float) -> float:
     """The offset of `support` for vertices up to `greatest` [m] from the origin.
 
     Raises:
-        ValueError: so far that rounding would exceed the budget's numeric share.
+        ValueError: a vertex is so far that rounding would exceed the budget's numeric share.
     """
     offset = 2.0 ** (np.ceil(np.log2(max(greatest, 1e-3))) + 1)
     if not rounding(offset) <= ROUNDING_BOUND:
@@ -188,15 +188,15 @@ def _groups(
 
 
 def _in_python(kernel: Any) -> Any:
-    """A kernel's original: once for each view, nothing is compiled for it."""
+    """The Python function of a kernel: called once for each view, it is not worth compiling."""
     return getattr(kernel, "py_func", kernel)
 
 
 def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tuple[Array, Scratch]:
-    """All arrays of a configuration check as kabo.geometry.collision.kernels.layout says, and what sweeps share of them.
+    """All arrays of a configuration check, in the order of kabo.geometry.collision.kernels.layout, and those shared with sweeps.
 
     Args:
-        margin: what an evaluated gap must exceed [m].
+        margin: the value that an evaluated gap must exceed [m].
         blocks: (B, 3, 24) of the parts, in their joint's frame.
     """
     joints, groups = chain.joints.shape[1], len(bodies.group_extents)
@@ -228,7 +228,7 @@ def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tup
 
 
 def _laid_out(arrays: Sequence[NDArray[Any]], starts: Sequence[int], room: int) -> Array:
-    """The arrays where they are to start, from the beginning of a line of cache on, and room for more numbers."""
+    """One array, aligned to a cache line, with the given arrays at their starts, and with room for more numbers."""
     memory = np.empty(starts[-1] + room + CACHE_LINE_PLACES)
     begin = -memory.ctypes.data // memory.itemsize % CACHE_LINE_PLACES
     memory = memory[begin : begin + starts[-1] + room]
@@ -241,7 +241,7 @@ def tracks_of(chain: Chain, bodies: Bodies, radii: Array, diameters: Array, slac
     """The tracks of all pairs: each is swept in the frame of the last joint that carries both groups.
 
     Args:
-        slack: (G,) of one group: half of what the budget leaves for spread, minus the group's own deviation.
+        slack: (G,) for each group, half of the budget's rest for spread, minus the group's own deviation.
     """
     joint, first_pair = bodies.groups[0, :-1], bodies.groups[2]
     first = np.repeat(np.arange(len(joint)), np.diff(first_pair))
@@ -266,7 +266,7 @@ def last_shared_joints(chain: Chain, first: Integers, second: Integers) -> Integ
 
 
 def sweep_of(chain: Chain, bodies: Bodies, tracks: Tracks) -> Sweep:
-    """Scratch space for sweeps; most of it is never touched, so it costs nothing until it is."""
+    """Scratch space for sweeps; most of it is never written, and pages without data cost no memory."""
     count, parts, joints = tracks.tracks.shape[1], len(bodies.sizes), chain.joints.shape[1]
     frames = np.zeros((FRAME_SLOTS, joints, 12))
     frames[:, 0, [0, 4, 8]] = 1.0

@@ -1,7 +1,7 @@
-"""Self-intersections: which faces of a triangle mesh cross another face of it.
+"""Self-intersections: which faces of a triangle mesh cross another face of the same mesh.
 
-Vertices are shared by index; faces that share one or two may meet there and nowhere else. A face without area counts
-as crossing unless an axis proves it apart. Decided exactly: no tolerance, no false alarm beside crossings.
+Vertices are shared by index; faces that share one or two may meet there and nowhere else. A face without area
+counts as crossing unless an axis proves it apart. The decision is exact, without a tolerance.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from kabo.geometry.triangles.kernels.octree import STACK_SIZE, octree_of
 from kabo.geometry.triangles.kernels.orientation import SCRATCH_SIZE
 from kabo.geometry.triangles.kernels.self_crossing import mark_crossing
 
-MIN_COORDINATE = 1e-80  # metres: exact arithmetic takes coordinates below for 0, and ends at its inverse
+MIN_COORDINATE = 1e-80  # [m]: exact arithmetic treats smaller coordinates as 0; the largest one is its inverse
 
 
 def crossing_faces(vertices: Array, faces: Integers) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ FEASIBILITY_SHARE = 0.1  # of the planes' slack, by which a point may miss it
 
 @lean_kernel  # (10,) f8, f8, (6,) f8 -> bool
 def factor(q, regular, lower):
-    """Writes the Cholesky factor l00, l10, l20, l11, l21, l22 of the quadric's matrix, regularised by a share of its trace."""
+    """Writes the Cholesky factor l00, l10, l20, l11, l21, l22 of the quadric's matrix plus a share of its trace."""
     r = regular * (q[0] + q[3] + q[5]) + 1e-300
     lower[0] = np.sqrt(q[0] + r)
     lower[1], lower[2] = q[1] / lower[0], q[2] / lower[0]

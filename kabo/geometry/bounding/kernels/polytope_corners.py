@@ -172,7 +172,7 @@ def contractions(
     costs,
     places,
 ):
-    """Writes for each edge (E, 2) of a hull its contraction point (E, 3), and this point's distance from the solid; inf beyond `limit`.
+    """Writes the contraction point (E, 3) of each edge (E, 2) of a hull, and its distance from the solid; inf beyond `limit`.
 
     around[starts[v]:starts[v + 1]] are the faces at vertex v; the other arguments before `costs` are scratch.
     """

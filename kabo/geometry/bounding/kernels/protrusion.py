@@ -39,7 +39,7 @@ def _far_corner(cells, top, triangles, triangle, enough):
 
 @lean_kernel  # (C, 14) f8, i8, i8, f8, tree, (64,) i8 -> bool
 def _is_beyond(cells, top, corner, enough, boxes, children, triangles, stack):
-    """Whether a corner is outside, with a squared distance to the solid of more than `enough`; then it is written to row 0."""
+    """Whether a corner is outside, at a squared distance from the solid above `enough`; then it is written to row 0."""
     x, y, z = cells[top, 3 * corner], cells[top, 3 * corner + 1], cells[top, 3 * corner + 2]
     _, near = nearest_triangle(boxes, children, triangles, x, y, z, enough, stack)
     if near >= 0 or inside(boxes, children, triangles, x, y, z, stack):
@@ -127,7 +127,7 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
 
 @lean_kernel  # (C, 11) f8, i8 -> f8 x 4, i8
 def _circle(cells, top):
-    """The centre of a triangle, the radius of the ball that contains its corners, and the first corner of its longest edge."""
+    """The centre of a triangle, the radius of a ball around it that holds the corners, and where its longest edge begins."""
     x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
     y = (cells[top, 1] + cells[top, 4] + cells[top, 7]) / 3.0
     z = (cells[top, 2] + cells[top, 5] + cells[top, 8]) / 3.0

@@ -78,7 +78,7 @@ def _star_crosses_itself(vertices, faces, star, count, spare, work):
 
 @lean_kernel
 def _near(net, f, k, x, y, z, tree, work):
-    """Lists the faces whose boxes meet that of face f with corner k moved to x, y, z (no corner if k < 0); returns their number."""
+    """Lists the faces whose boxes meet that of face f with corner k moved to x, y, z (unmoved if k < 0); their number."""
     v, a, b, c = net.vertices, net.faces[f, 0], net.faces[f, 1], net.faces[f, 2]
     ax, ay, az = (x, y, z) if k == 0 else (v[a, 0], v[a, 1], v[a, 2])
     bx, by, bz = (x, y, z) if k == 1 else (v[b, 0], v[b, 1], v[b, 2])

@@ -4,7 +4,7 @@ import numpy as np
 
 from kabo.compilation import leaf_kernel, lean_kernel, reduction_kernel
 
-BOX_SLACK = 1e-12  # metres: what rounding may take from a box
+BOX_SLACK = 1e-12  # [m] added to boxes against rounding
 
 
 @reduction_kernel  # (J, 12) f8, i8, (B, 3, 24) f8, i8, (D, 3, 24) f8, i8, i8
@@ -19,7 +19,7 @@ def place_block(poses, pose, blocks, source, placed, target, count):
 
 @lean_kernel  # (J, 12) f8, i8, (G, 6) f8 centre and half extents, i8, (S, 6) f8, i8
 def place_box(poses, pose, extents, source, boxes, target):
-    """Writes the box (lower, upper) around box `source` moved by a pose; larger than the body's own box, never smaller."""
+    """Writes the box (lower, upper) around box `source` moved by a pose; it contains the body's own box."""
     x, y, z = extents[source, 0], extents[source, 1], extents[source, 2]
     ex, ey, ez = extents[source, 3], extents[source, 4], extents[source, 5]
     for r in range(3):

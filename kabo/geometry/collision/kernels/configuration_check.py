@@ -1,7 +1,7 @@
 """The configuration check: forward kinematics, boxes of groups, oriented boxes of parts, then separating axes.
 
-Kernels take the fields of `Chain`, `Bodies` and what they write (kabo.geometry.collision.view_arrays says what they
-are) one by one; Python gives them in one flat array [kabo.geometry.collision.kernels.layout]. A kernel allocates nothing.
+Kernels take the fields of `Chain`, `Bodies` and `Scratch` (kabo.geometry.collision.view_arrays) one by one; Python
+passes them in one flat array [kabo.geometry.collision.kernels.layout]. A kernel allocates nothing.
 """
 
 import numpy as np
@@ -42,7 +42,7 @@ def _group_boxes(world_T, moving, joint, group_extents, rows):
 
 @lean_kernel  # (6, 32 W) f8, i8, i8, f8 -> i8
 def _near_groups(rows, g, word, margin):
-    """Which of 32 groups have boxes near group g's, a bit for each: one vectorised pass."""
+    """The groups among 32 whose boxes are near group g's, a bit for each, in one vectorised pass."""
     x0, y0, z0 = rows[0, g] - margin, rows[1, g] - margin, rows[2, g] - margin
     x1, y1, z1 = rows[3, g] + margin, rows[4, g] + margin, rows[5, g] + margin
     near = np.int64(0)
@@ -57,13 +57,13 @@ def _near_groups(rows, g, word, margin):
 
 @lean_kernel  # i8 -> i8
 def _place_of(bit):
-    """The place of a number's only bit, from the exponent that it has as a floating-point number."""
+    """The position of a number's only bit, from its exponent as a floating-point number."""
     return (np.float64(bit).view(np.int64) >> 52) - 1023
 
 
 @lean_kernel  # (3, G+1) i8, (2, P) i8, i8, i8 -> i8
 def _number_of(groups, pairs, g, h):
-    """The caller's number of the first pair of two groups."""
+    """The caller's index of the first pair of two groups."""
     p = groups[PAIRS, g]
     while pairs[PARTNER, p] != h:
         p += 1
@@ -104,7 +104,7 @@ def _first_hit(
     q, margin, joints, factors, placement, bound, moving, offset, groups, sizes, part_extents, group_extents, pairs,
     allowed, world_T, rows, pose, listed, blocks, axis, simplex, counters,
 ):  # fmt: skip
-    """The first pair (in the order of groups) not proven apart, -1, or -2 if q is not usable."""
+    """The first pair (in the order of groups) not proven apart, -1 if there is none, or -2 if q is invalid."""
     counters[CHECKS] += 1
     if not usable(q, bound):
         return -2
@@ -133,7 +133,7 @@ def _first_hit(
 def first_hit(q, memory):
     """The first pair (in the order of groups) not proven farther apart than the margin minus rounding.
 
-    -1 if all are proven apart, -2 if q is not usable.
+    -1 if all are proven apart, -2 if q is invalid.
     """
     factors, placement, bound, part_extents, group_extents, world_T, rows, pose, axis, simplex, blocks = (
         numbers_of(memory)

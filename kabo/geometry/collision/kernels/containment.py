@@ -1,15 +1,15 @@
 """Whether convex parts lie inside a solid: apart from all of its surface, with one vertex inside.
 
-A part is connected, so if no triangle of the closed surface meets it, all of it is on one side. That no triangle
-does is proven by an axis for each that is near; which side is told by the winding number of one vertex, which is then
-farther from the surface than `margin`.
+A part is connected, so if no triangle of the closed surface meets it, all of it is on one side. This is proven by
+an axis for each near triangle; the side follows from the winding number of one vertex, which is then farther from
+the surface than `margin`.
 """
 
 from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.separation import apart
 from kabo.geometry.triangles.kernels.solids import winding_number
 
-TRIANGLE_COLUMNS = 8  # columns of a triangle's block: its corners, and the first one again
+TRIANGLE_COLUMNS = 8  # of a triangle's block: its corners, and copies of the first one
 
 
 @lean_kernel
@@ -50,7 +50,7 @@ def _surface_apart(
 def first_outside(
     blocks, sizes, box, margin, boxes, children, triangles, stack, offset, pool, axis, simplex, counters
 ):
-    """The first part (B, 3, 24) with a box (B, 6) that is not proven inside the solid, or -1 if all are.
+    """The index of the first part (B, 3, 24), with boxes (B, 6), that is not proven inside the solid, or -1 if all are.
 
     The solid is given by its box tree (N, 6), (N, 2), triangles (T, 3, 3) in the order of its leaves.
     """

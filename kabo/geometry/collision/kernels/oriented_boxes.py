@@ -1,8 +1,8 @@
-"""Oriented boxes: the boxes that parts and groups have in their own joint's frame, compared in both frames.
+"""Oriented boxes: boxes of parts and groups in their own joint's frame, compared along the axes of both frames.
 
-A pair of bodies is looked at in the frame of the first: boxes turned with their bodies are tighter than boxes along
-the world's axes, and nothing has to be placed in the world before a pair needs it. The edges' nine cross products
-[Gottschalk 1996] would sort out a tenth more pairs, and cost more than a search for an axis.
+A pair of bodies is compared in the frame of the first: boxes that rotate with their bodies are tighter than boxes
+along the world's axes, and only pairs that need it are transformed. The edges' nine cross products [Gottschalk
+1996] would exclude a tenth more pairs, and cost more than a search for an axis.
 """
 
 from kabo.compilation import lean_kernel
@@ -21,7 +21,7 @@ def relative(world_T, first, second, pose):
 
 @lean_kernel  # (12,) f8 first_T_second, (S, 6) f8 centre and half extents, i8, (S, 6) f8, i8, f8 [m] -> bool
 def faces_near(pose, first, a, second, b, margin):
-    """Whether two boxes are not proven farther apart than `margin` along an axis of either; NaN says near."""
+    """Whether two boxes are not proven farther apart than `margin` along an axis of either; NaN counts as near."""
     x, y, z = second[b, 0], second[b, 1], second[b, 2]
     ex, ey, ez = second[b, 3], second[b, 4], second[b, 5]
     dx = pose[0] * x + pose[1] * y + pose[2] * z + pose[9] - first[a, 0]

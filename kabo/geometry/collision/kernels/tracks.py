@@ -11,12 +11,10 @@ from kabo.compilation import lean_kernel
 from kabo.geometry.collision.kernels.boxes import place_box, unite_boxes
 from kabo.scene.kernels.poses import forward_kinematics
 
-MAX_HALVINGS = 20  # nodes: 2^MAX_HALVINGS + 1
+MAX_HALVINGS = 20  # of a segment; it has 2^MAX_HALVINGS + 1 nodes
 COARSE_LEVELS = 5  # levels of the coarse grid
 COARSE_NODES = (1 << COARSE_LEVELS) + 1
-FRAME_SLOTS = (
-    COARSE_NODES + MAX_HALVINGS - COARSE_LEVELS
-)  # forward kinematics kept: the coarse grid, and one node of each finer level
+FRAME_SLOTS = COARSE_NODES + MAX_HALVINGS - COARSE_LEVELS  # one of each coarse node, and one of each finer level
 
 
 @lean_kernel  # (3, n) f8, (3, J) i8, (2, J) f8 -> writes (J,) f8
@@ -59,7 +57,7 @@ def motion(segment, joints, factors, lengths, turned, joint, frame, radius):
 
 @lean_kernel  # f8, f8 [m] -> i8
 def level_for(deviation, enough):
-    """How often the segment is halved (at most to the coarse grid) until the deviation is small `enough`."""
+    """How often the segment is halved, at most to the coarse grid, until the deviation is at most `enough`."""
     level = 0
     while deviation > enough and level < COARSE_LEVELS:
         deviation *= 0.25
@@ -140,7 +138,7 @@ def interval_parts(first, end, part_extents, poses, row0, row1, grow, pair_boxes
 
 @lean_kernel  # i8, i8, (H,) i8, (H,) i8 -> i8
 def look_up(key, mark, keys, marks):
-    """The place of a key in an open hash table of a power of two of places, or the free place where it belongs."""
+    """The index of a key in an open-addressing hash table with 2^k slots, or the free slot where it belongs."""
     place = (key ^ (key >> 15) ^ (key >> 23)) & (keys.shape[0] - 1)
     while marks[place] == mark and keys[place] != key:
         place = (place + 1) & (keys.shape[0] - 1)

@@ -1,8 +1,8 @@
-"""Whether two triangles of one mesh meet where they should not: outside of the vertices that they share.
+"""Whether two triangles of one mesh cross: whether they meet outside the vertices that they share.
 
 "Apart" is proven: by an axis whose gap exceeds its own rounding bound, or, where no axis is clear, by exact signs
 (kabo.geometry.triangles.kernels.orientation). So is "cross", except that triangles without area cross unless an
-axis says no. Vertices are shared by index, not by place: two triangles that merely touch do meet.
+axis separates them. Vertices are shared by index, not by place: two triangles that merely touch do meet.
 
 A pair is (6, 3) f8: one triangle in rows 0 to 2, the other in rows 3 to 5; shared vertices come first in both, in the
 same order. In `scratch`, (SCRATCH,) f8, three numbers make a vector: 0 to 5 are the points seen from the first one.
@@ -23,10 +23,10 @@ _AXES = np.array(
     + [row for e in range(6, 12) for row in ((e, e, 15), (e, 14, 15), (15, e, 16))]
     + [(14, 14, 15)]
 )
-_AXES_WITH_AREA = 8  # so many axes are for triangles that have an area
-_SIZE_PLACE = 60  # the largest coordinate
-_GAP_ROUNDING = 2.0**-49  # of a gap: 16 u; differences, three products and their sums cost 10 u
-_UNDERFLOW = 1e-290  # more than underflow may take
+_AXES_WITH_AREA = 8  # the first so many axes need triangles with an area
+_SIZE_PLACE = 60  # in scratch: the largest coordinate
+_GAP_ROUNDING = 2.0**-49  # of a gap, relative: 16 u, while differences, three products and their sums cost 10 u
+_UNDERFLOW = 1e-290  # a bound of underflow
 
 
 @lean_kernel  # (6, 3) f8, i8 x 4 -> i8
@@ -182,7 +182,7 @@ def _vertex_cross(pair, scratch):
 
 @lean_kernel  # (6, 3) f8, (SCRATCH,) f8 -> bool
 def _edge_cross(pair, scratch):
-    """As `triangles_cross` for a shared edge: they meet elsewhere where one is folded flat onto the other."""
+    """As `triangles_cross` for a shared edge: they meet elsewhere if one is folded flat onto the other."""
     if _side(pair, -1, 0, 1, 2, 5, scratch) != 0:
         return False
     turn, flat = 0, True
