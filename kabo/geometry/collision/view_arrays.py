@@ -193,7 +193,7 @@ def _in_python(kernel: Any) -> Any:
 
 
 def memory_of(margin: float, chain: Chain, bodies: Bodies, blocks: Array) -> tuple[Array, Scratch]:
-    """All arrays of a configuration check, in the order of kabo.geometry.collision.kernels.layout, and those shared with sweeps.
+    """All arrays of a configuration check, in the order of `kernels.layout`, and those shared with sweeps.
 
     Args:
         margin: the value that an evaluated gap must exceed [m].

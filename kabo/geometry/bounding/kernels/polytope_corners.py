@@ -172,8 +172,9 @@ def contractions(
     costs,
     places,
 ):
-    """Writes the contraction point (E, 3) of each edge (E, 2) of a hull, and its distance from the solid; inf beyond `limit`.
+    """Writes the contraction point (E, 3) of each edge (E, 2) of a hull, and its distance from the solid.
 
+    The distance is inf where there is no such point within `limit`.
     around[starts[v]:starts[v + 1]] are the faces at vertex v; the other arguments before `costs` are scratch.
     """
     found, trial = vectors[0], vectors[1]

@@ -127,7 +127,7 @@ def reaches_beyond(cells, top, limit, frame, depths, firsts, boxes, children, tr
 
 @lean_kernel  # (C, 11) f8, i8 -> f8 x 4, i8
 def _circle(cells, top):
-    """The centre of a triangle, the radius of a ball around it that holds the corners, and where its longest edge begins."""
+    """The centre of a triangle, the radius of a ball there that holds the corners, and where its longest edge begins."""
     x = (cells[top, 0] + cells[top, 3] + cells[top, 6]) / 3.0
     y = (cells[top, 1] + cells[top, 4] + cells[top, 7]) / 3.0
     z = (cells[top, 2] + cells[top, 5] + cells[top, 8]) / 3.0

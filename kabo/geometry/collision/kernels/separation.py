@@ -112,7 +112,7 @@ def _nearest_on_segment(simplex):
 
 @lean_kernel
 def nearest(simplex, size):
-    """The point of the simplex nearest to the origin, and the number of its supporting corners, which are moved to the front.
+    """The point of the simplex nearest to the origin, and the number of supporting corners, which move to the front.
 
     Four supporting corners mean that the origin is inside. Degenerate simplices may cost a round or a needless
     "not apart", never a wrong "apart".

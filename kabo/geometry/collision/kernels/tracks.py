@@ -67,7 +67,7 @@ def level_for(deviation, enough):
 
 @lean_kernel
 def frames_at(node, run, segment, joints, factors, placement, frames, frame_tags):
-    """The slot of `frames` (FRAME_SLOTS, J, 12) with all joint frames at a node, made on first use.
+    """The slot of `frames` (FRAME_SLOTS, J, 12) with all joint frames at a node, computed on first use.
 
     Finer nodes share a slot with all nodes of their level; the two ends of a dyadic interval and its middle never do.
     """

@@ -92,7 +92,7 @@ def _over(bounds, s0, s1, over):
 
 @lean_kernel
 def _swept_boxes(boxes, ends, poses, over, box, swept, size):
-    """Writes the boxes (2, 6) around the swept volumes of both ranges of parts, and the diagonals (2,) of the ranges' own boxes."""
+    """Writes the boxes (2, 6) around both ranges' swept volumes, and the diagonals (2,) of the ranges' own boxes."""
     for e in range(2):
         size[e] = 0.0
         for r in range(3):
@@ -149,7 +149,7 @@ def _gap(blocks, sizes, ends, poses, x, y, z, offset, points):
 
 @lean_kernel
 def _greatest_gap(blocks, sizes, ends, poses, enough, least, offset, axis, points, simplex):
-    """The greatest gap found, with its axis in `axis` [Gilbert 1988]; stops at `enough`, near the distance, or at contact."""
+    """The greatest gap found, its axis in `axis` [Gilbert 1988]; stops at `enough`, near the distance, or at contact."""
     x, y, z = axis[0], axis[1], axis[2]
     square, size, greatest = x * x + y * y + z * z, 0, -np.inf
     if not 1e-20 < square < 1e20:

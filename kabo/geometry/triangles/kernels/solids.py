@@ -36,7 +36,7 @@ def surface_distance(boxes, children, triangles, x, y, z, enough, stack):
 
 @lean_kernel  # (N, 6) f8, (N, 2) i8, (T, 3, 3) f8, f8 x 3, f8 squared, (64,) i8 -> (f8, i8)
 def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
-    """The squared distance to the mesh and the index of the nearest triangle; (`best`, -1) if none is nearer than `best`."""
+    """The squared distance to the mesh and the index of the nearest triangle; (`best`, -1) if none is nearer."""
     found, top = -1, 1
     stack[0] = 0
     while top > 0:
