@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from kabo.options import LARGEST_EPSILON as LARGEST
 from kabo.options import SMALLEST_EPSILON as SMALLEST
 
-LOWER_NUMERIC = (
-    4e-10  # [m] of `numeric`: rounding of a gap (at most 2e-10, asserted at load) and of world vertices
-)
+# [m] of `numeric`: rounding of a gap (at most 2e-10, asserted at load) and of world vertices
+LOWER_NUMERIC = 4e-10
 
 
 @dataclass(frozen=True)

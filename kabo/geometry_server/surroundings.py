@@ -10,25 +10,25 @@ import numpy as np
 from kabo import geometry  # its names load when they are used: python-fcl only for `--geometry exact`
 from kabo.arrays import Array, Integers
 from kabo.children import never
+from kabo.content_cache import ContentCache
 from kabo.errors import InputError
 from kabo.geometry import Budget, CollisionChecker, Enclosure, FixedGroup, MovingGroup
 from kabo.geometry_server.answers import GeometryStatistics, Pair
 from kabo.geometry_server.situation import Situation
 from kabo.meshes import hull_of
-from kabo.remembering import Remembered
 from kabo.scene import Configuration, KinematicTree, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
 MAX_REMEMBERED = 160  # workspaces and containers kept for further questions about the same things
 
 
-_ENCLOSURES: Remembered[Enclosure] = Remembered(16 << 20, lambda made: made.nbytes)
+_ENCLOSURES: ContentCache[Enclosure] = ContentCache(16 << 20, lambda made: made.nbytes)
 
 
 def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
     """The parts of a mesh, kept across scenes, by the content of the mesh and of the parts file beside it."""
     key = mesh.digest, geometry.digest_beside(mesh.path), tolerance
-    return _ENCLOSURES.of(
+    return _ENCLOSURES.get_or_make(
         key, lambda: geometry.enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
     )
 

@@ -1,9 +1,9 @@
-"""Variables bound to objects: what terms and procedure calls are in one instance of a schema."""
+"""Variables bound to objects: what terms are in one instance of a schema."""
 
 from collections.abc import Mapping
 
 from kabo.knowledge.runtime import RunTimeValue
-from kabo.language.formulas import Constant, GroundCall, Number, ProcedureCall, Term, Variable
+from kabo.language.formulas import Constant, Term, Variable
 
 Binding = Mapping[str, str]  # variable -> object
 
@@ -16,18 +16,3 @@ def object_of(term: Variable | Constant, binding: Binding) -> str:
 def plain(term: Term) -> Term:
     """The term itself, also if its value is taken at run time."""
     return term.term if isinstance(term, RunTimeValue) else term
-
-
-def ground_call(call: ProcedureCall, binding: Binding) -> GroundCall:
-    """The procedure call with its variables bound; options sorted by name."""
-
-    def value(argument: Variable | Constant | Number) -> str | float:
-        if isinstance(argument, Variable):
-            return binding[argument.name]
-        return argument.name if isinstance(argument, Constant) else argument.value
-
-    positional = tuple(value(argument.value) for argument in call.arguments if argument.name is None)
-    named = sorted(
-        (argument.name, value(argument.value)) for argument in call.arguments if argument.name is not None
-    )
-    return GroundCall(call.procedure, positional, tuple(named))

@@ -8,6 +8,7 @@ from kabo.language.reading import is_imported as is_imported
 from kabo.language.reading import load_problem as load_problem
 from kabo.language.scene_description import SceneDescription as SceneDescription
 from kabo.language.spelling import spell as spell
+from kabo.language.spelling import spell_bound as spell_bound
 from kabo.language.spelling import spell_number as spell_number
 from kabo.language.task_description import Property as Property
 from kabo.language.yaml.loading import load_scene_description as load_scene_description

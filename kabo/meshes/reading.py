@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from kabo.content_cache import ContentCache
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.meshes.counts import counted
@@ -22,12 +23,13 @@ from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
 from kabo.meshes.mesh_errors import EXPORT_HINT, refuse, require_numbers, unusable
 from kabo.meshes.plain_off import plain_triangles
 from kabo.meshes.repair import repaired
-from kabo.remembering import Remembered
 
 FORMATS = tuple(HEADER_CHECKS)
 MAX_FILE_BYTES = 2 * 1024**3  # bytes
 _MAX_PARSER_CHARACTERS = 160  # characters of a parser's error that a message repeats
-_TRIANGLES: Remembered[tuple[Vertices, Faces]] = Remembered(16 << 20, lambda made: made[0].nbytes + made[1].nbytes)
+_TRIANGLES: ContentCache[tuple[Vertices, Faces]] = ContentCache(
+    16 << 20, lambda made: made[0].nbytes + made[1].nbytes
+)
 
 # What trimesh complains of, kabo says itself.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -90,7 +92,7 @@ def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
     except OSError as error:
         raise refuse(place, f'mesh file "{path.name}" cannot be read: {error.strerror}') from None
     key = hashlib.sha256(data).digest(), kind, scale
-    vertices, faces = _TRIANGLES.of(key, lambda: _triangles(data, kind, scale, path, place))
+    vertices, faces = _TRIANGLES.get_or_make(key, lambda: _triangles(data, kind, scale, path, place))
     return Mesh(vertices, faces, path)
 
 

@@ -20,9 +20,8 @@ from kabo.arrays import Array
 
 MIN_PIECE_LENGTH = 1e-9  # [rad, L2]: shorter pieces are dropped
 POINT_ROUNDING = 1e-12  # [rad] of a point on the path
-GENTLE_TURN = (
-    0.6  # norm of a turn: corners that turn less get no longer trims; they would take the room of sharper ones
-)
+# Norm of a turn: gentler corners get the trims of this turn, or they would take the room of sharper ones.
+GENTLE_TURN = 0.6
 MIN_SHRINKING, MAX_SHRINKING = (
     0.5,
     0.98,

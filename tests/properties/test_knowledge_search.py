@@ -9,8 +9,8 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.knowledge import ground
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Found, Unreachable
 from tests.support import oracles_knowledge as oracles
 from tests.support.small_problems import branching_problems, gambles, problems
@@ -18,7 +18,7 @@ from tests.support.small_problems import branching_problems, gambles, problems
 ANY = st.one_of(gambles(), branching_problems(), problems())
 
 
-@given(problem=ANY, search=st.sampled_from(sorted(SEARCHES)))
+@given(problem=ANY, search=st.sampled_from(sorted(ALGORITHMS)))
 def test_a_plan_reaches_the_goal_in_every_possible_world(problem, search):
     """Executed step by step by an interpreter that shares no code with the planner."""
     found = find_skeleton(ground(problem), search=search)
@@ -32,7 +32,7 @@ def test_a_plan_reaches_the_goal_in_every_possible_world(problem, search):
 
 def agrees_with_brute_force(problem):
     """All searches agree, and lie between brute force with and without stopping early at a goal."""
-    found = [find_skeleton(ground(problem), search=search) for search in SEARCHES]
+    found = [find_skeleton(ground(problem), search=search) for search in ALGORITHMS]
     assert all(isinstance(result, Found | Unreachable) for result in found)
     solved = {isinstance(result, Found) for result in found}
     assert len(solved) == 1, "the searches disagree"

@@ -12,9 +12,9 @@ import pytest
 from kabo.errors import InputError
 from kabo.knowledge import Task, ground
 from kabo.language import load_problem
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.nodes import Space
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Exhausted, Limits
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
@@ -72,7 +72,7 @@ def verdict(problem, search: str) -> str:
 
 
 @pytest.mark.parametrize("own", [False, True], ids=["pddl", "own"])
-@pytest.mark.parametrize("search", sorted(SEARCHES))
+@pytest.mark.parametrize("search", sorted(ALGORITHMS))
 def test_what_is_proved_to_have_no_plan_has_none(load, search, own):
     seen, wrong = Counter(), {}
     for seed in range(COUNT):
@@ -88,7 +88,7 @@ def test_what_is_proved_to_have_no_plan_has_none(load, search, own):
     assert seen["solvable", "solved"] > COUNT // 5
 
 
-@pytest.mark.parametrize("search", sorted(SEARCHES))
+@pytest.mark.parametrize("search", sorted(ALGORITHMS))
 def test_a_search_on_finitely_many_states_ends(load, search):
     for seed in range(COUNT):
         if truth(seed, False) == "contradiction":

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction, denied, disjunction, negated
-from kabo.language.foreign_vocabulary import Types
 from kabo.language.pddl.effects import Piece
 from kabo.language.tree_algebra import rebound, renaming, substituted, variable_names
+from kabo.language.types import Types
 
 _MOST_PARTS = 64  # of one deletion
 _MOST_MEETINGS = 20_000  # of one action

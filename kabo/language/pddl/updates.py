@@ -7,7 +7,7 @@ from itertools import product
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction
 from kabo.language.pddl.effects import Piece
-from kabo.language.pddl.terms import Context
+from kabo.language.resolver import Resolver
 from kabo.language.tree_algebra import renaming, substituted, symbols, variable_names
 
 _MOST_CASES = 64
@@ -26,11 +26,11 @@ class _Inexpressible(Exception):
     """A condition about what may be unknown that no `when` can ask for; says why."""
 
 
-def updates_of(context: Context, pieces: list[Piece], known: Callable[[object], bool]) -> tuple[f.Effect, ...]:
+def updates_of(here: Resolver, pieces: list[Piece], known: Callable[[object], bool]) -> tuple[f.Effect, ...]:
     """The updates, in the order of the pieces; neighbours under the same condition are one."""
     updates: list[f.Effect] = []
     for group in _groups(pieces):
-        updates.extend(_updates(context, group, known))
+        updates.extend(_updates(here, group, known))
     return tuple(updates)
 
 
@@ -46,7 +46,7 @@ def _groups(pieces: list[Piece]) -> Iterator[list[Piece]]:
         yield group
 
 
-def _updates(context: Context, group: list[Piece], known: Callable[[object], bool]) -> Iterator[f.Effect]:
+def _updates(here: Resolver, group: list[Piece], known: Callable[[object], bool]) -> Iterator[f.Effect]:
     first = group[0]
     outcomes = tuple(piece.outcome for piece in group)
     if first.condition == f.Truth(False):
@@ -57,12 +57,12 @@ def _updates(context: Context, group: list[Piece], known: Callable[[object], boo
     refused = next((piece for piece in group if not _may_follow(piece.outcome)), None)
     if refused is not None:
         message = "a number or computed value that changes depending on what may be unknown is not supported"
-        _report(context, refused, f"{message} {context.where}")
+        _report(here, refused, f"{message} {here.where}")
         return
     try:
         cases = list(_cases(first.condition, known))
     except _Inexpressible as reason:
-        _report(context, first, f"the condition of this effect {reason} {context.where}")
+        _report(here, first, f"the condition of this effect {reason} {here.where}")
         return
     for case in cases:
         if known(case.claims):  # in this case nothing is unknown
@@ -149,6 +149,6 @@ def _joined(cases: tuple[Case, ...]) -> Case:
     return whole
 
 
-def _report(context: Context, piece: Piece, message: str) -> None:
-    place = piece.place or f.Place(context.document.source.name, 1, 1)
-    context.document.findings.add(place, message)
+def _report(here: Resolver, piece: Piece, message: str) -> None:
+    place = piece.place or f.Place(here.source.name, 1, 1)
+    here.findings.add(place, message)

@@ -2,21 +2,23 @@
 
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingType
+from math import inf
 from typing import Any, cast
 
 from kabo.language import formulas as f
+from kabo.language.expressions import Expression
 from kabo.language.findings import Findings, spell_place
 from kabo.language.problem import Problem
+from kabo.language.resolver import Resolver
 from kabo.language.spelling import spell
 from kabo.language.task_description import FAMILIES, THINGS, Property, Signature
-from kabo.language.vocabulary import Scope, Symbol, Vocabulary
+from kabo.language.vocabulary import Vocabulary
 from kabo.language.yaml.documents import Mapping, Node
-from kabo.language.yaml.domain_file import DomainReading, read_named_things, read_parsed
+from kabo.language.yaml.domain_file import DomainReading, named, read_named_things, read_parsed
 from kabo.language.yaml.effects import read_effects
 from kabo.language.yaml.queries import read_formula
 from kabo.language.yaml.scene_file import SceneReading
-from kabo.language.yaml.syntax import Tree, parse
-from kabo.language.yaml.terms import Context
+from kabo.language.yaml.syntax import parse
 from kabo.language.yaml.values import Reader
 from kabo.options import OPTIONS, Option, SolveOptions
 
@@ -47,13 +49,13 @@ def read_problem(
         _only_parse(reader, root, findings)
         return None
     objects, places = _read_objects(reader, domain, root.get("objects"))
-    scope = Scope(domain.vocabulary)
     scalars = reader.formulas(root.get("initial"), "an initial update")
     effects = [
-        read_parsed(scalar, "effect", scope, "in the initial knowledge", _read_initial) for scalar in scalars
+        read_parsed(scalar, "effect", domain.vocabulary, "in the initial knowledge", _read_initial)
+        for scalar in scalars
     ]
     scalars = reader.formulas(goal_node, "a goal")
-    goal = [read_parsed(scalar, "formula", scope, "in the goal", _read_goal) for scalar in scalars]
+    goal = [read_parsed(scalar, "formula", domain.vocabulary, "in the goal", _read_goal) for scalar in scalars]
     problem = Problem(
         name or "", domain.domain, objects, tuple(effect for group in effects for effect in group or ()),
         tuple(each for each in goal if each is not None), options, None if scene is None else scene.description,
@@ -64,12 +66,12 @@ def read_problem(
     return problem
 
 
-def _read_initial(context: Context, tree: Tree) -> tuple[f.Effect, ...]:
-    return read_effects(context, tree, world=False, conditional=False)
+def _read_initial(here: Resolver, node: Expression) -> tuple[f.Effect, ...]:
+    return read_effects(here, node, world=False, conditional=False)
 
 
-def _read_goal(context: Context, tree: Tree) -> f.Formula | None:
-    return read_formula(context, tree, temporal=True)
+def _read_goal(here: Resolver, node: Expression) -> f.Formula | None:
+    return read_formula(here, node, temporal=True)
 
 
 def _only_parse(reader: Reader, root: Mapping, findings: Findings) -> None:
@@ -84,7 +86,7 @@ def _read_objects(
     objects = dict(domain.constants)
     places: dict[str, f.Place] = {}
     for scalar, kind in read_named_things(reader, domain.vocabulary, node, "object"):
-        if domain.vocabulary.declare(Symbol("object", scalar.text, scalar.place, kind)) and kind is not None:
+        if domain.vocabulary.declare(named(scalar, "object", kind)) and kind is not None:
             objects[scalar.text] = kind
             places[scalar.text] = scalar.place
     return objects, places
@@ -116,9 +118,11 @@ def _read_option(reader: Reader, option: Option, node: Node | None, what: str) -
         return reader.whole(node, what, option.problem_least)
     if option.kind is bool:
         return reader.boolean(node, what)
-    if option.at_least is None or option.at_most is None:
+    if not option.at_least and option.at_most is None:
         return reader.positive(node, what)
-    return reader.between(node, what, option.at_least, option.at_most, option.unit)
+    return reader.between(
+        node, what, option.at_least or 0.0, inf if option.at_most is None else option.at_most, option.unit
+    )
 
 
 # -------------------------------------------------------------------------------------- objects and their things

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 from kabo.knowledge import Task, relaxed_reach
 from kabo.planner.proofs.wording import listed
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.nodes import Decide, Node, Space, Step
 from kabo.planner.search.nogoods import Failures
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Limits, Unreachable
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, WeakGraph, steps_of
 
@@ -40,7 +40,7 @@ class _DeadEnds:
     def lucky(self, is_end: Callable[[Node], bool]) -> list[Step]:
         """A way to an end with every outcome as hoped for; empty if there is none."""
         graph = WeakGraph(self.space, Failures(), self.counter, is_end)
-        found = SEARCHES["best"](self.space.start, graph)
+        found = ALGORITHMS["best"](self.space.start, graph)
         return [] if found.path is None else steps_of(found.path)
 
     def bad_luck(self, steps: list[Step]) -> Iterator[str]:

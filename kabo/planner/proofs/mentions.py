@@ -8,7 +8,7 @@ from kabo.knowledge.grounding.schemas import free_variables
 from kabo.knowledge.grounding.symbols import pieces_of
 from kabo.knowledge.queries import FALSE
 from kabo.knowledge.runtime import without_runtime_variables
-from kabo.knowledge.text import formula_text
+from kabo.language import spell_bound
 from kabo.language.formulas import (
     And,
     Application,
@@ -84,7 +84,7 @@ class Origins:
                 return None
         if not variables:
             return " ".join(why_false(compiler, formula, {})).rstrip(".")
-        return f"{formula_text(formula, {})} holds for no objects, and nothing changes that"
+        return f"{spell_bound(formula, {})} holds for no objects, and nothing changes that"
 
     def _without_instance(self, schema: Action) -> str:
         compiler = self.whole.compiler
@@ -95,7 +95,7 @@ class Origins:
             why = self.never(formula)
             if why is not None:
                 return why
-        settled = [formula_text(formula, {}) for formula in schema.preconditions if self._is_settled(formula)]
+        settled = [spell_bound(formula, {}) for formula in schema.preconditions if self._is_settled(formula)]
         return f"no objects fulfil {listed(settled, 'and')} together, and nothing changes that"
 
     def _is_settled(self, formula: Formula) -> bool:

@@ -18,8 +18,8 @@ from kabo.plan import Segment
 from kabo.planner.refine.freedom import Freedoms
 from kabo.planner.refine.legs import Leg, legs_of, proven
 from kabo.scene import Component
-from kabo.tasks.robots.motion.keeping import keep_of
-from kabo.tasks.robots.motion.smoothing import Part
+from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.smoothing import MotionPart
 from kabo.tasks.robots.scenes import configuration
 
 GAIN = 1e-3  # rad: less is not worth a change
@@ -51,7 +51,7 @@ class _Piece:
     leg: int
     path: Array  # (m, n)
     loose: bool
-    way: Part | None  # in whose scene its act may go another way; None of the rest of a stroke
+    way: MotionPart | None  # in whose scene its act may go another way; None of the rest of a stroke
 
 
 Run = list[_Piece]
@@ -212,7 +212,9 @@ def _length(path: Array) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def _shorter(context: ProcedureContext, path: Array, ways: Sequence[Part], robot: str, effort: Effort) -> Array:
+def _shorter(
+    context: ProcedureContext, path: Array, ways: Sequence[MotionPart], robot: str, effort: Effort
+) -> Array:
     """A path with the same ends, proven in the scenes of all ways, no longer than the one given."""
     part = ways[0]
     n, hand = part.scene.robot(robot).planned, path[0, part.scene.robot(robot).planned :]

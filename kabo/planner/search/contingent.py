@@ -14,15 +14,15 @@ from collections.abc import Callable, Generator, Hashable
 from kabo.errors import CutOff
 from kabo.knowledge import Task, unreachable_goals
 from kabo.options import Options, Search
+from kabo.planner.search.algorithms import ALGORITHMS
+from kabo.planner.search.algorithms.best import newest_first
+from kabo.planner.search.algorithms.graph import Algorithm
 from kabo.planner.search.fixpoint import Fixpoint
-from kabo.planner.search.greedy_search import newest_first
 from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Decide, Node, Space, Step
 from kabo.planner.search.nogoods import Failure, Failures
 from kabo.planner.search.packed import PackedTask
 from kabo.planner.search.regression import Explanation
-from kabo.planner.search.search_graph import Algorithm
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import (
     Exhausted,
     Found,
@@ -61,7 +61,7 @@ def find_skeleton(
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a key of `SEARCHES`; None is the best all-round one.
+        search: how weak plans are found, a word of `Search`; None is the best all-round one.
         geometry: what may be refused and which attempts there are; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called now and then with the statistics so far.
@@ -96,14 +96,14 @@ def _attempts(task: Task, geometry: Geometry | None, may_wait: bool, search: Sea
     for hope_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
         space = Space(task, geometry, may_wait, hope_last)
         try:
-            outcome = _run(_Contingent(space, SEARCHES[search], counter, dead_ends).solve(space.start, []))
+            outcome = _run(_Contingent(space, ALGORITHMS[search], counter, dead_ends).solve(space.start, []))
         except _TooManyDeadEnds:
             continue
         return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
     space = Space(task, geometry, may_wait)
     looking = _Looking(task, may_wait, counter, takes_plans=geometry is None)
     try:
-        return _run(_Contingent(space, SEARCHES[search], counter, PATIENCE, looking).solve(space.start, []))
+        return _run(_Contingent(space, ALGORITHMS[search], counter, PATIENCE, looking).solve(space.start, []))
     except _Decided as decided:
         return decided.outcome
 
@@ -289,7 +289,7 @@ class _Contingent:
         Judged only where nothing is inferred: there every single outcome is a possible world.
         """
         task, state = self.space.task, node[0]
-        if not task.closure.is_empty or self.search not in (SEARCHES["best"], newest_first):
+        if not task.closure.is_empty or self.search not in (ALGORITHMS["best"], newest_first):
             return False
         parts = range(len(task.goal))
         return any(

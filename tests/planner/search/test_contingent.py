@@ -11,9 +11,9 @@ from kabo.language import formulas as f
 from kabo.language import load_problem
 from kabo.language.problem import Function
 from kabo.planner.search import contingent
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import DEAD_ENDS, _Contingent, find_skeleton
 from kabo.planner.search.nodes import Act, Space
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import Exhausted, Found, Limits, Unreachable
 from kabo.planner.search.weak_plans import Counter
 from tests.planner.scripted_geometry import Scripted
@@ -182,7 +182,7 @@ def test_sensing_what_is_known_is_not_a_step():
 
 
 # ----------------------------------------------------------------------------------------------------- no plan
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_a_plan_that_works_by_luck_only_is_none(search):
     found = find_skeleton(ground(problem(actions=[TOOLS[0], TOOLS[1]], goal=[know(lit("p", "x"))])), search=search)
     assert isinstance(found, Unreachable) and found.goals == ()
@@ -193,7 +193,7 @@ def test_a_goal_out_of_reach_is_named():
     assert isinstance(found, Unreachable) and found.goals == ("K(r)",)
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_trying_again_until_luck_comes_is_no_plan(search):
     """look, and if it is not so forget it and look again: a circle, not a plan."""
     forget = action("forget", pre=[know(no("q"))], effects=[delete(no("q"))])
@@ -201,7 +201,7 @@ def test_trying_again_until_luck_comes_is_no_plan(search):
     assert isinstance(found, Unreachable)
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_a_tempting_gamble_is_given_up_for_the_safe_way(search):
     """The short way looks and hopes, and is a dead end if luck fails; the long way needs no luck."""
     gamble = action("gamble", pre=[know(lit("p", "x"))], effects=[delete(lit("p", "x"))], sense=[atom("r")])
@@ -230,7 +230,7 @@ def board(places, sure, gambles):
     return problem(actions=schemas, functions=[Function("at", (), values=values)], initial=start, goal=goal)
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_what_failed_only_because_of_an_ancestor_is_tried_again_elsewhere(search):
     """Below b, c leads back to b and so fails; but a itself may go to c, and from there on by b."""
     given = board(
@@ -372,7 +372,7 @@ def doomed(given, *steps):
     for name in steps:
         act = next(action for action in space.task.actions if str(action) == name)
         node = space.after(node, Act(act, 0, None))
-    return _Contingent(space, SEARCHES["best"], Counter(Limits()), DEAD_ENDS).is_doomed(node)
+    return _Contingent(space, ALGORITHMS["best"], Counter(Limits()), DEAD_ENDS).is_doomed(node)
 
 
 def washing(*, soap: bool, rules=()):
@@ -398,7 +398,7 @@ def test_nothing_is_called_doomed_where_outcomes_may_exclude_each_other():
 
 def test_only_the_best_search_judges_what_is_doomed():
     space = Space(ground(washing(soap=False)), None)
-    assert not _Contingent(space, SEARCHES["greedy"], Counter(Limits()), DEAD_ENDS).is_doomed(space.start)
+    assert not _Contingent(space, ALGORITHMS["greedy"], Counter(Limits()), DEAD_ENDS).is_doomed(space.start)
 
 
 # ------------------------------------------------------------------------------------------------ a second opinion

@@ -8,9 +8,10 @@ import pytest
 from kabo.knowledge import ground
 from kabo.knowledge.queries import AllOf, union
 from kabo.language import formulas as f
+from kabo.planner.search.algorithms.astar import astar as cheapest_first
+from kabo.planner.search.algorithms.breadth_first import breadth_first
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.packed import PackedTask
-from kabo.planner.search.searches import breadth_first, cheapest_first
 from kabo.planner.search.skeleton import Exhausted, Found, Limits, Unreachable
 from kabo.planner.search.to_finite_domain import classical_task
 from tests.conftest import PROPERTY_SCALE

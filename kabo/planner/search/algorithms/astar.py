@@ -5,7 +5,7 @@ from heapq import heappop, heappush
 from itertools import count
 from math import inf
 
-from kabo.planner.search.search_graph import Graph, Move, Node, Parents, Search, path_to
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, Search, path_to
 
 PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: less than loading them takes
 
@@ -15,7 +15,7 @@ PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: les
 _Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 
 
-def cheapest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def astar(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     """A way of least cost to an end.
 
     Nodes are bounded when their turn comes; until then what bounds their parents bounds them, as in the compiled

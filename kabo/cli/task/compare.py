@@ -1,9 +1,9 @@
-"""`kabo task compare`: two reports beside each other, stage by stage, and what differs by more than chance."""
+"""`kabo task compare`: shows two reports side by side, stage by stage, and what differs by more than chance."""
 
 import argparse
 from pathlib import Path
 
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json
 
@@ -21,13 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints the comparison."""
-    from kabo.tasks.files.comparing import compare, describe_comparison
-    from kabo.tasks.files.report_form import read_report
-
-    first, second = (read_report(path.read_bytes(), str(path)) for path in (options.first, options.second))
-    found = compare(first, second)
+    first, second = (rooms.read_report(path.read_bytes(), str(path)) for path in (options.first, options.second))
+    found = rooms.compare(first, second)
     if options.json:
         print_json(found)
     else:
-        print(describe_comparison(found))
+        print(rooms.describe_comparison(found))
     return exit_codes.DONE

@@ -3,19 +3,15 @@
 import argparse
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.budgets import StopFlag
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.own_stages import add_stages_argument, blamed, execute
-from kabo.cli.solving import natural, output_file
+from kabo.cli.task.own_stages import add_stages_argument, blamed, execute
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
-
-if TYPE_CHECKING:
-    from kabo.scene import Scene
-    from kabo.tasks.files.building import TaskFile
 
 NAME = "plan"
 HELP = "plan the task of a file, and report what each stage found"
@@ -35,13 +31,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="values of the properties that the task declares",
     )
     parser.add_argument(
-        "--max-solutions", type=natural, metavar="N", help="how many (default: the file's, else all)"
+        "--max-solutions", type=natural, metavar="N", help="stop after N solutions (default: the file's, else all)"
     )
-    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random samples (default: 0)")
     parser.add_argument(
-        "--repeat", type=natural, default=1, metavar="N", help="runs, with the seeds from --seed on (default: 1)"
+        "--seed", type=natural, default=0, metavar="N", help="the seed of all random samples (default: 0)"
     )
-    parser.add_argument("--workers", type=natural, metavar="N", help="processes; does not change the solutions")
+    parser.add_argument(
+        "--repeat",
+        type=natural,
+        default=1,
+        metavar="N",
+        help="number of runs, with the seeds from --seed on (default: 1)",
+    )
+    parser.add_argument(
+        "--workers", type=natural, metavar="N", help="processes; solutions do not depend on their number"
+    )
     add_stages_argument(parser)
     add_limits(parser, "the file's, for each run, else none")
     parser.add_argument("-o", dest="output", type=output_file, metavar="FILE", help="the report, as JSON")
@@ -50,65 +54,53 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Plans, writes the report and shows it; exit code 4 if no run found a solution."""
-    from kabo.plan import write_atomically
-    from kabo.tasks.files.report_form import report_bytes
-    from kabo.tasks.files.reports import report
-    from kabo.tasks.files.running import Settings, plan_file
-
     with clean_standard_output():
         file = read_task_file(options)
         arguments = given_arguments(file, options.given)
         scene = _scene(file, arguments, options.scene)
         with interruptible() as stop:
-            settings = Settings(
+            settings = rooms.PlanningOptions(
                 options.max_solutions or file.max_solutions,
                 file.timeout if options.timeout is None else None,
                 options.seed,
                 max(1, options.repeat),
                 options.workers or None,
-                StopFlag(options.door.left(options.timeout) or inf, options.memory or inf, stop),
+                StopFlag(options.surrounding.left(options.timeout) or inf, options.memory or inf, stop),
             )
             with blamed(options.stages):
-                runs = plan_file(file, arguments, scene, settings)
-        made = report(runs, file=str(options.file), arguments=arguments)
+                runs = rooms.plan_file(file, arguments, scene, settings)
+        made = rooms.report(runs, file=str(options.file), arguments=arguments)
         if options.output is not None:
-            write_atomically(options.output, report_bytes(made))
+            rooms.write_atomically(options.output, rooms.report_bytes(made))
     if options.json:
         print_json(made)
     else:
-        from kabo.tasks.files.describing import describe_report
-
-        print(describe_report(made))
+        print(rooms.describe_report(made))
         if options.output is not None:
             tell(f"{options.output}: the report; kabo task show {options.output}")
     return exit_codes.DONE if any(one.found for one in runs) else exit_codes.NO_PLAN
 
 
-def read_task_file(options: argparse.Namespace) -> "TaskFile":
-    """The task file that was named, with the stages of one's own; its warnings are told.
+def read_task_file(options: argparse.Namespace) -> "rooms.TaskFile":
+    """The task file, read after the files with user-defined stages; prints its warnings.
 
     Raises:
-        InputError: all that is wrong in it, or a file with stages that cannot be executed.
+        InputError: all that is wrong in the file; or a file with stages cannot be executed.
     """
-    from kabo.tasks.files import load_task_file
-
     execute(options.stages)
-    file = load_task_file(options.file)
+    file = rooms.load_task_file(options.file)
     if not options.json:
         for warning in file.warnings:
             tell(str(warning))
     return file
 
 
-def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:
+def given_arguments(file: "rooms.TaskFile", given: list[str]) -> dict[str, Any]:
     """The values of `--set name=value`, as the task declares them.
 
     Raises:
-        InputError: a property is unknown, or a text is none of its type; all of them.
+        InputError: properties are unknown, or texts are not of their type; names all of them.
     """
-    from kabo.tasks.files.building import argument_of
-    from kabo.tasks.files.values import NoValue
-
     declared = {each.name: each for each in file.inputs}
     values: dict[str, Any] = {}
     found = []
@@ -122,9 +114,9 @@ def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:
             hint = did_you_mean(name, declared) or f"it has {', '.join(declared) or 'none'}"
         else:
             try:
-                values[name] = argument_of(declared[name], value)
+                values[name] = rooms.argument_of(declared[name], value)
                 continue
-            except NoValue as error:
+            except rooms.NoValue as error:
                 problem = f'"{name}" must be {error}, this is "{value}"'
         found.append(Diagnostic("--set", 1, 1, problem, hint, len(text), "error", text))
     if found:
@@ -132,20 +124,17 @@ def given_arguments(file: "TaskFile", given: list[str]) -> dict[str, Any]:
     return values
 
 
-def _scene(file: "TaskFile", arguments: dict[str, Any], path: Path | None) -> "Scene | None":
-    from kabo.tasks.files.running import check_things, needs_scene
+def _scene(file: "rooms.TaskFile", arguments: dict[str, Any], path: Path | None) -> "rooms.Scene | None":
 
     if path is None:
-        if needs_scene(file):
+        if rooms.needs_scene(file):
             place = file.recipe.place
             message = f'the task "{file.name}" moves robots and needs a scene'
             raise InputError(
                 [Diagnostic(place.file, place.line, place.column, message, "--scene FILE", place.length)]
             )
         return None
-    from kabo.language import load_scene_description
-    from kabo.scene import load_scene
 
-    description = load_scene_description(path)
-    check_things(file, arguments, description)
-    return load_scene(description)
+    description = rooms.load_scene_description(path)
+    rooms.check_things(file, arguments, description)
+    return rooms.load_scene(description)

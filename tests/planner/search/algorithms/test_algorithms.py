@@ -9,9 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kabo.planner.search import astar as cheapest_search
-from kabo.planner.search.greedy_search import SERIAL_EXPANSIONS, greedy, newest_first, serial
-from kabo.planner.search.searches import SEARCHES, breadth_first, cheapest_first, depth_first, iterative_deepening
+from kabo.planner.search.algorithms import ALGORITHMS
+from kabo.planner.search.algorithms import astar as cheapest_search
+from kabo.planner.search.algorithms.astar import astar as cheapest_first
+from kabo.planner.search.algorithms.best import SERIAL_EXPANSIONS, newest_first
+from kabo.planner.search.algorithms.best import best as serial
+from kabo.planner.search.algorithms.breadth_first import breadth_first
+from kabo.planner.search.algorithms.depth_first import depth_first
+from kabo.planner.search.algorithms.greedy import greedy
+from kabo.planner.search.algorithms.iterative_deepening import iterative_deepening
 from tests.conftest import PROPERTY_SCALE
 
 
@@ -140,7 +146,7 @@ def test_of_equally_short_paths_the_first_is_taken():
     assert nodes(breadth_first(0, Arrows({0: [1, 2], 1: [9], 2: [9]}, {9}))) == [1, 9]
 
 
-@pytest.mark.parametrize("search", SEARCHES.values(), ids=SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS.values(), ids=ALGORITHMS)
 def test_a_circle_without_an_end_is_exhausted(search):
     found = search(0, Arrows({0: [1], 1: [2], 2: [0, 1]}, {9}))
     assert found.path is None
@@ -169,7 +175,7 @@ def test_all_agree_on_whether_an_end_can_be_reached(arrows, ends, far, preferred
     """Whatever is estimated and preferred; and some agree on how far it is."""
     goals = [goal | ends for goal in goals]
     found = {
-        name: search(0, Arrows(arrows, ends, far, preferred, goals=goals)) for name, search in SEARCHES.items()
+        name: search(0, Arrows(arrows, ends, far, preferred, goals=goals)) for name, search in ALGORITHMS.items()
     }
     assert len({result.path is None for result in found.values()}) == 1
     if found["breadth-first"].path is not None:

@@ -1,63 +1,23 @@
-"""Greedy search by estimates over knowledge: for the whole goal, or for one conjunct after the other."""
+"""Greedy search by estimates over knowledge."""
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import Generic
 
-from kabo.planner.search.search_graph import Graph, Move, Node, Parents, Search, expanded, path_to
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, Search, expanded, path_to
 
-SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
 PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
 
 
 def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
     """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge."""
-    found = _greedy(start, graph, graph.is_end, graph.parts, None, once=False)
+    found = best_first(start, graph, graph.is_end, graph.parts, None, once=False)
     assert found is not None, "a search without a limit ends with an answer"
     return found
 
 
-def newest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
-    """As `serial`, but of nodes that seem equally far the newest is taken, not the oldest."""
-    return serial(start, graph, newest=True)
-
-
-def serial(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Search[Node, Move]:
-    """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
-
-    What is left of a contingent plan when one conjunct has been reached is then the same in all branches. What has
-    been reached is not risked on the way, if that can be; where a conjunct cannot be reached soon without losing an
-    earlier one for good, the goal is searched for as a whole.
-    """
-    node, path, reached = start, [], tuple(part for part in graph.parts if graph.holds((part,), start))
-    for part in graph.parts:
-        wanted = (part, *reached) if part not in reached else reached
-        if graph.holds(wanted, node):
-            continue
-        arrived = _all_hold(graph, wanted)
-        step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached, newest=newest)
-        if step is None or step.path is None:
-            step = _greedy(node, graph, arrived, wanted, SERIAL_EXPANSIONS, newest=newest)
-        if step is None or step.path is None:
-            return greedy(start, graph)
-        reached = wanted
-        if step.path:
-            path += step.path
-            node = path[-1][1]
-        if graph.is_end(node):
-            return Search(path)
-    return Search(path) if path and graph.is_end(node) else greedy(start, graph)
-
-
-def _all_hold(graph: Graph[Node, Move], parts: tuple[int, ...]) -> Callable[[Node], bool]:
-    def reached(node: Node) -> bool:
-        return graph.holds(parts, node) or graph.is_end(node)
-
-    return reached
-
-
-def _greedy(
+def best_first(
     start: Node,
     graph: Graph[Node, Move],
     is_end: Callable[[Node], bool],

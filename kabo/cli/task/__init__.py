@@ -2,11 +2,11 @@
 
 import argparse
 
-from kabo.cli import task_compare, task_plan, task_show, task_stages
+from kabo.cli.task import compare, plan, show, stages
 
 NAME = "task"
 HELP = "plan a task file, show its stages and what they found, compare runs"
-COMMANDS = (task_plan, task_show, task_compare, task_stages)
+COMMANDS = (plan, show, compare, stages)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Stages of one's own on the command line: Python files that register them, and whose errors are their authors'."""
+"""User-defined stages on the command line: Python files that register them. Errors there are reported as their own."""
 
 import argparse
 import traceback
@@ -11,7 +11,7 @@ from kabo.errors import Diagnostic, InputError, KaboError
 
 
 def add_stages_argument(parser: argparse.ArgumentParser) -> None:
-    """The files that bring stages of one's own."""
+    """The argument for Python files with user-defined stages."""
     parser.add_argument(
         "--stages",
         type=Path,
@@ -23,10 +23,10 @@ def add_stages_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(paths: Sequence[Path]) -> None:
-    """Runs Python files for the stages that they register.
+    """Executes Python files, which register their stages.
 
     Raises:
-        InputError: whatever one of them raised, at its line.
+        InputError: a file raised an error; gives its line.
     """
     for path in paths:
         spec = spec_from_file_location(path.stem, path)
@@ -39,10 +39,10 @@ def execute(paths: Sequence[Path]) -> None:
 
 @contextmanager
 def blamed(paths: Sequence[Path]) -> Iterator[None]:
-    """Tells an error that comes out of one of the files at its line there, not as a defect of kabo.
+    """Turns an error that was raised in one of the files into a finding at its line, not a defect of kabo.
 
     Raises:
-        InputError: an error went through one of the files.
+        InputError: an error was raised in one of the files, or passed through it.
     """
     try:
         yield
@@ -57,7 +57,7 @@ def blamed(paths: Sequence[Path]) -> Iterator[None]:
 
 
 def _place(error: Exception, paths: Sequence[Path]) -> tuple[Path, int] | None:
-    """The file and the last line in it that an error went through."""
+    """The last line of one of the files that an error passed through; None if there is none."""
     known = {path.resolve(): path for path in paths}
     if isinstance(error, SyntaxError) and error.filename is not None and Path(error.filename).resolve() in known:
         return known[Path(error.filename).resolve()], error.lineno or 1
