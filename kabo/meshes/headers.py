@@ -9,7 +9,11 @@ import json
 import re
 import struct
 from collections.abc import Callable
+from dataclasses import dataclass
 from xml.etree import ElementTree  # noqa: S405  only files without entities are read
+
+from kabo.meshes.mesh import Faces, Vertices
+from kabo.meshes.plain_off import plain_triangles
 
 _PLY_BYTES = {
     **dict.fromkeys(("char", "uchar", "int8", "uint8"), 1),
@@ -28,7 +32,7 @@ def misleading(kind: str, data: bytes) -> str | None:
     """Why a file must not be read, as the end of a sentence that begins with its name; None if nothing is wrong."""
     if not data.strip(b"\x00 \t\r\n"):
         return "is empty"
-    return HEADER_CHECKS[kind](data)
+    return MESH_FORMATS[kind].check(data)
 
 
 def _more(announced: str, data: bytes) -> str:
@@ -177,13 +181,23 @@ def _placed(root: ElementTree.Element) -> int:
     return sum(below(scenes, ()) for scenes in root if scenes.tag.endswith("}library_visual_scenes"))
 
 
-# The formats that kabo reads, by the ending of their files, each with the check of its header. A format that trimesh
-# reads needs no more than a line here; one with a reader of its own is led to it in `kabo.meshes.reading.pieces`.
-HEADER_CHECKS: dict[str, Callable[[bytes], str | None]] = {
-    "dae": _dae,
-    "glb": _glb,
-    "obj": _obj,
-    "off": _off,
-    "ply": _ply,
-    "stl": _stl,
+@dataclass(frozen=True)
+class MeshFormat:
+    """A file format of meshes: the check of its header and, if trimesh is not to read it, a reader.
+
+    The reader gives vertices and faces, or None for content that it leaves to trimesh.
+    """
+
+    check: Callable[[bytes], str | None]
+    read: Callable[[bytes], tuple[Vertices, Faces] | None] | None = None
+
+
+# The formats that kabo reads, by the ending of their files: a new one needs a line here.
+MESH_FORMATS = {
+    "dae": MeshFormat(_dae),
+    "glb": MeshFormat(_glb),
+    "obj": MeshFormat(_obj),
+    "off": MeshFormat(_off, plain_triangles),
+    "ply": MeshFormat(_ply),
+    "stl": MeshFormat(_stl),
 }

@@ -18,13 +18,12 @@ from kabo.content_cache import ContentCache
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.meshes.counts import counted
-from kabo.meshes.headers import HEADER_CHECKS, misleading
+from kabo.meshes.headers import MESH_FORMATS, misleading
 from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
 from kabo.meshes.mesh_errors import EXPORT_HINT, refuse, require_numbers, unusable
-from kabo.meshes.plain_off import plain_triangles
 from kabo.meshes.repair import repaired
 
-FORMATS = tuple(HEADER_CHECKS)
+FORMATS = tuple(MESH_FORMATS)
 MAX_FILE_BYTES = 2 * 1024**3  # bytes
 _MAX_PARSER_CHARACTERS = 160  # characters of a parser's error that a message repeats
 _TRIANGLES: ContentCache[tuple[Vertices, Faces]] = ContentCache(
@@ -150,9 +149,10 @@ def pieces(data: bytes, kind: str) -> list[tuple[Vertices, Faces]]:
     Raises:
         Exception: whatever the reader of this format raises on bytes that it does not understand.
     """
-    plain = plain_triangles(data) if kind == "off" else None
-    if plain is not None:
-        return [plain]
+    read = MESH_FORMATS[kind].read
+    own = None if read is None else read(data)
+    if own is not None:
+        return [own]
     import trimesh
 
     with np.errstate(all="ignore"):
