@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kabo.geometry_server import Context, Situation
+from kabo.geometry_server import ProcedureContext, Situation
 from kabo.motion import passed
 from kabo.plan import Segment
 from kabo.planner.refine.legs import Leg, legs_of
@@ -31,7 +31,7 @@ def limits_of(robot: Robot) -> TimingLimits:
 
 
 def timed(
-    context: Context, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
+    context: ProcedureContext, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
 ) -> list[Segment]:
     """A motion with new times, and denser way points; what cannot be timed so keeps its own times.
 

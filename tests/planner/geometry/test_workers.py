@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from kabo.geometry_server import Answer, Failure, Situation, Statistics
+from kabo.geometry_server import Answer, Failure, GeometryStatistics, Situation
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator
 from kabo.planner.geometry.workers import ProcedureCall, ProcedureWorkers
@@ -24,7 +24,7 @@ PLANNER = os.getpid()
 class ExternalProcedures:
     """Answers with a number made of call and attempt; some calls fail, die or sleep in a worker, or raise."""
 
-    statistics: Statistics = field(default_factory=Statistics)
+    statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
     elsewhere: Elsewhere | None = None
     here: list[str] = field(default_factory=list)
     scene: SimpleNamespace = field(

@@ -13,7 +13,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import (
-    BATCH,
+    BATCH_SAMPLES,
     WORLD,
     Candidate,
     Frame,
@@ -126,7 +126,7 @@ class PoseTarget:
             return
         first = 0
         yield self.stream.near(np.array(self.near))
-        for count in chain(FIRST_BATCHES, repeat(BATCH)):
+        for count in chain(FIRST_BATCHES, repeat(BATCH_SAMPLES)):
             yield self._nearest_first(self.stream.samples(first, count))
             first += count
 

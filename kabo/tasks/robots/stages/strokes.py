@@ -9,7 +9,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import (
-    LINE,
+    LINE_DEVIATION,
     LINE_TILT,
     Keep,
     Refused,
@@ -165,7 +165,7 @@ def _length_and_bounds(
         return (lambda _: _offset(scene, name, given["joints"], sense)), 1.0, 1.0
     if isinstance(given, Mapping) and "twist" in given:
         return _twisted(scene, name, given, bounds, sense)
-    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
+    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE_DEVIATION, LINE_TILT)
     if isinstance(given, Mapping) and "vector" in given:
         turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
         vector = turn @ np.asarray(given["vector"], float)
@@ -199,7 +199,7 @@ def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple
 
 
 def _line(
-    scene: TaskScene, name: str, q: Array, shift: Array, exactly: tuple[float, float] = (LINE, LINE_TILT)
+    scene: TaskScene, name: str, q: Array, shift: Array, exactly: tuple[float, float] = (LINE_DEVIATION, LINE_TILT)
 ) -> list[Array] | Failure:
     found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift, *exactly)
     if not isinstance(found, Refused):
