@@ -5,14 +5,10 @@ something else: so a change costs or saves time, and may lead to another plan. R
 """
 
 # ------------------------------------------------------------------------- weak plans: one way to the goal
-MAX_SERIAL_EXPANSIONS = (
-    2000  # expansions for one more conjunct of the goal, before all conjuncts are searched at once
-)
+MAX_SERIAL_EXPANSIONS = 2000  # expansions for one more conjunct of the goal, before all are searched for at once
 PREFERRED_QUEUE_TURNS = 1000  # turns that the queue of preferred actions gets whenever the estimate improves
 EXPANSIONS_WITHOUT_BOUNDS = 200  # expansions of A* before it computes lower bounds: loading them takes as long
-VISITS_GROWTH = (
-    4  # factor by which depth-first search may visit a state of knowledge more often, after each failure
-)
+VISITS_GROWTH = 4  # factor of how often depth-first search may visit a state of knowledge, after each failure
 MAX_REMEMBERED_ESTIMATES = 20_000  # estimates of the delete relaxation that are kept
 
 # ------------------------------------------------------------ contingent plans: every outcome of sensing

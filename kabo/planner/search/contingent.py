@@ -56,7 +56,7 @@ def find_skeleton(
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a word of `Search`; None is the best all-round one.
+        search: how weak plans are found, a word of `Search`; None for the default of `Options`.
         geometry: which calls are refused, and which attempts remain; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called periodically with the statistics so far.
