@@ -1,7 +1,7 @@
 """What solve, verify, explain and check mean for files: paths and options in, answers as data out.
 
-The command line and the workers of the service call these functions, so every door gives the same answer. How a request
-arrives, and how its answer is shown, is the door's business.
+The command line and the workers of the service call these functions and so give the same answers. They differ only in how
+a request arrives and how its answer is shown.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -26,8 +26,8 @@ if TYPE_CHECKING:  # for the same reason
 
 
 @dataclass(frozen=True)
-class Answer:
-    """The answer to `solve`: the object (without the plan's path), the plan file's bytes, what was wrong."""
+class SolveAnswer:
+    """The answer to `solve`: the object of `--json` (without the plan's path), the plan file, and the input error."""
 
     body: Mapping[str, Any]
     plan: bytes | None = None
@@ -44,8 +44,8 @@ def solve_file(
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
-) -> Answer:
-    """Solves the problem in a file; bad input is an answer, too (status "invalid").
+) -> SolveAnswer:
+    """Solves the problem in a file; for bad input the answer has the status "invalid".
 
     Args:
         path: the problem file.
@@ -53,8 +53,8 @@ def solve_file(
         domain: the problem's domain file, where formats have one that the problem does not name.
         workers: processes that the planner may use; does not change the answer.
         within: if given, no file outside of this folder is opened.
-        progress: called now and then.
-        cancelled: asked now and then; True ends planning soon, with status "exhausted", or with the plan that was found.
+        progress: called periodically.
+        cancelled: called periodically; true ends planning soon, with the status "exhausted" or the plan that was found.
         on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
             certified.
     """
@@ -65,15 +65,15 @@ def solve_file(
         found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
         result = solve(problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
     except InputError as error:
-        return Answer(invalid_to_json(error), error=error)
-    return Answer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
+        return SolveAnswer(invalid_to_json(error), error=error)
+    return SolveAnswer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
 
 
 def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> Problem:
-    """The problem in a file, with every file that it names inside the folder `within` (if given).
+    """The problem in a file. If `within` is given, no file outside of that folder is opened.
 
     Raises:
-        InputError: all that is wrong in the files; or the files outside of `within`, none of them opened.
+        InputError: all that is wrong in the files; or they name files outside of `within`.
     """
     if within is None:
         return load_problem(path, domain)
@@ -83,10 +83,10 @@ def read_problem(path: Path, within: Path | None = None, domain: Path | None = N
 
 
 def _refuse_outside(problem: Problem, folder: Path) -> None:
-    """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
+    """Checks that a problem's meshes and URDFs lie in a folder, before any of them is opened.
 
     Raises:
-        InputError: the first that does not.
+        InputError: names the first one outside.
     """
     if problem.scene is None:
         return
@@ -126,14 +126,14 @@ def explain_file(
     cancelled: Callable[[], bool] | None = None,
     **options: Any,
 ) -> "tuple[Explanation, InputError | None]":
-    """Why the problem in a file has no plan, and what is wrong in its files (None: nothing).
+    """Explains why the problem in a file has no plan; returns the explanation and the input error, or None.
 
     Args:
         path: the problem file.
         domain: the problem's domain file, where formats have one that the problem does not name.
         geometry: whether to look for motions, too.
-        timeout: seconds after which it gives up, those for reading included.
-        cancelled: asked now and then; True ends it soon, with what was found so far.
+        timeout: seconds after which it gives up, including those for reading.
+        cancelled: called periodically; true ends it soon, with what was found so far.
         options: of `kabo.explain`.
     """
     from kabo.explain.explain import explain, invalid_explanation  # as the planner
@@ -148,7 +148,7 @@ def explain_file(
 
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
-    """All findings in files of any kind; scenes without errors are loaded with their meshes and URDFs."""
+    """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs."""
     named = list(paths)
     found = list(findings_in(named))
     faulty = {finding.file for finding in found if finding.severity == "error"}
@@ -160,7 +160,7 @@ def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
 
 
 def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
-    """What is wrong in the task files that a domain or problem may call, or in a task file itself: stages, values."""
+    """The findings in stages and values of a task file, or of the task files that a domain or problem may call."""
     called = own_task_files(path)
     if not called:
         return ()
@@ -173,7 +173,7 @@ def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
-    """What is wrong or odd in the meshes and URDFs of a scene, or of a problem's scene."""
+    """The findings in meshes and URDFs of a scene, or of a problem's scene."""
     try:
         description = load_scene_description(path)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already

@@ -31,7 +31,7 @@ REMEMBERED = {
     "kabo/compilation/cache.py": {"_private_folder", "_warn_of"},  # of this installation
     "kabo/compilation/compiling.py": {"_sources_digest", "_numba", "_links"},
     "kabo/compilation/linking.py": {"whole_compiler", "part_compiler"},
-    "kabo/finite_domain/search/blind_search.py": {"_kernels"},  # loaded code
+    "kabo/finite_domain/search/blind_search.py": {"_compiled"},  # loaded code
     "kabo/finite_domain/heuristics/landmark_bound.py": {"_kernel"},
     "kabo/finite_domain/search/novelty_search.py": {"_compiled"},
     "kabo/finite_domain/heuristics/relaxation.py": {"_load"},
@@ -54,7 +54,7 @@ REMEMBERED = {
     "kabo/verify/knowledge/replay/draft.py": {"_spelled"},  # by value
     "kabo/verify/knowledge/replay/states.py": {"symbols_of", "in_order"},  # by value
 }
-MEMORIES = {"Remembered", "OrderedDict", "defaultdict", "deque", "dict", "list", "set"}
+MEMORIES = {"ContentCache", "OrderedDict", "defaultdict", "deque", "dict", "list", "set"}
 
 
 def relative(path: Path) -> str:
@@ -141,7 +141,7 @@ def test_every_name_of_the_facade_exists():
 
 
 def called(node: ast.expr) -> str:
-    """The last word of what is called or named: `cache` of `functools.cache`, `Remembered` of `Remembered[int](…)`."""
+    """The last word of what is called or named: `cache` of `functools.cache`, `ContentCache` of `ContentCache[int](…)`."""
     while isinstance(node, ast.Call | ast.Subscript):
         node = node.func if isinstance(node, ast.Call) else node.value
     return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""
@@ -154,7 +154,7 @@ def remembers(value: ast.expr | None) -> bool:
     if not isinstance(value, ast.Call):
         return False
     kind = called(value)
-    return kind.startswith("Weak") or kind == "Remembered" or (kind in MEMORIES and not value.args)
+    return kind.startswith("Weak") or kind == "ContentCache" or (kind in MEMORIES and not value.args)
 
 
 def remembered_in(tree: ast.Module) -> set[str]:

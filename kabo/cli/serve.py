@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     late.daemon = True
     late.start()
     try:
-        server = service.Server(config, service.Settings(workers=max(1, options.workers), root=options.root))
+        server = service.Server(config, service.ServerSettings(workers=max(1, options.workers), root=options.root))
     finally:
         late.cancel()
     asked_to_end = threading.Event()

@@ -26,9 +26,7 @@ EPSILON_DIVISOR = 4  # a smaller epsilon is tried, divided by this
 MAX_CHANGES = 6  # changes that are tried
 MAX_BLAMED_CALLS = 4  # failed calls that may suggest a body to take out
 MARGINS_M = (0.03, 0.1)  # metres beyond the least move of a base, so that the arm has room
-BUDGET_DIVISOR = (
-    8  # each change may use all samples and expansions divided by this, but no more than the greater of
-)
+BUDGET_DIVISOR = 8  # each change may use samples and expansions divided by this, but at most the greater of
 MIN_SAMPLES, MIN_EXPANSIONS = 5_000, 10_000  # samples and expansions, and
 USED_FACTOR = 4  # times what the problem itself used
 

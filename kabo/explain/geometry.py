@@ -16,10 +16,8 @@ from kabo.tasks.procedures import GeometricProcedures
 
 MAX_SAMPLES = 40_000  # samples of procedures, if neither the caller nor the problem says otherwise
 KNOWN, OPEN = "There is a plan as far as knowledge goes", "; whether there are motions for it is open"
-SOLVING_SHARE, LOOKING_SHARE = (
-    0.5,
-    0.65,
-)  # shares of the time after which solving, and examining calls, are cut off
+SOLVING_SHARE = 0.5  # of the time, after which solving is cut off
+LOOKING_SHARE = 0.65  # of the time, after which the examination of failed calls is cut off
 
 
 @dataclass

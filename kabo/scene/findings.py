@@ -1,4 +1,4 @@
-"""What is wrong or odd in a scene's meshes and URDFs: errors of loading it, and warnings of what it may not mean."""
+"""Findings in a scene's meshes and URDFs: errors of loading it, and warnings about sizes and inverted meshes."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from kabo.scene.scene import Scene, load_scene
 
 
 def findings_in_scene(description: SceneDescription) -> tuple[Diagnostic, ...]:
-    """The errors of loading a scene; if there are none, warnings of sizes and of meshes that are inside out."""
+    """The errors of loading a scene; if there are none, warnings about sizes and about meshes that are inside out."""
     try:
         scene = load_scene(description)
     except InputError as error:
@@ -19,7 +19,7 @@ def findings_in_scene(description: SceneDescription) -> tuple[Diagnostic, ...]:
 
 
 def _turned_warnings(description: SceneDescription) -> Iterator[Diagnostic]:
-    """Mesh files with components that are inside out, which are turned whenever they are loaded."""
+    """Warnings about mesh files with components that are inside out; loading turns them."""
     for path in dict.fromkeys(geometry_files(description)):
         if path.suffix.lower().removeprefix(".") in FORMATS:
             done = outwards(load_mesh(path))[1]
@@ -29,7 +29,7 @@ def _turned_warnings(description: SceneDescription) -> Iterator[Diagnostic]:
 
 
 def _unit_warnings(scene: Scene, description: SceneDescription) -> tuple[Diagnostic, ...]:
-    """Bodies and robots whose meshes are so large that they may be given in millimetres."""
+    """Warnings about meshes of bodies and robots that are so large that they may be in millimetres."""
     found = [
         units_warning(body.mesh, description.bodies[name].shape.place)
         for name, body in scene.bodies.items()

@@ -1,20 +1,20 @@
-"""Warmth: what a worker loads and compiles before its first job, so that a deadline need not pay for it.
+"""Warming up: what a worker loads and compiles before its first job, so that no request waits for it.
 
-Two problems that kabo brings along are planned, as if they had been asked for, which loads every room, the libraries and
-the kernels of geometry; the kernels of large symbolic searches are called once by themselves.
+A worker solves two problems that kabo brings along, which loads every room, the libraries and the kernels of geometry.
+The kernels of large symbolic searches are called once by themselves.
 """
 
 from pathlib import Path
 
 import kabo
-from kabo.finite_domain import Effect, FiniteTask, Operator, Variable
+from kabo.finite_domain import Effect, FiniteTask, Operator, StateVariable
 
 PROBLEMS = (
     Path("doors", "n3.yaml"),  # branches on what is sensed
     Path("stacked", "n2.yaml"),  # two blocks, a robot of meshes, tasks that pick and place
 )
 _LIGHTS = FiniteTask(
-    (Variable("first light", 2), Variable("second light", 2)),
+    (StateVariable("first light", 2), StateVariable("second light", 2)),
     (0, 0),
     tuple(Operator(f"switch {n}", (), (Effect((), n, 1),)) for n in (0, 1)),
     ((0, (1,)), (1, (1,))),

@@ -125,9 +125,8 @@ class _Certifying:
         self._standing: dict[tuple[str, tuple[float, ...]], list[Array]] = {}
         early = {name for name, node in plan.nodes.items() if node.overlap}
         shared = early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
-        self._moved: dict[str, list[MovingStretch]] = {
-            name: [] for name in shared
-        }  # motions that share time with another
+        # Of motions that share time with another one.
+        self._moved: dict[str, list[MovingStretch]] = {name: [] for name in shared}
 
     def made(self) -> Certificate | list[UnprovenPair]:
         proofs: list[StretchProof] = []

@@ -13,10 +13,10 @@ from kabo.errors import CutOff
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.procedure_server import ProcedureServer
-from kabo.planner.geometry.workers import ProcedureCall
+from kabo.planner.geometry.workers import SituatedCall
 from kabo.planner.search.skeleton import SkeletonNode, Trace
 
-Expect = Callable[[list[ProcedureCall]], None]
+Expect = Callable[[list[SituatedCall]], None]
 Advance = Callable[[GroundCall, int, Trace, Success], Trace]  # the trace after a call that has succeeded
 
 
@@ -166,11 +166,11 @@ class Evaluator:
         answer = None if call is None else answered(self.server, call, situation, node.attempt, self.effort)
         return Variant(node, situation, traces, answer)
 
-    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> ProcedureCall:
+    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> SituatedCall:
         """The call at the least effort whose answer is not cached yet."""
         efforts = range(self.effort + 1)
         unknown = (effort for effort in efforts if not self.server.knows(call, situation, attempt, effort))
-        return ProcedureCall(call, situation, attempt, next(unknown, self.effort))
+        return SituatedCall(call, situation, attempt, next(unknown, self.effort))
 
     @staticmethod
     def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Trace]]:

@@ -16,7 +16,7 @@ from typing import Any
 
 from kabo import tuning
 from kabo.errors import Diagnostic, InputError
-from kabo.knowledge import Task
+from kabo.knowledge import GroundedTask
 from kabo.language.answers import checked_answer
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Answer, Answers, Problem
@@ -117,7 +117,7 @@ class ExternalProcedures:
             counted.failures += 1
         return answer
 
-    def prepare(self, task: Task) -> None:
+    def prepare(self, task: GroundedTask) -> None:
         """Makes all calls of some procedures in advance: of all if eager, of those that fail often if adaptive."""
         for name in self.functions:
             counted = self.counted.get(name, CallCounts())

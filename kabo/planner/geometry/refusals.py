@@ -22,10 +22,10 @@ from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.search.skeleton import LearntRefusals, Origin, Pattern, Provenance
 from kabo.scene import Component
 
-Derivation = tuple[
-    GroundCall, int, int, Pattern
-]  # of a value: a call, an attempt at it, the component that it moved, and the provenances that it read
-Provenances = tuple[int, ...]  # of every component, in the order of `RefusalTable.components`; 0: as at the start
+# How a value is made: a call, an attempt at it, the component that it moves, and the provenances that it reads.
+Derivation = tuple[GroundCall, int, int, Pattern]
+# The provenance of every component, in the order of `RefusalTable.components`; 0: as at the start.
+Provenances = tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,8 @@ class RefusalTable:
         self._numbers: dict[Derivation, int] = {}
         self._number_of_value: dict[tuple[int, Component], int] = {}  # of every value that was met [K Def. 5]
         self._with_value = {0}
-        self._value_reads: dict[
-            Derivation, frozenset[str]
-        ] = {}  # the components that decided the value of a derivation
+        # The components that decided the value of a derivation.
+        self._value_reads: dict[Derivation, frozenset[str]] = {}
         self._reads: dict[GroundCall, frozenset[int]] = {}
         self._everything = frozenset(range(len(self.components)))
         self._count = 0
@@ -244,9 +243,8 @@ class RefusalTable:
             pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
             rows = self.refusals.setdefault(call, [])
             if any(row.pattern == pattern and row.attempt <= attempt for row in rows):
-                pattern = frozenset(
-                    enumerate(trace)
-                )  # recorded before, and called all the same: refuse it at least in exactly this trace
+                # Recorded before, and called all the same: refuse it at least in exactly this trace.
+                pattern = frozenset(enumerate(trace))
             rows.append(Refusal(attempt, pattern, failure))
             self._mark_relevant(pattern)
             suspected = None if failure.proof or attempt else self._suspects(call, failure, trace)

@@ -25,7 +25,7 @@ POLL_S = 0.05  # seconds between two looks at whether the run is to stop
 
 
 @dataclass(frozen=True)
-class ProcedureCall:
+class SituatedCall:
     """A call with everything that its answer depends on."""
 
     call: GroundCall
@@ -50,8 +50,8 @@ class _ProcedureWorker:
 
     process: Any
     connection: Connection
-    asked: ProcedureCall | None = None
-    waiting: deque[ProcedureCall] = field(default_factory=deque)
+    asked: SituatedCall | None = None
+    waiting: deque[SituatedCall] = field(default_factory=deque)
 
     @property
     def load(self) -> int:
@@ -88,7 +88,7 @@ class ProcedureWorkers:
             worker.process.join()
             worker.connection.close()
 
-    def expect(self, questions: Iterable[ProcedureCall]) -> None:
+    def expect(self, questions: Iterable[SituatedCall]) -> None:
         """Announces calls that will be made soon; a single one is left to the planner itself."""
         if self._size < 2:
             return
@@ -105,10 +105,10 @@ class ProcedureWorkers:
             self._of(question).waiting.append(question)
         self._pump(0.0)
 
-    def _known(self, question: ProcedureCall) -> bool:
+    def _known(self, question: SituatedCall) -> bool:
         return self._procedures.knows(question.call, question.situation, question.attempt, question.effort)
 
-    def _of(self, question: ProcedureCall) -> _ProcedureWorker:
+    def _of(self, question: SituatedCall) -> _ProcedureWorker:
         """The worker that made an earlier attempt at the call, else the one with the fewest calls."""
         worker = self._whose.get(question.resumed)
         if worker is None:
@@ -119,7 +119,7 @@ class ProcedureWorkers:
         self, call: GroundCall, situation: Situation, attempt: int, effort: int
     ) -> tuple[Answer, Statistics] | None:
         """The answer to an announced call, and its statistics; None if it was not announced, or the run stops."""
-        key = ProcedureCall(call, situation, attempt, effort).key
+        key = SituatedCall(call, situation, attempt, effort).key
         if key not in self._expected:
             return None
         while key not in self._found:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from kabo.knowledge import Task, relaxed_reach
+from kabo.knowledge import GroundedTask, relaxed_reach
 from kabo.planner.proofs.wording import listed
 from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
@@ -17,7 +17,7 @@ MAX_PARTS = 20  # conjuncts of the goal that are searched for one by one
 SHOWN_STEPS = 6  # actions, or conjuncts, that a sentence lists
 
 
-def dead_ends(task: Task, deadline: Callable[[], bool] | None = None) -> list[str]:
+def dead_ends(task: GroundedTask, deadline: Callable[[], bool] | None = None) -> list[str]:
     """Sentences that say why there is no plan; none if that cannot be found out within the limits.
 
     Args:

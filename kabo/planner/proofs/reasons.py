@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from kabo.geometry_server.answers import Failure
-from kabo.knowledge import Task, Verdict, unreachable_goals
+from kabo.knowledge import GroundedTask, Verdict, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.planner.proofs.dead_ends import dead_ends
@@ -31,7 +31,7 @@ _SPENT = {
 
 def no_plan(
     problem: Problem,
-    task: Task,
+    task: GroundedTask,
     failures: Sequence[tuple[GroundCall, Failure]],
     deadline: Callable[[], bool] | None = None,
 ) -> Reason:
@@ -52,7 +52,7 @@ def _beyond(problem: Problem) -> Reason:
     return Reason("knowledge", None, text, tuple(few))
 
 
-def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
+def _dead_end(task: GroundedTask, deadline: Callable[[], bool] | None) -> Reason:
     """All conjuncts of the goal hold under delete relaxation."""
     text = (
         "no plan reaches the goal, whatever geometry says: every part of it could hold if nothing that is known were "

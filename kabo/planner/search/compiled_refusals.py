@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from kabo import tuning
-from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
+from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
 from kabo.planner.search.skeleton import LearntRefusals, Pattern, Provenance
@@ -46,13 +46,13 @@ class _Learnt:
         named: dict[int, list[int]] = {}
         for component, number in book.named:
             named.setdefault(component, []).append(number)
-        self._variables: list[Variable] = []
+        self._variables: list[StateVariable] = []
         self._initial: list[int] = []
         self._number: dict[int, int] = {}  # variable of a component
         self._value: dict[Provenance, int] = {}
         for component, numbers in named.items():
             self._number[component] = len(base.variables) + len(self._variables)
-            self._variables.append(Variable(f"lineage {component}", 1 + len(numbers)))
+            self._variables.append(StateVariable(f"lineage {component}", 1 + len(numbers)))
             self._value.update({(component, number): 1 + k for k, number in enumerate(numbers)})
             self._initial.append(self._value.get((component, 0), OTHER))
         self._made: dict[tuple[GroundCall, int], list[tuple[Provenance, Pattern]]] = {}

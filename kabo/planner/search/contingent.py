@@ -13,7 +13,7 @@ from collections.abc import Callable, Generator, Hashable
 
 from kabo import tuning
 from kabo.errors import CutOff
-from kabo.knowledge import Task, unreachable_goals
+from kabo.knowledge import GroundedTask, unreachable_goals
 from kabo.options import Options, Search
 from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.algorithms.best import newest_first
@@ -43,7 +43,7 @@ Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be s
 
 
 def find_skeleton(
-    task: Task,
+    task: GroundedTask,
     *,
     search: Search | None = None,
     geometry: Geometry | None = None,
@@ -85,7 +85,7 @@ def find_skeleton(
 
 
 def _attempts(
-    task: Task, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter, heuristic: str
+    task: GroundedTask, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter, heuristic: str
 ) -> Outcome:
     """Searches; where dead ends accumulate, `best` restarts assuming other sensing outcomes.
 
@@ -147,7 +147,7 @@ class _OutcomeKnown(Exception):
 class _ExhaustiveCheck:
     """The fixpoint over all nodes, in turns with a search that fails often; with geometry it only proves failures."""
 
-    def __init__(self, task: Task, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
+    def __init__(self, task: GroundedTask, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
         self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
         self._patience = tuning.FAILED_CHOICES_BEFORE_FIXPOINT
         self._nodes: Fixpoint | None = None  # made when it is first needed

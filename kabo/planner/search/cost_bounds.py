@@ -9,7 +9,7 @@ from functools import cached_property
 from math import floor
 
 from kabo.finite_domain.heuristics.landmark_bound import LandmarkBound
-from kabo.knowledge import Task
+from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
 from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.delete_relaxation import Relaxation
@@ -20,7 +20,7 @@ UNITS = 1000  # integer units of cost 1; costs are rounded down to them, so that
 class CostBounds:
     """Lower bounds for one task, each computed once."""
 
-    def __init__(self, task: Task, relaxation: Relaxation) -> None:
+    def __init__(self, task: GroundedTask, relaxation: Relaxation) -> None:
         self._task, self._relaxation = task, relaxation
         self._known: dict[int, float | None] = {}
 
@@ -42,7 +42,7 @@ class CostBounds:
 class RelaxedPlans:
     """The heuristic of the delete relaxation: relaxed plans estimate [h_FF], landmark cuts bound from below."""
 
-    def __init__(self, task: Task, refused: frozenset[GroundCall] = frozenset()) -> None:
+    def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         self._task, self._relaxation = task, Relaxation(task, refused)
 
     @cached_property

@@ -12,7 +12,7 @@ import numpy as np
 from kabo import tuning
 from kabo.arrays import Integers
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
-from kabo.knowledge import GroundAction, Query, Task
+from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import Claim, open_entries
 from kabo.knowledge.progression import Effects, Update
@@ -23,9 +23,9 @@ from kabo.language.formulas import GroundCall
 class Relaxation:
     """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
 
-    def __init__(self, task: Task, refused: frozenset[GroundCall] = frozenset()) -> None:
+    def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         """The relaxation without the actions whose calls are `refused`."""
-        builder = _RelaxationBuilder(task, [action for action in task.actions if action.call not in refused])
+        builder = _KnowledgeRelaxation(task, [action for action in task.actions if action.call not in refused])
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
         self._parts = [builder.facts_of(part.query) for part in task.goal]
         self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
@@ -79,14 +79,14 @@ class Relaxation:
         return bits.take(self._asked).view(np.bool_).nonzero()[0]
 
 
-class _RelaxationBuilder:
+class _KnowledgeRelaxation:
     """Makes the operators of the relaxation.
 
     Fact k means that bit k is set, and fact width + k that it is clear. For the bit k of Kw or Kv, fact 2 width + k
     means unknown so far, and fact 2 width + k - 1 means sensed and still open.
     """
 
-    def __init__(self, task: Task, actions: Sequence[GroundAction]) -> None:
+    def __init__(self, task: GroundedTask, actions: Sequence[GroundAction]) -> None:
         self._width, self._whether = task.width, task.whether
         self.operators: list[RelaxedOperator] = []
         self.auxiliary = 0

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from kabo.knowledge import Branching, GeometricOracle, GroundAction, Task, optimistic
+from kabo.knowledge import Branching, GeometricOracle, GroundAction, GroundedTask, optimistic
 from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import Query, bits_of, conjunction, split, union
 from kabo.language.formulas import GroundCall
@@ -42,7 +42,7 @@ class SearchSpace:
 
     def __init__(
         self,
-        task: Task,
+        task: GroundedTask,
         geometry: Geometry | None,
         may_wait: bool = False,
         assume_last: bool = True,

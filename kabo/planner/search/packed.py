@@ -5,9 +5,9 @@ from functools import cached_property
 
 from kabo import tuning
 from kabo.budgets import Spent
-from kabo.finite_domain import Budget, CompiledTask, astar, bfws, breadth_first
+from kabo.finite_domain import CompiledTask, SearchBudget, astar, bfws, breadth_first
 from kabo.finite_domain import SearchResult as PackedResult
-from kabo.knowledge import Task, unreachable_goals
+from kabo.knowledge import GroundedTask, unreachable_goals
 from kabo.options import Search
 from kabo.planner.search.compiled_refusals import learnt_task
 from kabo.planner.search.skeleton import (
@@ -29,7 +29,7 @@ from kabo.planner.search.to_finite_domain import classical_task
 class PackedTask:
     """A task for the packed searches of `kabo.finite_domain`; it is compiled when one is first asked for."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: GroundedTask) -> None:
         self.task = task
 
     @cached_property
@@ -97,11 +97,11 @@ def _searched(
     book: LearntRefusals | None = None,
 ) -> PackedResult:
     """The answer of a search by its name; where refusals were learnt, `best` first tries A* for a limited time."""
-    budget = Budget(expansions=limits.expansions, stop=limits.deadline)
+    budget = SearchBudget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best" and book is not None:
         most = tuning.MAX_CHEAPEST_EXPANSIONS
         most = most if limits.expansions is None else min(most, limits.expansions)
-        found = astar(compiled, forbidden=forbidden, budget=Budget(expansions=most, stop=limits.deadline))
+        found = astar(compiled, forbidden=forbidden, budget=SearchBudget(expansions=most, stop=limits.deadline))
         if found.status in ("solved", "unsolvable"):
             return found
     if search == "best":

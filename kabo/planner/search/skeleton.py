@@ -14,9 +14,8 @@ from kabo.language.formulas import GroundCall
 from kabo.options import Search
 
 Trace = Any  # opaque to the search, and hashable: which procedures made the present geometric components
-Provenance = tuple[
-    int, int
-]  # a component, and the number of the derivation that made its value; 0: as at the start
+# A component, and the number of the derivation that made its value; 0: as at the start.
+Provenance = tuple[int, int]
 Pattern = frozenset[Provenance]
 
 

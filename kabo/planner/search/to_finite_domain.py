@@ -11,9 +11,9 @@ from itertools import product
 from math import lcm
 
 from kabo import tuning
-from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, Variable
+from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
 from kabo.finite_domain.task import Conditions
-from kabo.knowledge import GroundAction, Query, Task
+from kabo.knowledge import GroundAction, GroundedTask, Query
 from kabo.knowledge.facts import AtomBits, TermBits
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some
@@ -23,7 +23,7 @@ class _NotFiniteDomain(Exception):
     """The task cannot be expressed in finite domains; caught in this module."""
 
 
-def classical_task(task: Task) -> CompiledTask | None:
+def classical_task(task: GroundedTask) -> CompiledTask | None:
     """The task for `kabo.finite_domain`, its operators owned by the actions' indices; None if it cannot be expressed so."""
     if task.branchings or not task.closure.is_empty:
         return None
@@ -34,7 +34,7 @@ def classical_task(task: Task) -> CompiledTask | None:
 
 
 @dataclass
-class _StateVariable:
+class _KnowledgeVariable:
     """A variable: the bits of one atom or term, and the patterns of these bits that are its values."""
 
     number: int
@@ -46,14 +46,14 @@ class _StateVariable:
 class _Converter:
     """Converts one task; equal updates are converted once."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: GroundedTask) -> None:
         self.task = task
-        self.places: list[_StateVariable] = []
-        self._home: dict[int, _StateVariable] = {}
+        self.places: list[_KnowledgeVariable] = []
+        self._home: dict[int, _KnowledgeVariable] = {}
         for group in task.groups:
             if not isinstance(group, AtomBits | TermBits) or (isinstance(group, TermBits) and group.unequal):
                 raise _NotFiniteDomain
-            place = _StateVariable(len(self.places), group.text, group.mask, [task.initial & group.mask])
+            place = _KnowledgeVariable(len(self.places), group.text, group.mask, [task.initial & group.mask])
             self.places.append(place)
             mask = group.mask
             while mask:
@@ -90,7 +90,7 @@ class _Converter:
             raise _NotFiniteDomain
         scale = lcm(*(self._cost(action).denominator for action in self.task.actions))
         operators = tuple(o for action in self.task.actions for o in self._operators(action, scale))
-        variables = tuple(Variable(place.text, len(place.patterns)) for place in self.places)
+        variables = tuple(StateVariable(place.text, len(place.patterns)) for place in self.places)
         return FiniteTask(variables, (0,) * len(variables), operators, goals[0])
 
     def _cost(self, action: GroundAction) -> Fraction:
@@ -130,15 +130,15 @@ class _Converter:
             raise _NotFiniteDomain
         return alternatives
 
-    def _test(self, place: _StateVariable, mask: int, value: int) -> tuple[int, tuple[int, ...]]:
+    def _test(self, place: _KnowledgeVariable, mask: int, value: int) -> tuple[int, tuple[int, ...]]:
         own = mask & place.mask
         values = tuple(i for i, pattern in enumerate(place.patterns) if pattern & own == value & place.mask)
         return place.number, values
 
-    def _having(self, place: _StateVariable, mask: int) -> tuple[int, ...]:
+    def _having(self, place: _KnowledgeVariable, mask: int) -> tuple[int, ...]:
         return tuple(i for i, pattern in enumerate(place.patterns) if pattern & mask)
 
-    def _touched(self, mask: int) -> list[_StateVariable]:
+    def _touched(self, mask: int) -> list[_KnowledgeVariable]:
         found = []
         while mask:
             place = self._home[mask & -mask]
@@ -171,7 +171,7 @@ class _Converter:
             ]
         return known
 
-    def _on_place(self, place: _StateVariable, update: Update, conditions: Conditions) -> Iterator[Effect]:
+    def _on_place(self, place: _KnowledgeVariable, update: Update, conditions: Conditions) -> Iterator[Effect]:
         """The effects of an update on one variable; one for each old value where the new value depends on it."""
         clear, make = update.clear & place.mask, update.make & place.mask
         allowed = set(range(len(place.patterns)))

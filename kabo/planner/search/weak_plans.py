@@ -14,9 +14,8 @@ DEADLINE_EVERY = 64  # expansions between two looks at the deadline
 PROGRESS_EVERY = 4096  # expansions between two reports
 
 OnProgress = Callable[[SearchStatistics], None]
-Try = (
-    tuple[GroundAction, int, Trace] | None
-)  # action, attempt, trace after; None: only branching on what stands open
+# An action, the attempt at its call and the trace after it; None: only an open branching.
+Try = tuple[GroundAction, int, Trace] | None
 Move = tuple[Try, tuple[Assume, ...]]  # what is tried, and the outcomes that are assumed of what it senses
 
 
@@ -90,10 +89,8 @@ class WeakGraph:
         only_goals_end: bool = False,
     ) -> None:
         others = (number for number in range(len(space.task.goal)) if number not in first)
-        self.parts = [
-            *first,
-            *others,
-        ]  # the numbers of the conjuncts of the goal, in the order in which they are planned for
+        # The numbers of the conjuncts of the goal, in the order in which they are planned for.
+        self.parts = [*first, *others]
         self.holds = space.holds
         self.blocked: set[Hashable] = set()
         self.key, self.known, self.confirmed_key = space.key, space.known, space.confirmed_key

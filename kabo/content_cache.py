@@ -1,8 +1,8 @@
-"""What a process remembers between problems: values by the content that they follow from, bounded by bytes.
+"""Caches that outlive a problem: values by the content that they are computed from, bounded by bytes.
 
-A worker of the service answers strangers one after the other, and each calls his files as he likes. So a key holds
-*everything* that the value follows from, such as the bytes of a file, never its name, size or date: then an answer that
-was remembered is the answer that would be computed [docs/decisions/026-worker-purity.md].
+A worker of the service answers one client after the other, and different clients may give different files the same
+name. So a key holds *everything* that its value depends on, such as the bytes of a file, never its name, size or date.
+Then a cached value is the value that would be computed [docs/decisions/026-worker-purity.md].
 """
 
 import threading
@@ -15,12 +15,12 @@ ENTRY_BYTES = 512  # what an entry costs beside its value: key, tuples, places i
 _Value = TypeVar("_Value")
 
 
-class Remembered(Generic[_Value]):
-    """Values by keys; those asked for longest ago are forgotten first, so that all together have at most `max_bytes`.
+class ContentCache(Generic[_Value]):
+    """A cache that drops the least recently used values, so that all together have at most `max_bytes`.
 
     Args:
-        max_bytes: of all values that are kept; a larger value is computed each time.
-        size: the bytes of a value, at least about: it may grow by what it computes later.
+        max_bytes: of all values together; a larger value is computed each time.
+        size: the size of a value in bytes, roughly: a value may grow later by what it computes itself.
     """
 
     def __init__(self, max_bytes: int, size: Callable[[_Value], int]) -> None:
@@ -29,14 +29,14 @@ class Remembered(Generic[_Value]):
         self._values: OrderedDict[Hashable, tuple[_Value, int]] = OrderedDict()
         self._bytes = 0
 
-    def of(self, key: Hashable, make: Callable[[], _Value]) -> _Value:
-        """The value of a key: remembered, or made now; an error of `make` is raised and not remembered."""
+    def get_or_make(self, key: Hashable, make: Callable[[], _Value]) -> _Value:
+        """The cached value of a key, or else the one that `make` returns; errors of `make` are not cached."""
         with self._lock:
             known = self._values.get(key)
             if known is not None:
                 self._values.move_to_end(key)
                 return known[0]
-        value = make()  # without the lock: of two threads that make the same, the first one's is kept
+        value = make()  # without the lock: if two threads make the same value, the first is kept
         size = ENTRY_BYTES + self._size(value)
         with self._lock:
             if key not in self._values and size <= self._max_bytes:
@@ -46,8 +46,8 @@ class Remembered(Generic[_Value]):
                     self._bytes -= self._values.popitem(last=False)[1][1]
         return value
 
-    def forget(self) -> None:
-        """Forgets everything."""
+    def clear(self) -> None:
+        """Removes all values."""
         with self._lock:
             self._values.clear()
             self._bytes = 0
@@ -57,5 +57,5 @@ class Remembered(Generic[_Value]):
 
     @property
     def bytes(self) -> int:
-        """The bytes of all values that are kept."""
+        """The size of all values together [bytes]."""
         return self._bytes
