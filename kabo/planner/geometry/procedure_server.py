@@ -14,7 +14,7 @@ from kabo.scene import GeometricState, Scene
 Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometryStatistics] | None]
 
 
-class BoundCall(Protocol):
+class CallComponents(Protocol):
     """A call whose arguments are bound to a task: which components of the geometric state it moves and reads."""
 
     @property
@@ -61,7 +61,7 @@ class ProcedureServer(Protocol):
         """The geometric state of an identifier."""
         ...
 
-    def bind(self, call: GroundCall) -> BoundCall:
+    def bind(self, call: GroundCall) -> CallComponents:
         """The components that a call moves and reads."""
         ...
 
