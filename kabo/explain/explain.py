@@ -19,7 +19,7 @@ from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
-from kabo.options import Options, Search
+from kabo.options import ExplainOptions, Options, Search
 from kabo.planner.geometry.external_procedures import Procedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
@@ -30,6 +30,8 @@ from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.skeleton import Exhausted, Found, Limits
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack  # Python 3.11 has it itself
+
     from kabo.explain.counterfactuals import Counterfactual
     from kabo.explain.failed_calls import Finding
     from kabo.explain.geometry import Obstacles
@@ -105,7 +107,7 @@ def explain(
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     geometry: bool = True,
-    **options: Any,
+    **options: "Unpack[ExplainOptions]",
 ) -> Explanation:
     """What is out of reach in a problem and why, what is of no use in it, and whether there is a plan.
 
@@ -119,8 +121,8 @@ def explain(
         procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
             procedure is then taken to succeed.
         geometry: whether to look for motions, too, if the problem has a scene; else procedures are taken to succeed.
-        options: `seed`, `epsilon`, `max_samples` and `geometry_order` of that looking, as for `solve`; `changes`: how
-            many of them are tried at most to see whether they help.
+        options: `kabo.options.ExplainOptions`: `seed`, `epsilon`, `max_samples` and `geometry_order` of that looking, as
+            for `solve`; `changes`: how many of them are tried at most to see whether they help.
 
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
@@ -148,8 +150,7 @@ def explain(
             from kabo.explain.geometry import obstacles  # symbolic problems never pay for geometry
 
             left = max(0.0, seconds - (perf_counter() - stop.began))
-            options |= {"search": search, "memory": bytes_}
-            found = obstacles(problem, left, cancelled, expansions, **options)
+            found = obstacles(problem, left, cancelled, expansions, search=search, memory=bytes_, **options)
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
     more = ((), ()) if found is None else (found.findings, found.counterfactuals)
