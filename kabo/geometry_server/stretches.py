@@ -1,6 +1,6 @@
 """Stretches of motion: ways to a configuration, proven free and shortened, and straight lines of the tool.
 
-Way points are rounded as plans keep them *before* they are proven, so that what is written is what was proven.
+Way points are rounded as in plans *before* they are proven, so that the plan holds what was proven.
 """
 
 from collections.abc import Sequence
@@ -11,23 +11,29 @@ import numpy as np
 
 from kabo.arrays import Array, Integers
 from kabo.geometry_server.answers import Refusal, pair_text
-from kabo.geometry_server.context import Context
+from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
 from kabo.geometry_server.workspace import Workspace
 from kabo.kinematics import OffLine, Projector, keeps, projector, straight_line, stream_key, values
 from kabo.kinematics.kernels import rows as columns
-from kabo.motion import Blocked, connect, shortcut
+from kabo.motion import NoPath, connect, shortcut
 from kabo.scene import Robot
 
-LINE, LINE_TILT = 1e-3, 5e-3  # m, rad: how far a straight stretch may leave its line, and how far it may turn
-SHORTCUTS, PATIENCE = 40, 8  # attempts to shorten a path, and in vain in a row: a plan's motion is refined later
-KEPT = 5e-4  # m, rad: how far a motion constraint may be left, half of what the verifier grants
+LINE_DEVIATION, LINE_TILT = (
+    1e-3,
+    5e-3,
+)  # [m], [rad] of a straight stretch
+SHORTCUT_ATTEMPTS, MAX_VAIN_SHORTCUTS = (
+    40,
+    8,
+)  # in all, and failures in a row: refinement comes later
+CONSTRAINT_TOLERANCE = 5e-4  # [m, rad] of a motion constraint: half of what the verifier grants
 
 
 @dataclass(frozen=True)
 class Keep:
-    """A motion constraint, as rows of the robot's tree, that holds all along a motion."""
+    """A motion constraint, as rows of the robot's tree, to hold all along a motion."""
 
     name: str
     robot: Robot
@@ -35,14 +41,14 @@ class Keep:
 
     def keeps(self, start: Array, goal: Array) -> bool:
         """Whether the constraint is proven to hold on the straight joint segment."""
-        return keeps(self.robot.tree, self.rows, start, goal, KEPT)
+        return keeps(self.robot.tree, self.rows, start, goal, CONSTRAINT_TOLERANCE)
 
     def holds_along(self, waypoints: Sequence[Array]) -> bool:
         """Whether the constraint is proven to hold along a path."""
         return all(self.keeps(a, b) for a, b in zip(waypoints, waypoints[1:], strict=False))
 
     def broken(self, q: Array) -> str | None:
-        """What is found and what is permitted where the constraint does not hold at q (n,); None: it holds."""
+        """The actual and the permitted value of a row that is violated at q (n,); None if the constraint holds."""
         if self.keeps(q, q):
             return None
         found = values(self.rows, q, self.robot.tree)
@@ -50,7 +56,7 @@ class Keep:
         return _told(self.rows[int(excess.argmax())], float(found[excess.argmax()]))
 
     def pull_planned(self, hand: Array) -> Projector:
-        """A function that pulls the planned joints onto the constraint, with the gripper's at `hand`."""
+        """A function that projects the planned joints onto the constraint, with the gripper's joints at `hand`."""
         n = self.robot.planned
 
         def pull(q: Array) -> Array | None:
@@ -67,7 +73,7 @@ class Keep:
 
 
 def _told(row: Array, found: float) -> str:
-    """The value of a row against its bounds, angles as angles."""
+    """The value of a row and its bounds, with cosines as angles."""
     kind, low, high = int(row[columns.KIND]), float(row[columns.LOWER]), float(row[columns.UPPER])
     if kind == columns.DIRECTION:  # cosines
         low, high, found = (float(np.arccos(np.clip(v, -1.0, 1.0))) for v in (high, low, found))
@@ -77,11 +83,11 @@ def _told(row: Array, found: float) -> str:
 
 
 def keep_constraint(
-    context: Context, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
+    context: ProcedureContext, robot: Robot, situation: Situation, name: str, held: Sequence[str] | None = None
 ) -> Keep | None:
-    """The motion constraint of that name for what the robot holds; None if there is none, or it does not fit.
+    """The motion constraint of a name for a held object; None if there is none, or it does not fit.
 
-    `held` names the objects that it may be about; None: anything that the robot has in its hand.
+    `held` names the objects it may apply to; None: any object in the robot's hand.
     """
     constraints = context.scene.motion_constraints.get(name)
     if constraints is None:
@@ -97,7 +103,7 @@ def keep_constraint(
 
 
 def rounded(q: Array) -> Array:
-    """A configuration as plans keep it."""
+    """A configuration rounded as in plans."""
     return np.round(q, 9) + 0.0
 
 
@@ -106,13 +112,13 @@ def line(
     q: Array,
     tool: Frame,
     translation: Array,
-    deviation: float = LINE,
+    deviation: float = LINE_DEVIATION,
     tilt: float = LINE_TILT,
 ) -> list[Array] | None:
-    """The way points of a straight motion of the tool by `translation` (3,) [m] from q, without a turn; None: it has none.
+    """The way points of a straight motion of the tool by `translation` (3,) [m] from q, without rotation; or None.
 
-    It leaves the line by no more than `deviation` [m], and turns by no more than `tilt` [rad]. That nothing is in its
-    way is not proven yet.
+    The tool deviates from the line by at most `deviation` [m], and rotates by at most `tilt` [rad]. Collisions are not
+    checked.
     """
     found = straight_line(
         robot.tree,
@@ -135,7 +141,7 @@ def way_to(
     samples: int,
     keep: Keep | None = None,
 ) -> list[Array] | Refusal:
-    """The way points of a motion from start to goal (n,), proven free, shortened; `keep` holds all along.
+    """The way points of a shortened motion from start to goal (n,), proven free and to fulfil `keep` throughout.
 
     Raises:
         CutOff: time or budget is spent.
@@ -166,15 +172,17 @@ def way_to(
     bounds = robot.tree.lower[:n], robot.tree.upper[:n]
     free = free_segment, free_configurations
     path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
-    if isinstance(path, Blocked):
+    if isinstance(path, NoPath):
         workspace.surroundings.statistics.samples += path.samples
         return _blocked(workspace, path, keep)
     # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
-    short = shortcut(path, free_segment, stream, SHORTCUTS, projection=project, patience=PATIENCE)
+    short = shortcut(
+        path, free_segment, stream, SHORTCUT_ATTEMPTS, projection=project, patience=MAX_VAIN_SHORTCUTS
+    )
     return [whole(q) for q in short]
 
 
-def _blocked(workspace: Workspace, path: Blocked, keep: Keep | None) -> Refusal:
+def _blocked(workspace: Workspace, path: NoPath, keep: Keep | None) -> Refusal:
     """No way was found: the pairs in the way with counts, or the constraint, where it was met more often than they."""
     pairs = workspace.pairs
     hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))

@@ -10,7 +10,7 @@ from functools import cache
 import pytest
 
 from kabo.errors import InputError
-from kabo.knowledge import Task, ground
+from kabo.knowledge import GroundedTask, ground
 from kabo.language import load_problem
 from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
@@ -100,7 +100,7 @@ def test_a_search_on_finitely_many_states_ends(load, search):
             assert found.statistics.expanded <= TIMES * states_of_knowledge(task), seed
 
 
-def states_of_knowledge(task: Task) -> int:
+def states_of_knowledge(task: GroundedTask) -> int:
     """How many states of knowledge can be reached, those counted once that say the same."""
     space = SearchSpace(task, None, task.may_wait)
     seen, waiting = {space.key(space.start)}, [space.start]

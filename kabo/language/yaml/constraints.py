@@ -17,7 +17,7 @@ from kabo.language.yaml.syntax import Parsed, Tree, parse
 
 @dataclass(frozen=True)
 class Owner:
-    """Something that a role may stand for, and its features."""
+    """A thing that a role of a constraint may refer to, with its features."""
 
     name: str
     features: Mapping[str, Feature | None]  # None: something is wrong with it, which was reported

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from kabo.knowledge import Task
+from kabo.knowledge import GroundedTask
 from kabo.language.formulas import GroundCall
 from kabo.planner.search.algorithms.graph import HeuristicValue
 
@@ -16,11 +16,11 @@ class Heuristic(Protocol):
         ...
 
     def lower_bound(self, state: int) -> float | None:
-        """What every weak plan from a state costs at least; 0.0 if that is not known, None if there is no plan."""
+        """A lower bound of the cost of weak plans from a state; 0.0 if none is known, None if there is no plan."""
         ...
 
 
-def _relaxed_plans(task: Task, refused: frozenset[GroundCall]) -> Heuristic:
+def _relaxed_plans(task: GroundedTask, refused: frozenset[GroundCall]) -> Heuristic:
     # Loads estimates of finite-domain tasks (15 files), which searches in such tasks never need from here.
     from kabo.planner.search.cost_bounds import RelaxedPlans
 
@@ -29,4 +29,6 @@ def _relaxed_plans(task: Task, refused: frozenset[GroundCall]) -> Heuristic:
 
 DEFAULT_HEURISTIC = "relaxed plans"
 # By name: makes the heuristic of a task without the actions whose calls are refused.
-HEURISTICS: dict[str, Callable[[Task, frozenset[GroundCall]], Heuristic]] = {"relaxed plans": _relaxed_plans}
+HEURISTICS: dict[str, Callable[[GroundedTask, frozenset[GroundCall]], Heuristic]] = {
+    "relaxed plans": _relaxed_plans
+}

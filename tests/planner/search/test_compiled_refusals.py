@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from kabo.finite_domain import FiniteTask, Operator, Variable, astar, breadth_first
+from kabo.finite_domain import FiniteTask, Operator, StateVariable, astar, breadth_first
 from kabo.geometry_server import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.refusals import RefusalTable
@@ -25,7 +25,7 @@ def base() -> FiniteTask:
         Operator("aside", ((0, (1,)),), (_to(3),), 1, 2),
         Operator("clear", (), (), 1, 3),
     )
-    return FiniteTask((Variable("a", 4),), (0,), operators, ((0, (2,)),))
+    return FiniteTask((StateVariable("a", 4),), (0,), operators, ((0, (2,)),))
 
 
 def _to(value: int):  # noqa: ANN202

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import LINE, LINE_TILT, Refusal, line, tool_frame, way_to
+from kabo.geometry_server import LINE_DEVIATION, LINE_TILT, Refusal, line, tool_frame, way_to
 from kabo.tasks.robots.motion.keeping import kept
 from kabo.tasks.robots.motion.questions import MotionQuestion, PathSearch, along
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
@@ -33,7 +33,7 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
 
 
 def straight(
-    scene: TaskScene, robot: str, shift: Array, exactly: tuple[float, float] = (LINE, LINE_TILT)
+    scene: TaskScene, robot: str, shift: Array, exactly: tuple[float, float] = (LINE_DEVIATION, LINE_TILT)
 ) -> list[Array] | Refusal:
     """The way of a robot's tool from where it is straight by a `shift` (3,) [m], or why it cannot be moved so.
 
