@@ -1,4 +1,4 @@
-"""What a procedure answers: a motion and what it changed, or a reason for failure that names bodies."""
+"""Answers of geometric procedures: a motion and its effects, or the reason of a failure, with the bodies involved."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -11,15 +11,15 @@ from kabo.scene import Component
 Reason = Literal["out_of_reach", "collision", "constraint", "no_path", "empty_family"]
 Pair = tuple[str, str]
 
-MAX_EFFORT = 8  # how often more samples are drawn, each time four times as many: more than any budget has
+MAX_EFFORT = 8  # levels of effort, each with four times as many samples as the one before
 
 
 @dataclass(frozen=True)
 class Success:
     """A motion that is proven free, and the components that have new values after it.
 
-    `reads` are the components that were in the way of other samples before: with them elsewhere, one of those might have
-    been the answer.
+    `reads` names the components that blocked earlier samples: with other values of theirs, one of those samples
+    might have been the answer.
     """
 
     motion: tuple[Segment, ...]
@@ -32,8 +32,9 @@ class Failure:
     """Why a procedure found no motion.
 
     `between` counts refusals by the pair of things (`robot.link` or a body) that came too close. `reads` names the
-    components on which the failure rests: it holds wherever they have the same values. `proof`: no number of
-    samples would have helped. `missing` [m]: how far out of reach. `attempts`: how many of them were refused.
+    components on which the failure depends: it holds wherever they have the same values. `proof`: true if no
+    number of samples would have helped. `missing` [m]: how far out of reach. `attempts`: how many samples were
+    refused.
     """
 
     reason: Reason
@@ -49,8 +50,8 @@ Answer = Success | Failure
 
 
 @dataclass
-class Statistics:
-    """What the geometry did, in counts (docs/plans.md#the-result); the only thing of the server that changes."""
+class GeometryStatistics:
+    """Counts of the geometric work (docs/plans.md#the-result); the only part of the server that changes."""
 
     inverse_kinematics_calls: int = 0
     inverse_kinematics_s: float = 0.0
@@ -63,32 +64,32 @@ class Statistics:
     failures: dict[str, Counter[str]] = field(default_factory=dict)
 
     def drawn(self, samples: int) -> None:
-        """So many samples were drawn and projected on constraints, each an inverse kinematics of its own."""
+        """Counts samples that were drawn and projected onto constraints, each as a call of inverse kinematics."""
         self.samples += samples
         self.inverse_kinematics_calls += samples
 
     def record(self, procedure: str, answer: Answer) -> None:
-        """One call of a procedure and its answer."""
+        """Counts one call of a procedure, and its failure if it failed."""
         self.calls[procedure] += 1
         if isinstance(answer, Failure):
             self.failures.setdefault(procedure, Counter())[answer.reason] += 1
 
-    def copy(self) -> "Statistics":
-        """The counts as they are now."""
-        return Statistics().add(self)
+    def copy(self) -> "GeometryStatistics":
+        """A copy of the present counts."""
+        return GeometryStatistics().add(self)
 
-    def add(self, other: "Statistics") -> "Statistics":
-        """These counts, with those of work that was done elsewhere."""
+    def add(self, other: "GeometryStatistics") -> "GeometryStatistics":
+        """Adds the counts of work done in other processes; returns this object."""
         self._count(other, 1)
         return self
 
-    def since(self, before: "Statistics") -> "Statistics":
-        """What was counted after `before` was copied."""
+    def since(self, before: "GeometryStatistics") -> "GeometryStatistics":
+        """The counts since `before` was copied."""
         counted = self.copy()
         counted._count(before, -1)
         return counted
 
-    def _count(self, other: "Statistics", sign: int) -> None:
+    def _count(self, other: "GeometryStatistics", sign: int) -> None:
         for each in fields(self):
             value = getattr(other, each.name)
             if isinstance(value, (int, float)):

@@ -110,6 +110,11 @@ def read_source(path: Path, name: str, most: int = MAX_BYTES, *, within: Path | 
     return SourceFile(path, name, text, digest)
 
 
+def reason_of(error: OSError | ValueError) -> str:
+    """Why a path cannot be opened; of a null character in it Python says so in words that depend on its version."""
+    return (error.strerror or str(error)) if isinstance(error, OSError) else "embedded null byte"
+
+
 def _read_bytes(path: Path, most: int) -> bytes:
     try:
         mode = os.stat(path).st_mode
@@ -122,8 +127,7 @@ def _read_bytes(path: Path, most: int) -> bytes:
     except FileNotFoundError:
         raise UnreadableError("there is no such file") from None
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise UnreadableError(f"the file cannot be read: {reason}") from None
+        raise UnreadableError(f"the file cannot be read: {reason_of(error)}") from None
     if len(data) > most:
         raise UnreadableError(f"the file is larger than {most // 1_000_000} MB")
     return data
@@ -136,7 +140,7 @@ def missing_file_reason(path: Path) -> str | None:
     except FileNotFoundError:
         return "there is no such file"
     except (OSError, ValueError) as error:
-        return f"the file cannot be read: {getattr(error, 'strerror', None) or error}"
+        return f"the file cannot be read: {reason_of(error)}"
     if stat.S_ISDIR(mode):
         return "this is a folder, not a file"
     return None if os.access(path, os.R_OK) else "the file cannot be read: Permission denied"

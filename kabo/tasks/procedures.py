@@ -13,10 +13,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from kabo.geometry_server import Answer, Failure, GeometryServer, Situation, Statistics, Stream, Success
+from kabo.geometry_server import Answer, Failure, GeometryServer, GeometryStatistics, Situation, Stream, Success
 from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
-from kabo.tasks.binding import Bindings, BoundCall
+from kabo.tasks.binding import Bindings, TaskCall
 from kabo.tasks.core import Failure as StageFailure
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.running import located_at_stage
@@ -32,7 +32,7 @@ MAX_CACHED_TASKS = 256  # calls whose tasks are kept for further attempts; other
 
 
 # The answer of another process to a call in a situation (attempt, effort), with its statistics; None: not asked for.
-Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, Statistics] | None]
+Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometryStatistics] | None]
 
 
 @dataclass
@@ -69,7 +69,7 @@ class GeometricProcedures:
         return self.server.scene
 
     @property
-    def statistics(self) -> Statistics:
+    def statistics(self) -> GeometryStatistics:
         """Counts of what the geometry server did."""
         return self.server.statistics
 
@@ -92,7 +92,7 @@ class GeometricProcedures:
         return self.server.state(identifier)
 
     # ---------------------------------------------------------------------------------------------- the calls
-    def bind(self, call: GroundCall) -> BoundCall:
+    def bind(self, call: GroundCall) -> TaskCall:
         """The call bound to its task."""
         return self._bindings.bind(call)
 

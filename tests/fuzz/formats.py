@@ -138,7 +138,7 @@ def _mesh(path: Path, number: int) -> None:
 
 def _parts(path: Path, number: int) -> None:
     from kabo.geometry.bounding import stored_parts
-    from kabo.geometry.bounding.believed_parts import believed
+    from kabo.geometry.bounding.verified_parts import believed
     from kabo.geometry.triangles.solids import Solid
 
     mesh, digest = _tetrahedron(path)

@@ -11,7 +11,7 @@ from random import Random
 from types import SimpleNamespace
 from zlib import crc32
 
-from kabo.geometry_server import Failure, Situation, Statistics, Success
+from kabo.geometry_server import Failure, GeometryStatistics, Situation, Success
 from kabo.language import formulas as f
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
@@ -53,7 +53,7 @@ class Hybrid:
     hopeless: float
     most_effort: int = 2
     asked: int = 0
-    statistics: Statistics = field(default_factory=Statistics)
+    statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
     met: list[GeometricState] = field(default_factory=list)
 
     # ----------------------------------------------------------------------------------------- the random truth

@@ -1,9 +1,9 @@
 """Constraint rows: scalar functions of the relative pose of two frames, their values and their gradients.
 
-A row is a line of numbers (columns below). Its value depends on the pose of its first frame relative to its second
-one only, so one wrench (g, m) is its whole gradient: a relative motion with angular velocity w and velocity v (of
-the point at the world's origin) changes it by m.w + g.v. A joint on the first frame's branch contributes its screw
-with a plus, one on the second's with a minus, and common ancestors nothing.
+A row is an array of numbers (columns below). Its value depends only on the pose of its first frame relative to its
+second one, so one wrench (g, m) is its whole gradient: a relative motion with angular velocity w and velocity v
+(of the point at the world's origin) changes it by m.w + g.v. A joint on the first frame's branch contributes its
+screw with a plus, one on the second's with a minus, and common ancestors nothing.
 """
 
 import numpy as np
@@ -157,7 +157,7 @@ def differentiate(wrenches, chosen, count, signs, kind, source, world_T, jacobia
 
 @lean_kernel  # (R, W) f8, (J,) i8, (J,) f8, (R, J) f8 -> writes signs
 def find_signs(rows, parent, ratio, signs):
-    """Writes how each joint moves the first frame of each row relative to the second: + ratio, - ratio or 0."""
+    """Writes the ratio, with sign, by which each joint moves a row's first frame relative to its second; 0 for none."""
     for i in range(rows.shape[0]):
         for k in range(parent.shape[0]):
             signs[i, k] = 0.0

@@ -1,4 +1,4 @@
-"""Refused calls of procedures in short: what was refused, and what blocked it most often."""
+"""Refused calls as short sentences: what was refused, and what blocked it most often."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -9,7 +9,7 @@ from kabo.planner.proofs.wording import counted
 
 
 def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list[tuple[str, int]]:
-    """Of pairs with counts those things that a call does not name itself, the most frequent first."""
+    """The bodies and robots in pairs with counts, without those that the call names, the most frequent first."""
     arguments = {str(value) for value in call.arguments}
     found = Counter[str]()
     for pair, count in counts:
@@ -21,7 +21,7 @@ def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list
 
 
 def refused(call: GroundCall, failure: Failure) -> str:
-    """A refusal in short, from what was counted while solving: `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
+    """A refusal as a short sentence, from the counts of the run: `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
     body, count = next(iter(blocking_pairs(call, failure.between)), (None, 0))
     if body is None or failure.reason not in ("collision", "no_path"):
         return f"{call}: {failure.message.partition(': ')[2] or failure.message}"

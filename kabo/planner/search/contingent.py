@@ -1,12 +1,12 @@
 """Contingent search: a plan in which every leaf fulfils the goal [K 3.3, ch. 6].
 
-Solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and
-solve the node behind *every* outcome. What the continuation needs is then known by regression, and it serves every
-node that has it. If some outcome cannot be solved, the step is banned at this node, and the next weak plan goes
-elsewhere.
+To solve a node: if an earlier continuation covers it, take that; else find a weak plan, take its first step, and
+solve the node behind *every* outcome. Regression then tells which facts the continuation needs, and it solves every
+node that has them. If some outcome cannot be solved, the step is banned at this node, and the next weak plan must
+begin with another one.
 
 Plans are acyclic, so a node is not solved through its own ancestors. A failure is therefore relative: it names the
-ancestors that stood in the way (see `failures.py`), and only those that need none are proofs.
+ancestors that would have to be visited again (`nogoods.py`); only a failure that names none is a proof.
 """
 
 from collections.abc import Callable, Generator, Hashable
@@ -56,10 +56,10 @@ def find_skeleton(
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a word of `Search`; None is the best all-round one.
-        geometry: what may be refused and which attempts there are; None for purely symbolic planning.
+        search: how weak plans are found, a word of `Search`; None for the default of `Options`.
+        geometry: which calls are refused, and which attempts remain; None for purely symbolic planning.
         limits: the budget; None is unlimited.
-        on_progress: called now and then with the statistics so far.
+        on_progress: called periodically with the statistics so far.
         packed: the same task prepared for packed searches by an earlier call; None prepares it where it is needed.
         heuristic: what estimates states of knowledge, a key of `HEURISTICS`.
 
@@ -87,9 +87,10 @@ def find_skeleton(
 def _attempts(
     task: GroundedTask, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter, heuristic: str
 ) -> Outcome:
-    """Searches; `best` starts over with other hopes where one dead end follows the other.
+    """Searches; where dead ends accumulate, `best` restarts assuming other sensing outcomes.
 
-    Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
+    Where they still accumulate, the fixpoint over all nodes takes turns with the search: it ends if there are
+    finitely many nodes.
     """
     for assume_last in (True, False) if search == "best" else ():
         space = SearchSpace(task, geometry, may_wait, assume_last, heuristic)
@@ -110,9 +111,9 @@ def _attempts(
 
 
 def _smaller(found: Solved, space: SearchSpace, counter: Counter) -> Solved:
-    """The plan, or the smaller one that a second search finds, which breaks ties the other way; for small problems.
+    """The plan, or a smaller one from a second search that breaks ties the other way; small symbolic problems only.
 
-    With geometry a plan is only a proposal, and a second one would be asked for in vain.
+    With geometry a skeleton is only a proposal, and the smaller one would be refused as often.
     """
     spent = counter.expanded
     if spent > tuning.SECOND_SEARCH_EXPANSIONS or space.geometry is not None:
@@ -132,11 +133,11 @@ def _nodes(solved: Solved) -> int:
 
 
 class _TooManyDeadEnds(Exception):
-    """Ends an attempt from within; never leaves this module."""
+    """Too many choices failed in this attempt; caught in this module."""
 
 
 class _OutcomeKnown(Exception):
-    """Ends an attempt whose outcome was found by looking at every node; never leaves this module."""
+    """The fixpoint has found the outcome of the attempt; caught in this module."""
 
     def __init__(self, outcome: Outcome) -> None:
         self.outcome = outcome
@@ -144,7 +145,7 @@ class _OutcomeKnown(Exception):
 
 
 class _ExhaustiveCheck:
-    """Looks at every node once, where one dead end follows the other; with geometry only for a proof by knowledge alone."""
+    """The fixpoint over all nodes, in turns with a search that fails often; with geometry it only proves failures."""
 
     def __init__(self, task: GroundedTask, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
         self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
@@ -152,7 +153,7 @@ class _ExhaustiveCheck:
         self._nodes: Fixpoint | None = None  # made when it is first needed
 
     def __call__(self) -> int | None:
-        """How many more choices may fail if that has not ended yet; None: any number.
+        """Runs the fixpoint for one turn; how many more choices may fail before the next turn, None for any number.
 
         Raises:
             _Decided: it has.
@@ -174,7 +175,7 @@ def _give_up() -> int | None:
 
 
 class _Contingent:
-    """One search: the memo of what is solved, the failures, the path of nodes that are being solved."""
+    """One contingent search: its memo of solved continuations, its failures, and the nodes being solved."""
 
     def __init__(
         self,
@@ -193,10 +194,10 @@ class _Contingent:
         self.memo = Memo(space.task.functional)
         self.failures = Failures(less_is_less=space.geometry is None and space.task.less_is_less)
         self.builder = SkeletonBuilder()
-        self.first: dict[Hashable, list[int]] = {}  # conjuncts of the goal to be seen to first, by node
+        self.first: dict[Hashable, list[int]] = {}  # node -> conjuncts of the goal to plan for first
 
     def solve(self, node: Node, plan: list[Step]) -> Solving:
-        """Solves a node; `plan` is a weak plan from it to be followed first, or empty."""
+        """Solves a node; `plan` is a weak plan from it that is followed first, or empty."""
         key = self.space.key(node)
         outcome: Outcome | None = self.known(node) or self.failures.of_node(key, node[0])
         if outcome is not None:
@@ -224,7 +225,7 @@ class _Contingent:
         return outcome
 
     def follow(self, node: Node, plan: list[Step]) -> Solving:
-        """Takes the first step of a weak plan and solves whatever it may lead to."""
+        """Takes the first step of a weak plan and solves every node that it may lead to."""
         step, rest = plan[0], plan[1:]
         if isinstance(step, Assume):
             return (yield self.branch(node, step, rest))
@@ -240,7 +241,7 @@ class _Contingent:
         return Solved(needed, made, outcome.length + 1)
 
     def branch(self, node: Node, step: Assume, rest: list[Step]) -> Solving:
-        """Solves every outcome of a branching, the hoped one first: what it finds may serve the others."""
+        """Solves every outcome of a branching, the assumed one first: its continuation may solve the others as well."""
         branching, needed = step.branching, 0
         outcomes = self.space.outcomes(node, branching)
         children: dict[str, Solved] = {}
@@ -264,7 +265,7 @@ class _Contingent:
         return Solved(needed, self.builder.branch(branching.fact, branches), length)
 
     def weak_plan(self, node: Node) -> list[Step] | Failure:
-        """A way from a node to the goal or to what is solved, sensing as late as may be; or why there is none."""
+        """A weak plan from a node to the goal or to a solved node, sensing as late as possible; or why there is none."""
         first = self.first.pop(self.space.key(node), [])
         graph = WeakGraph(
             self.space,
@@ -285,9 +286,9 @@ class _Contingent:
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
 
     def is_doomed(self, node: Node) -> bool:
-        """Whether what is unknown may turn out so that the goal is out of reach even relaxed, and that known at once.
+        """Whether some single sensing outcome makes the goal unreachable even under delete relaxation.
 
-        Judged only where nothing is inferred: there every single outcome is a possible world.
+        Decided only for tasks without inference: there every single outcome is a possible world.
         """
         task, state = self.space.task, node[0]
         if not task.closure.is_empty or self.search not in (ALGORITHMS["best"], newest_first):
@@ -301,12 +302,12 @@ class _Contingent:
         )
 
     def lost(self, assumed: Node, node: Node) -> list[int]:
-        """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""
+        """The conjuncts of the goal that hold at the assumed node but not at this one; they are planned for first."""
         held_conjuncts = set(self.space.held_conjuncts(node))
         return [number for number in self.space.held_conjuncts(assumed) if number not in held_conjuncts]
 
     def also_solves(self, node: Node, after: Node, solved: Solved) -> bool:
-        """Whether what continues from `after` continues from `node` as well: the step between is needless."""
+        """Whether the continuation of `after` also solves `node`, so that the step between them is not needed."""
         different = self.explanation.extended(node[0]) ^ self.explanation.extended(after[0])
         return not different & solved.needed
 
@@ -321,22 +322,22 @@ class _Contingent:
         return True
 
     def known(self, node: Node) -> Solved | None:
-        """The continuation of a node that fulfils the goal, or that an earlier continuation covers."""
+        """A continuation that is known to solve a node: it fulfils the goal, or an earlier continuation covers it."""
         if self.space.is_goal(node):
             return Solved(self.explanation.goal(node), self.builder.goal, 0)
         if self.memo.is_empty or self.space.task.open_branching(node[0]) is not None:
-            return None  # what stands open is branched on first
+            return None  # open sensing results are branched on first
         return self.memo.find(self.explanation.extended(node[0]), self.space.geometry_key(node))
 
     def remember(self, node: Node, solved: Solved) -> None:
-        """Keeps a continuation for every node that has what it needs."""
+        """Stores a continuation, for every node that has the facts it needs."""
         self.counter.solved += 1
         if self.space.task.open_branching(node[0]) is None:
             self.memo.add(self.explanation.extended(node[0]), self.space.geometry_key(node), solved)
 
 
 def _run(solving: Solving) -> Outcome:
-    """Runs a recursion of generators on a stack of its own: plans may be longer than Python's stack is deep."""
+    """Runs recursive generators on an explicit stack: plans may be longer than Python's stack is deep."""
     stack: list[Solving] = [solving]
     outcome: Outcome | None = None
     while stack:

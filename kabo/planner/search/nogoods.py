@@ -1,8 +1,8 @@
-"""What could not be solved, and on which ancestors that depends.
+"""Failures of nodes and choices [nogoods], and on which ancestors each of them depends.
 
-A plan is acyclic, so while a node is being solved its descendants must not come back to it. A failure found on the
-way says "no plan that avoids the nodes `blocked`"; it holds wherever all of these are ancestors, and everywhere if
-there are none. A node's own key is dropped from its failure: a plan for the node never comes back to it anyway.
+A plan is acyclic, so while a node is being solved its descendants must not lead back to it. A failure found then
+says "there is no plan that avoids the nodes `blocked`"; it holds wherever all of these are ancestors, and everywhere
+if there are none. A node's own key is dropped from its failure: a plan for a node never returns to it anyway.
 """
 
 from collections.abc import Hashable, Iterable
@@ -15,16 +15,16 @@ Choice = Hashable  # what is tried at a node: (index of the action, attempt), or
 
 @dataclass(frozen=True)
 class Failure:
-    """No plan that avoids these nodes."""
+    """There is no plan that avoids these nodes."""
 
     blocked: frozenset[Hashable]
 
 
 class Failures:
-    """Failures of nodes and of single choices at a node, and the `path` of nodes that are being solved.
+    """Failures of nodes and of single choices at a node; `path` holds the nodes that are being solved.
 
-    Where `less_is_less` (knowledge that is part of other knowledge never leads to more), what fails everywhere fails
-    for all that know a part of it, as what is solved is solved for all that know more.
+    With `less_is_less` (a state that knows less can never do more), a state without a plan rules out all states that
+    know only a part of what it knows.
     """
 
     def __init__(self, *, less_is_less: bool = False) -> None:
@@ -35,7 +35,7 @@ class Failures:
         self._choices: dict[Hashable, dict[Choice, Failure]] = {}
 
     def of_node(self, key: Hashable, state: int) -> Failure | None:
-        """Why a node is not to be solved here: it is being solved already, or failed for the same reasons."""
+        """The failure that rules a node out below `path`: it is on the path, or failed for ancestors that are; or None."""
         if key in self.path:
             return Failure(frozenset([key]))
         failure = self._nodes.get(key)
@@ -47,17 +47,17 @@ class Failures:
         return None
 
     def of_choice(self, key: Hashable, choice: Choice) -> Failure | None:
-        """Why a choice is banned at a node."""
+        """The failure that rules a choice out at a node, below `path`; or None."""
         choices = self._choices.get(key)
         failure = None if choices is None else choices.get(choice)
         return failure if failure is not None and failure.blocked <= self.path else None
 
     def add_choice(self, key: Hashable, choice: Choice, failure: Failure) -> None:
-        """An outcome of the choice failed; the node itself does not count as an obstacle."""
+        """Records that an outcome of a choice failed; the node itself is dropped from the failure."""
         self._choices.setdefault(key, {})[choice] = Failure(failure.blocked - {key})
 
     def add_nodes(self, key: Hashable, state: int, visited: Iterable[Hashable], blocked: set[Hashable]) -> Failure:
-        """All of a search from `key` that reached no end failed for the same reasons; returns that failure."""
+        """Records that a search from `key` reached no end: all visited nodes share its failure, which is returned."""
         failure = Failure(frozenset(blocked - {key}))
         if self._less_is_less and not failure.blocked:
             self._hopeless = [less for less in self._hopeless if less & ~state][-tuning.MAX_DEAD_STATES :] + [

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from kabo.geometry.bounding.kernels.sight import blocked_pairs, first_crossings
+from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
 from kabo.geometry.bounding.nearness import judged
 from kabo.geometry.triangles.solids import Solid
 

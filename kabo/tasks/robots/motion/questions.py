@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Context, Refused, way_to
+from kabo.geometry_server import ProcedureContext, Refused, way_to
 from kabo.scene import Configuration
 from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.targets import Target
@@ -37,7 +37,7 @@ class MotionQuestion:
     search: PathSearch | None = None
     target: Target | None = None
 
-    def passes(self, context: Context, without: str | None = None) -> bool:
+    def passes(self, context: ProcedureContext, without: str | None = None) -> bool:
         """Whether the answer is yes in another context, or with the body `without` removed; everything else is the same."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:

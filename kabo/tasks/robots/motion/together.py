@@ -196,9 +196,8 @@ class _MovingBodies:
         ]
         if not pairs or len(path) < 2:
             return None
-        surroundings = self.scene.context.surroundings
-        view = surroundings.view(
-            self.team.tree, [m for _, m in moving], [m for _, m in standing], np.array(pairs), surroundings.budget
+        view = self.scene.context.surroundings.checker(
+            self.team.tree, [m for _, m in moving], [m for _, m in standing], np.array(pairs)
         )
         for piece, (start, goal) in enumerate(zip(path, path[1:], strict=False)):
             index = view.segment_hit(start, goal)

@@ -4,7 +4,15 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from kabo.arrays import Array
-from kabo.geometry_server import Context, Situation, Stream, grasp_missing, grasp_roles, grasp_stream, recognised
+from kabo.geometry_server import (
+    ProcedureContext,
+    Situation,
+    Stream,
+    grasp_missing,
+    grasp_roles,
+    grasp_stream,
+    recognised,
+)
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot, Scene
 from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
@@ -78,7 +86,7 @@ class SampleGrasp(RobotStage, Monitor):
         """A grasp family that the object does not have."""
         yield from family_faults(self, scene, "grasps")
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """A proof that no family fits, or that the object is out of reach."""
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
         if robot not in context.scene.robots or name not in situation.objects:
@@ -88,7 +96,7 @@ class SampleGrasp(RobotStage, Monitor):
             return None  # another stage brings it first
         return _refuted(context, situation, context.scene.robots[robot], name, family or ANY)
 
-    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+    def wanted(self, context: ProcedureContext, situation: Situation) -> list[Stream]:
         """The grasps of all families, at the object's present pose."""
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
         if robot not in context.scene.robots or name not in situation.objects:
@@ -107,7 +115,7 @@ def family_faults(stage: RobotStage, scene: Scene, kind: str) -> Iterator[str]:
         yield f"{name} has no family {family!r} among its {kind}; it has {', '.join(known) or 'none'}"
 
 
-def _streams(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> list[Any]:
+def _streams(context: ProcedureContext, situation: Situation, robot: Robot, name: str, wanted: str) -> list[Any]:
     body = _body(context, name)
     poses = context.surroundings.poses(situation, name)
     held = tuple(situation.configuration(robot.name)[robot.planned :])
@@ -116,13 +124,15 @@ def _streams(context: Context, situation: Situation, robot: Robot, name: str, wa
     return [stream for stream in made if stream is not None]
 
 
-def _body(context: Context, name: str) -> Body:
+def _body(context: ProcedureContext, name: str) -> Body:
     if name not in context.scene.bodies:
         raise ValueError(f"the scene has no body {name!r}")
     return context.scene.bodies[name]
 
 
-def _refuted(context: Context, situation: Situation, robot: Robot, name: str, wanted: str) -> Failure | None:
+def _refuted(
+    context: ProcedureContext, situation: Situation, robot: Robot, name: str, wanted: str
+) -> Failure | None:
     pose = context.surroundings.poses(situation, name)[0]
     key = "refuted", robot.name, name, wanted, pose.tobytes()
     known: tuple[Failure | None] = context.surroundings.remembered(

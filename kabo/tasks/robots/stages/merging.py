@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from kabo.geometry_server import Contacts, Context, Situation
+from kabo.geometry_server import Contacts, ProcedureContext, Situation
 from kabo.scene import Component, Scene
 from kabo.tasks.core import Failure, Result, Solution, Stage
 from kabo.tasks.core import Merger as CoreMerger
@@ -43,7 +43,7 @@ class Merger(RobotStage, CoreMerger):
                 if other is not child:
                     yield _shared(name, other.name, child.name, scene)
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """A proof that two children move the same robot or object."""
         fault = next(iter(self.faults(context.scene)), None)
         return None if fault is None else refusal("constraint", fault, proof=True)

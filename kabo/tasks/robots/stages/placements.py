@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from kabo.geometry_server import (
-    Context,
-    Place,
+    Destination,
+    ProcedureContext,
     Situation,
     Stream,
     grasps_there,
@@ -42,9 +42,11 @@ class SamplePlacement(RobotStage, Monitor):
         "robot": ROBOT,
         "object": OBJECT,
         "region": Property(
-            (str, type(None)), None, "a region of the scene; none: anywhere on the support", meanings.name
+            (str, type(None)), None, "the region of the scene; none: anywhere on the support", meanings.name
         ),
-        "support": Property((str, type(None)), None, "a body to stand on; none: the region's", meanings.name),
+        "support": Property(
+            (str, type(None)), None, "the body to stand on; none: the support of the region", meanings.name
+        ),
         "family": Property(
             str, ANY, "a placement family of the object, or `any`: all that fit, in file order", meanings.name
         ),
@@ -79,7 +81,7 @@ class SamplePlacement(RobotStage, Monitor):
             yield "there is no place: it says neither a region nor a support"
         yield from family_faults(self, scene, "placements")
 
-    def refute(self, context: Context, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """A proof that the region is out of reach, however the object is held."""
         known = self._known(context)
         if known is None:
@@ -91,7 +93,7 @@ class SamplePlacement(RobotStage, Monitor):
         text = f"{region.name} is {missing:.3f} m out of reach of {robot.name} with {name}"
         return refusal("out_of_reach", text, proof=True, missing=missing)
 
-    def foresee(self, context: Context, situation: Situation) -> Failure | None:
+    def foresee(self, context: ProcedureContext, situation: Situation) -> Failure | None:
         """That no grasp of the object was found anywhere in the region."""
         known = self._known(context)
         if known is None:
@@ -102,7 +104,7 @@ class SamplePlacement(RobotStage, Monitor):
             return None
         return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
 
-    def wanted(self, context: Context, situation: Situation) -> list[Stream]:
+    def wanted(self, context: ProcedureContext, situation: Situation) -> list[Stream]:
         """The placements of the object as it is held; if nobody holds it, grasps of it at some places in the region."""
         known = self._known(context)
         if known is None:
@@ -113,7 +115,7 @@ class SamplePlacement(RobotStage, Monitor):
             return [made.stream for made in placement_streams(context, robot, name, place, situation)]
         return grasps_there(context, robot, context.scene.bodies[name], place, situation)
 
-    def _known(self, context: Context) -> tuple[Robot, str, Region] | None:
+    def _known(self, context: ProcedureContext) -> tuple[Robot, str, Region] | None:
         robot, name, region = (self.known(key) for key in ("robot", "object", "region"))
         scene = context.scene
         if robot not in scene.robots or name not in scene.bodies or region not in scene.regions:
@@ -121,14 +123,14 @@ class SamplePlacement(RobotStage, Monitor):
         return scene.robots[robot], name, scene.regions[region]
 
 
-def _place(context: Context, region: str | None, support: str | None) -> Place:
+def _place(context: ProcedureContext, region: str | None, support: str | None) -> Destination:
     scene = context.scene
     if region is not None and region not in scene.regions:
         raise ValueError(f"the scene has no region {region!r}; it has {', '.join(scene.regions) or 'none'}")
     if support is not None and support not in scene.bodies:
         raise ValueError(f"the scene has no body {support!r}")
     chosen = None if region is None else scene.regions[region]
-    return Place(support if support is not None or chosen is None else chosen.support, chosen)
+    return Destination(support if support is not None or chosen is None else chosen.support, chosen)
 
 
 class SampleMate(RobotStage, Monitor):

@@ -9,7 +9,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry_server import (
-    LINE,
+    LINE_DEVIATION,
     LINE_TILT,
     Keep,
     Refused,
@@ -44,7 +44,7 @@ MAX_TURN_STEP = 0.1  # rad: a twist is approximated by arcs no longer than this
 NO_OBJECT = Property(
     (str, type(None)),
     None,
-    "the body whose features a direction may name as `this`; none: of no body",
+    "the body whose features a direction may name as `this`; none: no body",
     meanings.name,
 )
 
@@ -64,18 +64,18 @@ class MoveRelative(RobotStage, Propagator):
     FROM_START = True
     PROPERTIES = {
         "robot": ROBOT,
-        "direction": Property(Any, PARENT, "where to; none: it stays", meanings.direction),
+        "direction": Property(Any, PARENT, "the direction of the motion; none: no motion", meanings.direction),
         "object": NO_OBJECT,
         "min_distance": Property(
             (float, type(None)),
             None,
-            "the least length [m]; none: the direction's; 0: it may stay",
+            "the least length [m]; none: that of the direction; 0: no motion will do",
             meanings.at_least(0.0),
         ),
         "max_distance": Property(
             (float, type(None)),
             None,
-            "the greatest length [m]; none: the direction's",
+            "the greatest length [m]; none: that of the direction",
             meanings.at_least(0.0, above=True),
         ),
         "keep": KEEP,
@@ -165,7 +165,7 @@ def _length_and_bounds(
         return (lambda _: _offset(scene, name, given["joints"], sense)), 1.0, 1.0
     if isinstance(given, Mapping) and "twist" in given:
         return _twisted(scene, name, given, bounds, sense)
-    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE, LINE_TILT)
+    at, exactly = candidate(scene.robot(name), scene.configuration(name)), (LINE_DEVIATION, LINE_TILT)
     if isinstance(given, Mapping) and "vector" in given:
         turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
         vector = turn @ np.asarray(given["vector"], float)
@@ -199,7 +199,7 @@ def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple
 
 
 def _line(
-    scene: TaskScene, name: str, q: Array, shift: Array, exactly: tuple[float, float] = (LINE, LINE_TILT)
+    scene: TaskScene, name: str, q: Array, shift: Array, exactly: tuple[float, float] = (LINE_DEVIATION, LINE_TILT)
 ) -> list[Array] | Failure:
     found = line(scene.workspace(name), q, tool_frame(scene.robot(name)), shift, *exactly)
     if not isinstance(found, Refused):
