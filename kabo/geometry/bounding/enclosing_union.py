@@ -14,9 +14,9 @@ from scipy.spatial import ConvexHull
 from kabo.arrays import Array
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
 from kabo.geometry.bounding.enclosing_polytope import CONTAINMENT_MARGIN
-from kabo.geometry.bounding.nearness import Voids, judged, proven_near
+from kabo.geometry.bounding.nearness import Voids, near_or_witness, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
-from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, in_two, split_solid
+from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
 from kabo.geometry.triangles.solids import Solid
 
 CELL_SHARE, MANY_CELLS = (
@@ -85,7 +85,7 @@ def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[Hull
         longest = int(np.argmax(lengths))
         if lengths[longest] <= LONG_CELL_EPSILONS * epsilon:
             break
-        cells[longest : longest + 1] = in_two(solid, cells[longest], CELL_SHARE * epsilon, None)
+        cells[longest : longest + 1] = cut_in_two(solid, cells[longest], CELL_SHARE * epsilon, None)
     return cells
 
 
@@ -250,8 +250,8 @@ def _in_smaller_cells(
             continue
         if depth == MAX_PROOF_CUTS:
             raise Undecided
-        far = judged(solid, current.points, CELL_SHARE * epsilon)[1]
-        work += [(half, depth + 1) for half in in_two(solid, current, CELL_SHARE * epsilon, far)]
+        far = near_or_witness(solid, current.points, CELL_SHARE * epsilon)[1]
+        work += [(half, depth + 1) for half in cut_in_two(solid, current, CELL_SHARE * epsilon, far)]
     return found
 
 

@@ -104,10 +104,10 @@ def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
 
 def proven_near(solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA) -> bool | None:
     """Whether a convex part (V, 3) is within `limit` [m] of the solid: True proven, False refuted, None given up."""
-    return judged(solid, part, limit, most)[0]
+    return near_or_witness(solid, part, limit, most)[0]
 
 
-def judged(
+def near_or_witness(
     solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA
 ) -> tuple[bool | None, Array | None]:
     """As `proven_near`; if refuted, also a point (3,) of the part that is farther away."""

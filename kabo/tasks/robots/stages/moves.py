@@ -135,7 +135,7 @@ class MoveTo(RobotStage, Propagator):
         if hit is not None:
             yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
             return
-        for at in scene.context.drawn(target.batches()):
+        for at in scene.context.candidates(target.batches()):
             tried += 1
             yield at.q
             if tried >= properties["max_ik_solutions"]:
