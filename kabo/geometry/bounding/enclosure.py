@@ -23,12 +23,8 @@ from kabo.geometry.parts import Enclosure
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, load_mesh, outwards, require_closed
 
-COMMON_SCALES = (
-    1.0,
-    1e-3,
-    1e-2,
-    0.0254,
-)  # [m] per unit of a mesh file, for which parts beside it were probably made
+# [m] per unit of a mesh file, for which parts beside it were probably made.
+COMMON_SCALES = (1.0, 1e-3, 1e-2, 0.0254)
 
 
 def enclosing_parts(

@@ -8,17 +8,13 @@ from kabo.geometry.bounding.kernels.depth_octree import first_far, hull_is_far
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
 from kabo.geometry.triangles.solids import PLANE_TOLERANCE, Solid
 
-SIGHT_LINES, SURFACE_SAMPLES, INTERIOR_SAMPLES = (
-    80,
-    280,
-    400,
-)  # of two sets; of a hull's surface; of its interior
+SIGHT_LINES = 80  # between two sets
+SURFACE_SAMPLES = 280  # of a hull's surface
+INTERIOR_SAMPLES = 400  # of a hull's interior
 SPARE_STACK_ROWS = 200  # of the stack, beside the first tetrahedra
-CLIMB_CANDIDATES, CLIMB_STARTS, CLIMB_STEPS = (
-    80,
-    4,
-    12,
-)  # samples, the farthest of which climb, and steps of each climb
+CLIMB_CANDIDATES = 80  # surface samples
+CLIMB_STARTS = 4  # of these, the farthest from the solid
+CLIMB_STEPS = 12  # of each climb
 PLANE_ROUNDING = 1e-12  # [m] of points on the planes of a hull
 MAX_FACE_PIECES = 500  # of a triangle, after which its proof is given up
 MAX_TETRAHEDRA = 200_000  # after which a proof is given up

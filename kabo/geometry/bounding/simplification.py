@@ -16,11 +16,7 @@ from kabo.geometry.triangles.solids import Solid
 
 BATCH_ABOVE_CORNERS = 24  # above which several edges are contracted in a round
 BATCH_SHARE = 0.25  # of the corners, contracted in such a round
-CORNER_SHARES = (
-    0.99,
-    0.93,
-    0.85,
-)  # of the limit, for corners; tried in turn until the result is proven
+CORNER_SHARES = (0.99, 0.93, 0.85)  # of the limit, for corners; tried in turn until the result is proven
 MAX_RESUMPTIONS = 8  # after refutations, for each of these shares
 MAX_FACES_AT_EDGE = 256  # edges with more faces around them are not contracted
 
