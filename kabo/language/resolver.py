@@ -19,7 +19,7 @@ Typed = tuple[f.Term, Kind]
 
 
 class Dialect:
-    """What a syntax permits, and how it tells what is wrong with names and types; as here where it says nothing else.
+    """A syntax's rules for names and types, and its wording of faults; the defaults are those of PDDL and PKS.
 
     Attributes:
         one_namespace: variables, objects, predicates and functions share names.
@@ -31,39 +31,41 @@ class Dialect:
     only_numbers = False
     longest_quote: int | None = 60
 
-    def unknown_term(self, here: "Resolver", node: Expression) -> None:
-        """Reports a word or call in the place of a term that nothing is known of."""
+    def unknown_term(self, here: "NameResolver", node: Expression) -> None:
+        """Reports an unknown word or call in the place of a term."""
         raise NotImplementedError
 
-    def no_value(self, here: "Resolver", node: Expression, symbol: Symbol) -> None:
+    def no_value(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
         """Reports a predicate, or a procedure that is a test, in the place of a term."""
         here.report(node, f'"{node.text}" is a predicate: it is true or false, and no value')
 
-    def no_atom(self, here: "Resolver", node: Expression, symbol: Symbol | None) -> None:
+    def no_atom(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
         """Reports what is no predicate in the place of an atom; `symbol` is what it is instead."""
         raise NotImplementedError
 
-    def no_function(self, here: "Resolver", node: Expression, symbol: Symbol | None) -> None:
+    def no_function(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
         """Reports what is no function where one must stand; `symbol` is what it is instead."""
         raise NotImplementedError
 
-    def no_number(self, here: "Resolver", node: Expression, kind: Kind) -> None:
+    def no_number(self, here: "NameResolver", node: Expression, kind: Kind) -> None:
         """Reports a term whose value is no number."""
         here.report(node, f'"{here.quote(node)}" is no number, expected one')
 
-    def no_size(self, here: "Resolver", node: Expression, part: Expression, kind: Kind) -> None:
+    def no_size(self, here: "NameResolver", node: Expression, part: Expression, kind: Kind) -> None:
         """Reports a part of a comparison that is no number, though numbers are compared by their size."""
         here.report(part, f'"{node.kind}" compares numbers, "{here.quote(part)}" is none')
 
-    def never_equal(self, here: "Resolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
-        """What a comparison says whose sides can never be equal; None after a report."""
+    def never_equal(self, here: "NameResolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
+        """The truth value of a comparison whose sides can never be equal; None after a report."""
         return f.Truth(node.kind == "!=", here.place(node))
 
-    def wrong_count(self, here: "Resolver", node: Expression, symbol: Symbol) -> None:
+    def wrong_count(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
         """Reports that there are too many arguments, or too few."""
         here.report(node, count_fault(node, symbol), here.vocabulary.declared_at(symbol))
 
-    def wrong_argument(self, here: "Resolver", node: Expression, number: int, symbol: Symbol, kind: Kind) -> None:
+    def wrong_argument(
+        self, here: "NameResolver", node: Expression, number: int, symbol: Symbol, kind: Kind
+    ) -> None:
         """Reports an argument (counted from 0) of another kind than declared."""
         wanted, part = symbol.arguments[number], node.parts[number]
         message = f"argument {number + 1} of {symbol.written} must be of type {one_of(wanted)}"
@@ -92,8 +94,8 @@ def one_of(kind: Kind) -> str:
 
 
 @dataclass(frozen=True)
-class Resolver:
-    """What is known around a piece of a formula.
+class NameResolver:
+    """Resolves names and types of expressions in one scope of one file.
 
     Attributes:
         source: the file in which it stands.
@@ -121,7 +123,7 @@ class Resolver:
 
     @property
     def findings(self) -> Findings:
-        """Where findings go."""
+        """The collection that receives findings."""
         return self.vocabulary.findings
 
     def report(self, piece: Span, message: str, hint: str | None = None, *, warning: bool = False) -> None:
@@ -138,7 +140,7 @@ class Resolver:
         most = self.dialect.longest_quote
         return written if most is None or len(written) <= most else f"{written[: most - 3]}…"
 
-    def inside(self, scope: Mapping[str, Symbol]) -> "Resolver":
+    def inside(self, scope: Mapping[str, Symbol]) -> "NameResolver":
         """This resolver with more variables in scope."""
         return replace(self, scope={**self.scope, **scope})
 
@@ -149,14 +151,16 @@ class Resolver:
         return bound or self.vocabulary.symbols.get(name)
 
     def _find_value(self, node: Expression, wanted: Kind) -> Symbol | None:
-        """What a word or call in the place of a term is, whether or not it may stand there."""
+        """The symbol that a word or call in the place of a term names, whether or not it may stand there."""
         if node.kind == "call":
             return self.find(node.text)
-        number = node.kind == "number"
-        symbol = self.scope.get(node.text)
+        name = node.text
+        symbol = self.scope.get(name)
         if symbol is None and not (wanted == NUMBERS and self.dialect.only_numbers):
-            symbol = self.vocabulary.objects.get(node.text)
-        return self.vocabulary.symbols.get(node.text) if symbol is None and not number else symbol
+            symbol = self.vocabulary.objects.get(name)
+        if symbol is None and node.kind != "number":
+            symbol = self.vocabulary.symbols.get(name)
+        return symbol
 
     def visible(self, *roles: Role) -> dict[str, tuple[str, f.Place | None]]:
         """Signature and place of every name of one namespace with one of the roles (of all, without any)."""
@@ -166,24 +170,24 @@ class Resolver:
 
     # ------------------------------------------------------------------------------------------------------- terms
     def term(self, node: Expression, wanted: Kind = ANY) -> Typed | None:
-        """A term, and what its values are; `wanted` is what a variable that nobody binds would have to be."""
+        """A term and its kind; a variable that nothing binds gets the kind `wanted`."""
         if node.kind in ARITHMETIC:
             return self._arithmetic(node)
         symbol = self._find_value(node, wanted)
         if symbol is None:
             return self._undeclared(node, wanted)
-        if symbol.role == "predicate" or symbol.kind == TEST:
-            self.dialect.no_value(self, node, symbol)
-            return None
-        if symbol.role in ("function", "procedure"):
+        role = symbol.role
+        if role in ("function", "procedure") and symbol.kind != TEST:
             return self._application(node, symbol)
-        if node.kind == "call":
+        if role in ("predicate", "procedure"):
+            self.dialect.no_value(self, node, symbol)
+        elif node.kind == "call":
             self.report(node.name, f'"{node.text}" is {symbol.description} and takes no arguments')
-            return None
-        if symbol.role == "run-time variable" and self.in_update:
+        elif role == "run-time variable" and self.in_update:
             self._report_run_time_variable(node, symbol)
-            return None
-        return symbol.term(self.place(node)), symbol.kind
+        else:
+            return symbol.term(self.place(node)), symbol.kind
+        return None
 
     def _undeclared(self, node: Expression, wanted: Kind) -> Typed | None:
         if node.kind == "number":
@@ -258,12 +262,15 @@ class Resolver:
             self.dialect.wrong_count(self, node, symbol)
             return None
         found = [self.term(part, kind) for part, kind in zip(node.parts, wanted, strict=True)]
+        terms: list[f.Term] = []
         for number, (each, kind) in enumerate(zip(found, wanted, strict=True)):
-            if each is not None and not types.fits(each[1], kind):
+            if each is None:
+                continue
+            if not types.fits(each[1], kind):
                 self.dialect.wrong_argument(self, node, number, symbol, each[1])
                 return None
-        terms = tuple(each[0] for each in found if each is not None)
-        return terms if len(terms) == len(found) else None
+            terms.append(each[0])
+        return tuple(terms) if len(terms) == len(found) else None
 
     def application(self, node: Expression) -> f.Application | None:
         """A function with its arguments, as Kv takes it."""
@@ -285,7 +292,7 @@ class Resolver:
         return None if arguments is None else f.Atom(symbol.name, arguments, self.place(node))
 
     def claim(self, node: Expression) -> f.Claim | f.Truth | None:
-        """A literal or a comparison; what can never be equal is a fault, or false."""
+        """A literal or a comparison; for the dialect, sides that can never be equal are a fault, or just false."""
         if node.kind in COMPARISONS:
             return self.comparison(node)
         inner = node.parts[0] if node.kind == "!" else node
@@ -298,7 +305,7 @@ class Resolver:
         return None if atom is None else f.Literal(atom, node.kind != "!", self.place(node))
 
     def comparison(self, node: Expression) -> f.Comparison | f.Truth | None:
-        """Two terms compared: any values for equality, numbers by size."""
+        """A comparison: any values by equality, numbers by size."""
         sides = replace(self, in_update=False) if self.in_update else self  # a value may be a run-time variable
         left = sides.term(node.parts[0])
         if left is not None and isinstance(

@@ -18,7 +18,7 @@ KINDS = (*THINGS, *FAMILIES, "name", "number", "boolean", "any")  # of a task's 
 
 @dataclass(frozen=True)
 class Word:
-    """A scalar; `quoted` text is never taken for a number, however it looks."""
+    """A scalar; text that is `quoted` is never read as a number."""
 
     text: str
     quoted: bool
@@ -26,7 +26,7 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Reference:
+class PropertyReference:
     """`<PARENT>`, `<PARENT:name>`, `<INTERFACE:name>`; without a name, the property's own."""
 
     source: Literal["PARENT", "INTERFACE"]
@@ -53,7 +53,7 @@ class Entries:
     place: Place
 
 
-Written = Word | Reference | Items | Entries
+Written = Word | PropertyReference | Items | Entries
 Value = str | int | float | bool | None
 
 
@@ -109,7 +109,7 @@ class StageDescription:
 
 @dataclass(frozen=True)
 class TaskDescription:
-    """A task file: what may be asked of it, and its stages below `root`, a serial container of the task's name."""
+    """A task file: its inputs, and its stages below `root`, a serial container with the task's name."""
 
     name: str
     inputs: tuple[Input, ...]
@@ -120,7 +120,7 @@ class TaskDescription:
 
 
 @dataclass(frozen=True)
-class Property:
+class ProcedureProperty:
     """A property of a procedure, that is, of a task; `kind` says what may fill it.
 
     Things (robot, body, region) are those of a scene; families (grasp, placement, motion_constraint) names that a
@@ -132,7 +132,7 @@ class Property:
     required: bool = True
 
 
-Signature = tuple[Property, ...]
+Signature = tuple[ProcedureProperty, ...]
 
 
 def spell_signature(name: str, properties: Signature) -> str:

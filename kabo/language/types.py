@@ -1,4 +1,4 @@
-"""The types of a domain as a tree, and kinds: what the values of a term are."""
+"""The tree of types of a domain, and kinds: the sets of values that terms may have."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ NUMBER = "number"
 
 @dataclass(frozen=True)
 class Values:
-    """The range of a function that lists its values."""
+    """An enumeration: the values that a function lists."""
 
     names: tuple[str, ...]
 
@@ -61,7 +61,7 @@ class Types:
 
     def fits(self, kind: Kind, wanted: Kind) -> bool:
         """Whether a term of `kind` may stand where `wanted` is asked for."""
-        if ANY in (kind, wanted) or kind == wanted:
+        if kind == wanted or ANY in (kind, wanted):
             return True
         if isinstance(kind, Values) or isinstance(wanted, Values):
             return isinstance(kind, Values) and isinstance(wanted, Values) and set(kind.names) <= set(wanted.names)

@@ -16,6 +16,7 @@ from xml.parsers import expat
 
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.language.formulas import Place
+from kabo.language.source import reason_of
 
 Words = tuple[frozenset[str], frozenset[str], frozenset[str]]
 
@@ -152,7 +153,7 @@ def read_text(path: Path, place: Place | None) -> Urdf:
             raise unreadable(f"it is larger than {MAX_FILE_BYTES // 10**6} MB")
         content = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise unreadable(getattr(error, "strerror", None) or str(error)) from None
+        raise unreadable(reason_of(error)) from None
     urdf = _parsed(path, content)
     if urdf.root.tag != "robot":
         raise urdf.wrong(urdf.root, f'robot file "{path.name}" has <{urdf.root.tag}> where <robot> is expected')

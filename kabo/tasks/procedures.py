@@ -16,7 +16,7 @@ from pathlib import Path
 from kabo.geometry_server import Answer, Failure, GeometryServer, GeometryStatistics, Situation, Stream, Success
 from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
-from kabo.tasks.binding import Bindings, BoundCall
+from kabo.tasks.binding import Bindings, TaskCall
 from kabo.tasks.core import Failure as StageFailure
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.running import located_at_stage
@@ -92,7 +92,7 @@ class GeometricProcedures:
         return self.server.state(identifier)
 
     # ---------------------------------------------------------------------------------------------- the calls
-    def bind(self, call: GroundCall) -> BoundCall:
+    def bind(self, call: GroundCall) -> TaskCall:
         """The call bound to its task."""
         return self._bindings.bind(call)
 

@@ -33,7 +33,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Owner:
-    """Something that a role may stand for, and its features."""
+    """A thing that a role of a constraint may refer to, with its features."""
 
     name: str
     features: Mapping[str, Feature | None]  # None: something is wrong with it, which was reported

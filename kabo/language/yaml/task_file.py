@@ -16,14 +16,14 @@ from kabo.language.task_description import (
     Entries,
     Input,
     Items,
-    Reference,
+    PropertyReference,
     StageDescription,
     TaskDescription,
     Value,
     Word,
     Written,
 )
-from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence, read_document
+from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode, read_document
 from kabo.language.yaml.values import Reader
 
 TASK_KEYS = ("name", "properties", "max_solutions", "timeout", "stages")
@@ -54,16 +54,9 @@ def find_task(path: Path, name: str, findings: Findings) -> TaskDescription | No
     try:
         source = read_source(path, name)
     except UnreadableError as error:
-        report_unreadable(name, error, findings)
+        findings.add(error.place(name), error.message, error.hint)
         return None
     return read_task_text(source, findings)
-
-
-def report_unreadable(name: str, error: UnreadableError, findings: Findings) -> None:
-    """Reports a file that is no text, where it ceases to be."""
-    before = error.text[: error.offset or 0]
-    place = Place(name, before.count("\n") + 1, len(before) - before.rfind("\n"))
-    findings.add(place, error.message, error.hint)
 
 
 def read_task_text(source: SourceFile, findings: Findings) -> TaskDescription | None:
@@ -104,7 +97,7 @@ class _Reading:
         )  # fmt: skip
 
     def check_once(self, inputs: tuple[Input, ...], keys: dict[str, Place]) -> None:
-        """Reports what is both declared as a property to be given and set at once."""
+        """Reports properties that are both declared as inputs and set to a value."""
         for each in inputs:
             if each.name in keys:
                 hint = f"declared in line {each.place.line}; a value that it has if none is given is its `default`"
@@ -112,7 +105,7 @@ class _Reading:
                 self.findings.add(keys[each.name], message, hint)
 
     # ------------------------------------------------------------------------------------- declared properties
-    def inputs(self, node: Node | None) -> tuple[Input, ...]:
+    def inputs(self, node: YamlNode | None) -> tuple[Input, ...]:
         if isinstance(node, Sequence):  # as the thesis prints it: names without types
             return self.named_inputs(node)
         found = []
@@ -131,7 +124,7 @@ class _Reading:
                 found[name] = Input(name, "any", item.place)
         return tuple(found.values())
 
-    def input(self, name: str, key: Scalar, node: Node) -> Input:
+    def input(self, name: str, key: Scalar, node: YamlNode) -> Input:
         what = f'the property "{name}"'
         if not isinstance(node, Mapping):
             if isinstance(node, Scalar) and node.empty:
@@ -148,7 +141,7 @@ class _Reading:
             return Input(name, kind, key.place, required=False)
         return Input(name, kind, key.place, False, self.value_of(default, kind, f"the default of {what}"))
 
-    def value_of(self, node: Node | None, kind: str | None, what: str) -> Value | Written:
+    def value_of(self, node: YamlNode | None, kind: str | None, what: str) -> Value | Written:
         if kind == "any":
             return None if node is None else self.written(node, what)
         if kind == "number":
@@ -159,13 +152,13 @@ class _Reading:
             return node.text  # quoted, it may be empty
         return self.reader.text(node, what)
 
-    def number(self, node: Node | None, what: str) -> float | int | None:
+    def number(self, node: YamlNode | None, what: str) -> float | int | None:
         if isinstance(node, Scalar) and _WHOLE.fullmatch(node.text.strip()):
             return int(node.text)
         return self.reader.number(node, what, angle=True)
 
     # ---------------------------------------------------------------------------------------------------- stages
-    def stages(self, node: Node | None, of: str) -> tuple[StageDescription, ...]:
+    def stages(self, node: YamlNode | None, of: str) -> tuple[StageDescription, ...]:
         if node is None:
             return ()
         if not isinstance(node, Sequence):
@@ -177,7 +170,7 @@ class _Reading:
         found = (self.stage(item, f"stage {number} of {of}") for number, item in enumerate(node.items, 1))
         return tuple(each for each in found if each is not None)
 
-    def stage(self, node: Node, what: str) -> StageDescription | None:
+    def stage(self, node: YamlNode, what: str) -> StageDescription | None:
         if not isinstance(node, Mapping):
             if not getattr(node, "refused", False):
                 self.findings.add(node.place, f"{what} must be a mapping with the keys `name` and `stage`")
@@ -215,7 +208,7 @@ class _Reading:
             child = child.items[0]
         return self.stage(child, f"what {called} wraps")
 
-    def stage_name(self, node: Node | None, what: str) -> str | None:
+    def stage_name(self, node: YamlNode | None, what: str) -> str | None:
         scalar = self.reader.scalar(node, f"the name of {what}")
         if scalar is None:
             return None
@@ -242,8 +235,8 @@ class _Reading:
         return values, places
 
     # ---------------------------------------------------------------------------------------------------- values
-    def written(self, node: Node, what: str) -> Written | None:
-        """A value as it stands; None after a report."""
+    def written(self, node: YamlNode, what: str) -> Written | None:
+        """The value of a node as it is written; None after a report."""
         if isinstance(node, Sequence):
             items = [self.written(item, f"every item of {what}") for item in node.items]
             return Items(tuple(each for each in items if each is not None), node.place)
@@ -257,10 +250,10 @@ class _Reading:
             return None
         return self.reference(node) or Word(node.text, bool(node.style), node.place)
 
-    def reference(self, scalar: Scalar) -> Reference | None:
+    def reference(self, scalar: Scalar) -> PropertyReference | None:
         text = scalar.text.strip()
         if (found := _REFERENCE.fullmatch(text)) is not None:
-            return Reference("PARENT" if found[1] == "PARENT" else "INTERFACE", found[2], scalar.place)
+            return PropertyReference("PARENT" if found[1] == "PARENT" else "INTERFACE", found[2], scalar.place)
         if (like := _LIKE_REFERENCE.fullmatch(text)) is not None and not scalar.style:
             word = like[1].upper()
             meant = (

@@ -184,7 +184,7 @@ class Task(Serial):
         return {stage.path: self.figures(stage) for stage in self.walk()}
 
     def figures(self, stage: Stage) -> StageStatistics:
-        """What one stage did; unlike `statistics`, also of a stage whose path another one has."""
+        """What one stage did; unlike `statistics`, this distinguishes stages that have the same path."""
         node = None if self._planning is None else self._planning.nodes.get(stage)
         return StageStatistics() if node is None else node.statistics
 

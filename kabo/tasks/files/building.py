@@ -8,7 +8,7 @@ from typing import Any
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
-from kabo.language.task_description import Entries, Input, Items, Reference, TaskDescription, Word
+from kabo.language.task_description import Entries, Input, Items, PropertyReference, TaskDescription, Word
 from kabo.language.yaml.task_file import find_task
 from kabo.tasks.core import Container, InitialisationError, Monitor, Property, Stage, Task
 from kabo.tasks.files.checking import Recipe, check_task
@@ -115,8 +115,8 @@ class TaskFile:
 
 
 def default_of(declared: Input) -> Any:
-    """The default value of a declared property; None if it has none."""
-    if isinstance(declared.default, Word | Items | Entries | Reference):
+    """The value that a declared property has if none is given; None: absent."""
+    if isinstance(declared.default, Word | Items | Entries | PropertyReference):
         return value_of(declared.default, Property())
     return declared.default
 

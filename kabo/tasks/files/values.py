@@ -8,7 +8,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from kabo.language.task_description import Entries, Items, Reference, Word, Written
+from kabo.language.task_description import Entries, Items, PropertyReference, Word, Written
 from kabo.tasks.core import Interface, Parent, Property
 from kabo.tasks.files.kinds import BodyName, GraspName, MotionConstraintName, PlacementName, RegionName, RobotName
 
@@ -36,7 +36,7 @@ def value_of(written: Written, declared: Property) -> Any:
     """
     kinds = declared.type if isinstance(declared.type, tuple) else (declared.type,)
     value = _converted(written, None if Any in kinds or object in kinds else kinds)
-    if not isinstance(written, Reference) and not _has_references(written) and not declared.accepts(value):
+    if not isinstance(written, PropertyReference) and not _has_references(written) and not declared.accepts(value):
         raise NoValue(wanted(declared))
     return value
 
@@ -52,7 +52,7 @@ def _has_references(written: Written) -> bool:
         return any(map(_has_references, written.values))
     if isinstance(written, Entries):
         return any(map(_has_references, written.values.values()))
-    return isinstance(written, Reference)
+    return isinstance(written, PropertyReference)
 
 
 def _converted(written: Written, kinds: Collection[Any] | None) -> Any:
@@ -99,9 +99,9 @@ def number_of(text: str) -> int | float | None:
     return math.radians(float(found[1])) if found[2] else float(found[1])
 
 
-def parent_references(written: Written, name: str) -> list[tuple[str, Reference]]:
-    """Every reference to a parent in a value, with the name of the property referred to."""
-    if isinstance(written, Reference):
+def parent_references(written: Written, name: str) -> list[tuple[str, PropertyReference]]:
+    """Every reference to a parent in a value that stands under `name`, with the name that is looked for."""
+    if isinstance(written, PropertyReference):
         return [(written.name or name, written)] if written.source == "PARENT" else []
     if isinstance(written, Items):
         return [found for item in written.values for found in parent_references(item, name)]

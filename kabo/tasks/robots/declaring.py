@@ -13,11 +13,11 @@ from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Pro
 from kabo.tasks.robots import meanings
 
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
-OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
+OBJECT = Property(str, PARENT, "the object", meanings.name)
 KEEP = Property(
     (str, dict, type(None)),
     None,
-    "a motion constraint to keep for what is held: its name, or {object, constraint}; none or an empty name: nothing",
+    "a motion constraint to keep for what is held: its name, or {object, constraint}; none or empty: no constraint",
     meanings.keeping,
 )
 

@@ -21,7 +21,7 @@ class Leaf(StageNode):
         self.parked: dict[Any, StageJob] = {}
 
     def busy(self) -> bool:
-        """Whether it has a job that is not parked."""
+        """Whether this node has a job that is not parked."""
         return not self.closed and len(self.jobs) > len(self.parked)
 
     def queue(self, job: StageJob) -> None:

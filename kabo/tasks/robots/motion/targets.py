@@ -67,11 +67,11 @@ class GraspTarget:
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: a family does not determine one pose."""
+        """None: nothing is known, because a family does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: the constraints are all there is."""
+        """None: a configuration only has to satisfy the constraints."""
         return None
 
 
@@ -89,7 +89,7 @@ class PlacementTarget:
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: a family does not determine one pose."""
+        """None: nothing is known, because a family does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
@@ -144,7 +144,7 @@ class PoseTarget:
         return tool_hit(scene, self.robot, self.frame, self.world_T_frame)
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: the constraints are all there is."""
+        """None: a configuration only has to satisfy the constraints."""
         return None
 
 

@@ -28,11 +28,11 @@ class Attach(RobotStage, Propagator):
     MOVES = ("object",)
     PROPERTIES = {
         "object": OBJECT,
-        "to": Property(str, PARENT, "a robot (then its tool), or `robot.link`", meanings.name),
+        "to": Property(str, PARENT, "the robot to whose tool it is attached, or `robot.link`", meanings.name),
         "of": Property(
             (str, type(None)),
             None,
-            "the robot that may hold it now, and hands it over; none: nobody",
+            "the robot that may hold it now and hands it over; none: nobody may",
             meanings.name,
         ),
     }
@@ -67,7 +67,7 @@ class Detach(RobotStage, Propagator):
         "of": Property(
             (str, type(None)),
             None,
-            "the robot (backward: or `robot.link`) that lets it go; none: whoever has it",
+            "the robot (backward: or `robot.link`) that releases it; none: whichever holds it",
             meanings.name,
         ),
     }
@@ -104,7 +104,7 @@ class Join(RobotStage, Propagator):
     READS = ("onto",)
     PROPERTIES = {
         "object": OBJECT,
-        "onto": Property(str, PARENT, "the other part: it stands, or another robot has it", meanings.name),
+        "onto": Property(str, PARENT, "the other part, which stands or is held by another robot", meanings.name),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

@@ -30,7 +30,7 @@ class Wait(RobotStage, Propagator):
 
     PROPERTIES = {
         "robot": ROBOT,
-        "duration": Property(float, 1.0, "how long [s]; 0: no time passes", meanings.at_least(0.0)),
+        "duration": Property(float, 1.0, "the time [s]; 0: none", meanings.at_least(0.0)),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
@@ -47,30 +47,33 @@ class PredicateFilter(RobotStage, Wrapper):
 
     PROPERTIES = {
         "attached": Property(
-            (list, tuple), (), "[object, robot]: the robot holds the object; empty: not asked", meanings.names(2)
+            (list, tuple), (), "[object, robot]: the robot holds the object; empty: not checked", meanings.names(2)
         ),
         "inside": Property(
-            (list, tuple), (), "[body, region]: it is proven to lie inside; empty: not asked", meanings.names(2)
+            (list, tuple),
+            (),
+            "[body, region]: the body is proven to lie inside; empty: not checked",
+            meanings.names(2),
         ),
         "free_hand": Property(
-            (str, type(None)), None, "a robot that holds nothing; none: not asked", meanings.name
+            (str, type(None)), None, "a robot that holds nothing; none: not checked", meanings.name
         ),
         "free": Property(
             (list, tuple),
             (),
-            "robots that are proven to touch nothing that they may not; empty: not asked",
+            "robots that are proven free of collisions; empty: not checked",
             meanings.names(empty=True),
         ),
         "lets_go": Property(
             (list, tuple),
             (),
-            "[object, robot]: the hand, which holds it there, has room to open and to draw back; empty: not asked",
+            "[object, robot]: the gripper that holds it has room to open and to retreat; empty: not checked",
             meanings.names(2),
         ),
         "predicate": Property(
             Any,
             None,
-            "a function of the scene: true or false, or the reason why not; none: not asked",
+            "a function of the scene that returns true, false, or the reason why not; none: not checked",
             lambda value: None if callable(value) else "is a function of the scene",
         ),
     }

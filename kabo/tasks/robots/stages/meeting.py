@@ -82,7 +82,7 @@ class MeetingTarget:
         return home
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: meeting does not determine one pose."""
+        """None: nothing is known, because meeting does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
@@ -108,11 +108,14 @@ class SampleMeeting(RobotStage, Monitor):
         "part": Property(
             (str, type(None)),
             None,
-            "what the other robot holds, the moving part of the mate; none: it takes",
+            "what the other robot holds, the moving part of the mate; none: it grasps the object",
             meanings.name,
         ),
         "mate": Property(
-            (str, type(None)), None, "a mate of the scene, for `part`; none: it takes", meanings.name
+            (str, type(None)),
+            None,
+            "the mate of the scene for `part`; none: the other robot grasps the object",
+            meanings.name,
         ),
         "family": Property(
             str, ANY, "a grasp family of the object, or `any`: all that fit the other robot", meanings.name

@@ -34,24 +34,24 @@ class MoveTo(RobotStage, Propagator):
     READS = ()
     PROPERTIES = {
         "robot": ROBOT,
-        "goal": Property(Any, doc="where to go", wrong=meanings.goal),
+        "goal": Property(Any, doc="the goal of the motion", wrong=meanings.goal),
         "group": Property(
             (str, type(None)),
             None,
-            "`arm` or `gripper`; none: what the goal is of",
+            "`arm` or `gripper`; none: the group whose joints the goal has",
             meanings.one_of("arm", "gripper"),
         ),
         "of": Property(
             (str, type(None)),
             None,
-            "for poses and points: the tool (none), a link, what is held, a feature",
+            "what a pose or point is for: the tool (none), a link, what is held, a feature",
             meanings.name,
         ),
         "keep": KEEP,
         "if_missing": Property(
             str,
             "fail",
-            "`fail`, or `stay`, where the robot has no configuration of the goal's name",
+            "`fail` or `stay`, if the robot has no configuration of the goal's name",
             meanings.one_of("fail", "stay"),
         ),
         "max_ik_solutions": Property(

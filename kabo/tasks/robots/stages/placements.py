@@ -42,9 +42,11 @@ class SamplePlacement(RobotStage, Monitor):
         "robot": ROBOT,
         "object": OBJECT,
         "region": Property(
-            (str, type(None)), None, "a region of the scene; none: anywhere on the support", meanings.name
+            (str, type(None)), None, "the region of the scene; none: anywhere on the support", meanings.name
         ),
-        "support": Property((str, type(None)), None, "a body to stand on; none: the region's", meanings.name),
+        "support": Property(
+            (str, type(None)), None, "the body to stand on; none: the support of the region", meanings.name
+        ),
         "family": Property(
             str, ANY, "a placement family of the object, or `any`: all that fit, in file order", meanings.name
         ),

@@ -50,25 +50,25 @@ class Pour(RobotStage, Propagator):
         "rim": Property(str, "rim", "feature of the container in the middle of its rim", meanings.name),
         "towards": Property(
             (float, list, tuple),
-            doc="where it tilts to: angle from x about up [rad] (0: along x), or [x, y, z]",
+            doc="the horizontal direction of tilting: angle from x about the vertical [rad] (0: along x), or [x, y, z]",
             wrong=meanings.turning,
         ),
         "offset": Property(
             (list, tuple),
             (0.0, 0.02),
-            "where the lid pours: along `towards` and up from the rim's middle [m]; 0: at it",
+            "where the lid pours: offsets along `towards` and upward from the rim's middle [m]; 0: at it",
             lambda value: meanings.numbers(value, 2),
         ),
         "tilt": Property(
-            float, 1.9, "how far it is tilted when it pours [rad]", meanings.at_least(0.0, above=True)
+            float, 1.9, "the angle of tilting while it pours [rad]", meanings.at_least(0.0, above=True)
         ),
         "overshoot": Property(
             float,
             0.0,
-            "the constant c of the path: more goes farther to the side first; 0: no farther",
+            "the constant c of the path: a larger one moves farther sideways first; 0: no farther than needed",
             meanings.finite,
         ),
-        "pause": Property(float, 1.0, "how long it pours [s]; 0: it goes back at once", meanings.at_least(0.0)),
+        "pause": Property(float, 1.0, "how long it pours [s]; 0: it returns at once", meanings.at_least(0.0)),
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:

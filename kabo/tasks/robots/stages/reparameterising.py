@@ -33,7 +33,7 @@ class Reparameterise(RobotStage, Wrapper):
         "deviation": Property(
             float,
             0.05,
-            "how far the motion may pass by a way point [rad, L2 over the joints]; 0: it stops at each corner",
+            "distance from a way point at which the motion may pass [rad, L2 over the joints]; 0: it stops at each corner",
             meanings.at_least(0.0),
         ),
         "haste": Property(float, VELOCITY_SHARE, "share of the joints' velocity limits", meanings.share),

@@ -28,20 +28,21 @@ class ComputeIK(RobotStage, Wrapper):
     MOVES = ("robot",)
     PROPERTIES = {
         "robot": ROBOT,
-        "target": Property(Any, INTERFACE, "what to reach, as a sampler has written it"),
+        "target": Property(Any, INTERFACE, "the target, as a sampler writes it"),
         "max_ik_solutions": Property(
-            (int, type(None)), None, "how many for each target; none: all that are found", meanings.at_least(1)
+            (int, type(None)),
+            None,
+            "how many configurations for each target; none: all that are found",
+            meanings.at_least(1),
         ),
         "min_distance": Property(
             float,
             0.0,
-            "least distance between two of them [rad, sum over the joints]; 0: any",
+            "least distance between two configurations [rad, L1]; 0: any",
             meanings.at_least(0.0),
         ),
-        "near": Property(
-            bool, False, "whether they cost the way of the joints from where the robot stands [rad, L1]"
-        ),
-        "ignore_collisions": Property(bool, False, "whether configurations in collision will do"),
+        "near": Property(bool, False, "whether the cost is the distance from the present configuration [rad, L1]"),
+        "ignore_collisions": Property(bool, False, "whether configurations in collision are accepted"),
     }
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Iterator[Answer]:

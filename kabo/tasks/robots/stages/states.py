@@ -30,7 +30,7 @@ class FixedState(RobotStage, Generator):
     """Writes a given scene: a `TaskScene`, a geometric state, or the task's first scene with other `configurations`."""
 
     PROPERTIES = {
-        "scene": Property(Any, None, "a TaskScene or GeometricState; None: the task's first scene"),
+        "scene": Property(Any, None, "a TaskScene or GeometricState; none: the task's first scene"),
         "configurations": Property(
             dict, {}, "robot: a named configuration, a list, or joints with values; empty: as in the scene"
         ),
@@ -56,12 +56,9 @@ class SampleConfiguration(RobotStage, Generator):
         "configurations": Property(
             (list, tuple, Callable),
             ("home",),
-            "names (those that the robot has not are passed over) or values; or a function of the scene; "
-            "empty: none but random ones",
+            "names (unknown ones are skipped) or values, or a function of the scene; empty: only random ones",
         ),
-        "random": Property(
-            int, 0, "how many random configurations to try after those; 0: none", meanings.at_least(0)
-        ),
+        "random": Property(int, 0, "how many random configurations follow; 0: none", meanings.at_least(0)),
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:

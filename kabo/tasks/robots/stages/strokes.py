@@ -44,7 +44,7 @@ MAX_TURN_STEP = 0.1  # rad: a twist is approximated by arcs no longer than this
 NO_OBJECT = Property(
     (str, type(None)),
     None,
-    "the body whose features a direction may name as `this`; none: of no body",
+    "the body whose features a direction may name as `this`; none: no body",
     meanings.name,
 )
 
@@ -64,18 +64,18 @@ class MoveRelative(RobotStage, Propagator):
     FROM_START = True
     PROPERTIES = {
         "robot": ROBOT,
-        "direction": Property(Any, PARENT, "where to; none: it stays", meanings.direction),
+        "direction": Property(Any, PARENT, "the direction of the motion; none: no motion", meanings.direction),
         "object": NO_OBJECT,
         "min_distance": Property(
             (float, type(None)),
             None,
-            "the least length [m]; none: the direction's; 0: it may stay",
+            "the least length [m]; none: that of the direction; 0: no motion will do",
             meanings.at_least(0.0),
         ),
         "max_distance": Property(
             (float, type(None)),
             None,
-            "the greatest length [m]; none: the direction's",
+            "the greatest length [m]; none: that of the direction",
             meanings.at_least(0.0, above=True),
         ),
         "keep": KEEP,

@@ -47,16 +47,18 @@ class GraspPoses(RobotStage, Monitor):
         "of": Property(
             (str, type(None)),
             None,
-            "what of the tool is there: its frame (none), or `tool.feature`",
+            "what the pose is for: the tool's frame (none), or `tool.feature`",
             meanings.name,
         ),
-        "about": Property(str, "axis", "a line of the object about which the pose is turned", meanings.name),
-        "count": Property(int, 1, "how many turns, evenly spread", meanings.at_least(1)),
-        "shuffled": Property(bool, True, "whether they come in an order drawn at random, or one after the other"),
+        "about": Property(
+            str, "axis", "the line feature of the object about which the pose is turned", meanings.name
+        ),
+        "count": Property(int, 1, "how many poses, evenly spaced", meanings.at_least(1)),
+        "shuffled": Property(bool, True, "whether the poses come in random order"),
         "family": Property(
             (str, type(None)),
             None,
-            "a grasp family whose fingers and strokes are written as well; none: no",
+            "a grasp family whose fingers and strokes are written as well; none: no family",
             meanings.name,
         ),
     }
@@ -105,16 +107,16 @@ class PlacePoses(RobotStage, Monitor):
             doc="the pose of the object: {frame, position, quaternion or rpy}; empty: the world's origin",
         ),
         "support": Property(
-            (str, type(None)), None, "the body that it stands on; none: nothing that may touch it", meanings.name
+            (str, type(None)), None, "the body that it stands on; none: it may touch nothing", meanings.name
         ),
         "symmetry": Property(
             (int, str),
             AUTO,
-            "how many turns look the same; `auto`: as the shape says",
+            "how many rotations leave it unchanged; `auto`: known from its shape",
             meanings.any_of(meanings.one_of(AUTO), meanings.at_least(1)),
         ),
         "count": Property(
-            int, ROUND_PLACEMENTS, "how many turns of what is round are tried", meanings.at_least(1)
+            int, ROUND_PLACEMENTS, "how many poses of a round object are written", meanings.at_least(1)
         ),
     }
 

@@ -1,4 +1,4 @@
-"""The first solution is looked for along one path, and then round by round; what there is to find stays the same."""
+"""Strategies: depth first for the first solution, then round robin; which solutions there are stays the same."""
 
 from collections import Counter
 
