@@ -28,10 +28,11 @@ def is_extra(folder: str) -> bool:
     return any(folder == each or folder.startswith(f"{each}/") for each in EXTRA)
 
 
-def places_of(name: str) -> set[Path]:
-    """The folders of kabo that hold a module or a package of this name."""
-    packages = {path.parent.parent for path in KABO.rglob(f"{name}/__init__.py")}
-    return {path.parent for path in KABO.rglob(f"{name}.py")} | packages
+def places_of(name: str, room: Path) -> set[Path]:
+    """The folders of a room that hold a module or a package of this name, and such packages themselves."""
+    modules = {path.parent for path in room.rglob(f"{name}.py")}
+    packages = {path.parent for path in room.rglob(f"{name}/__init__.py")}
+    return modules | packages | {path.parent for path in packages}
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
@@ -43,7 +44,7 @@ def test_a_folder_of_tests_is_a_room_or_is_named_in_contributing(folder):
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(TESTS).as_posix())
 def test_a_test_that_is_named_after_a_module_stands_where_the_module_stands(path):
     folder = path.parent.relative_to(TESTS)
-    places = places_of(path.stem.removeprefix("test_"))
+    places = places_of(path.stem.removeprefix("test_"), KABO / (folder.parts or (".",))[0])
     assert is_extra(folder.as_posix()) or not places or KABO / folder in places, f"move it to one of {places}"
 
 

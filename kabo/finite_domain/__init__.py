@@ -1,7 +1,7 @@
 """Search in finite-domain tasks: operators on variables with finitely many values, packed into machine words.
 
-It knows numbers only: no knowledge, no geometry, no files. Small tasks are answered in plain Python, so that they never
-wait for compiled code; the answers are the same.
+This room knows numbers only: no knowledge, no geometry, no files. Small tasks are solved in plain Python, so that they
+never wait for compiled code; the plans are the same.
 """
 
 from kabo.lazy import lazy_names

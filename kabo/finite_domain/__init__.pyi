@@ -1,5 +1,5 @@
-from kabo.finite_domain.compiled_task import Budget as Budget
 from kabo.finite_domain.compiled_task import CompiledTask as CompiledTask
+from kabo.finite_domain.compiled_task import SearchBudget as SearchBudget
 from kabo.finite_domain.heuristics.relaxation import Estimate as Estimate
 from kabo.finite_domain.heuristics.relaxation import RelaxedOperator as RelaxedOperator
 from kabo.finite_domain.heuristics.relaxation import RelaxedTask as RelaxedTask
@@ -10,5 +10,5 @@ from kabo.finite_domain.search.optimal_search import astar as astar
 from kabo.finite_domain.task import Effect as Effect
 from kabo.finite_domain.task import FiniteTask as FiniteTask
 from kabo.finite_domain.task import Operator as Operator
-from kabo.finite_domain.task import Variable as Variable
+from kabo.finite_domain.task import StateVariable as StateVariable
 from kabo.finite_domain.task import validate as validate

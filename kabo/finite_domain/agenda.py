@@ -1,7 +1,7 @@
-"""In which order goals are reasonably reached: A before B if whatever makes A must undo B first [Koehler, Hoffmann 2000].
+"""Reasonable orders of goals: A before B if whatever achieves A must undo B first [Koehler, Hoffmann 2000].
 
-A goal that holds counts as reached only when those that come before it hold, too. So a search does not cling to goals
-that it has to give up.
+A goal that holds counts as reached only when all goals ordered before it hold, too. So a search does not hold on to
+goals that it has to give up again.
 """
 
 from collections.abc import Sequence
@@ -12,12 +12,12 @@ from kabo.finite_domain.mutexes import Condition, FactTask, Mutexes
 
 @dataclass(frozen=True)
 class Agenda:
-    """Of each goal the ones that come before it; of two that demand each other neither does."""
+    """For each goal the goals ordered before it; two goals of which each would come before the other are not ordered."""
 
     before: tuple[tuple[int, ...], ...]
 
     def open_goals(self, reached: Sequence[bool]) -> int:
-        """How many goals do not count as reached."""
+        """The number of goals that do not count as reached; `reached` says which ones hold."""
         return sum(
             not done or any(not reached[j] for j in before)
             for done, before in zip(reached, self.before, strict=True)
@@ -25,14 +25,14 @@ class Agenda:
 
 
 def agenda(task: FactTask, mutexes: Mutexes, goals: Sequence[tuple[int, ...]]) -> Agenda:
-    """The reasonable orders of goals, each given as the facts one of which must hold."""
+    """The reasonable orders of `goals`; a goal is given as facts of which one must hold."""
     count = len(goals)
     ways = _ways(task, {f for goal in goals for f in goal})
     undoes = [_undone(task, mutexes, [c for f in goal for c in ways[f]]) for goal in goals]
     later = [
         {b for b in range(count) if b != a and all(undoes[a] >> f & 1 for f in goals[b])} for a in range(count)
     ]
-    for _ in range(count):  # what comes before what comes before
+    for _ in range(count):
         grown = [set().union(after, *(later[b] for b in after)) for after in later]
         if grown == later:
             break
@@ -44,7 +44,7 @@ def agenda(task: FactTask, mutexes: Mutexes, goals: Sequence[tuple[int, ...]]) -
 
 
 def _ways(task: FactTask, wanted: set[int]) -> dict[int, list[tuple[Condition, ...]]]:
-    """Of each wanted fact the conditions of everything that makes it."""
+    """For each wanted fact the conditions of all its achievers."""
     ways: dict[int, list[tuple[Condition, ...]]] = {f: [] for f in wanted}
     for o in task.operators:
         for f in wanted.intersection(o.always):
@@ -58,10 +58,12 @@ def _ways(task: FactTask, wanted: set[int]) -> dict[int, list[tuple[Condition, .
 
 
 def _undone(task: FactTask, mutexes: Mutexes, ways: Sequence[tuple[Condition, ...]]) -> int:
-    """The facts that are false just before, whichever way is gone."""
+    """The facts that are false just before, whichever of these achievers is used."""
     undone = (1 << task.facts) - 1
     for conditions in ways:
         never = mutexes.never_with(conditions)
-        if all(any(not never >> f & 1 for f in facts) for facts in conditions):  # it can be done at all
+        if all(
+            any(not never >> f & 1 for f in facts) for facts in conditions
+        ):  # else the achiever is never applicable
             undone &= never
     return undone

@@ -1,6 +1,6 @@
-"""The tables of a task as two arrays for kernels: numbers, and bits [kabo.finite_domain.kernels.successors].
+"""The tables of a task as two arrays for kernels: one of numbers, one of bits [kabo.finite_domain.kernels.successors].
 
-One array each, because every array that Python hands over costs time.
+There are only two, because every array that Python passes to compiled code costs time.
 """
 
 from collections.abc import Hashable, Sequence
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from kabo.finite_domain.packing import Packing
 from kabo.finite_domain.tables import Tables, Test
 
-LOWEST = 0x03F79D71B4CB0A89  # times the lowest bit of a word, its first six bits are another number for each bit
-HEAD = 16
+LOWEST = 0x03F79D71B4CB0A89  # a de Bruijn number: times a single bit, its six high bits differ for each of 64 bits
+HEAD = 16  # numbers before the tables
 
 
 class _Numbers:
-    """Rows of numbers one after the other; a row that is there already is not put in again."""
+    """Rows of numbers one after the other; equal rows are stored once."""
 
     def __init__(self) -> None:
         self.flat = [0] * HEAD
         self._known: dict[Hashable, int] = {}
 
     def row(self, row: tuple[int, ...]) -> int:
-        """Where the row begins."""
+        """The index at which the row begins; it is appended if it is new."""
         if row not in self._known:
             self._known[row] = len(self.flat)
             self.flat += row
@@ -31,7 +31,7 @@ class _Numbers:
 
 
 def array_tables(tables: Tables, packing: Packing) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
-    """Numbers behind a head that says where what begins; and bits, a row of what to clear and one of what to put."""
+    """The numbers, which begin with the index of each table; and the bits, pairs of rows to clear and to set."""
     numbers, rows = _Numbers(), [*tables.always, tables.goal]
     known = {row: i for i, row in reversed(list(enumerate(rows)))}
 
@@ -81,7 +81,7 @@ def array_tables(tables: Tables, packing: Packing) -> tuple[NDArray[np.int32], N
 
 
 def _gates(tables: Tables, before: int) -> tuple[list[int], list[int], list[int]]:
-    """Word, shift, mask and first content of each gate; where those of each group begin; and the words behind them."""
+    """Word, shift, mask and first entry of each gate; where the gates of each group begin; and the entries."""
     gates: list[int] = []
     starts, passing = [0], list[int]()
     for group in tables.gates.groups:

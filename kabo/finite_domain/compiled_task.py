@@ -1,4 +1,4 @@
-"""A task prepared once for many searches: packed, as tables, with what searches derive from it when they need it."""
+"""A task prepared once for many searches: packed states, tables, and what searches derive from it on demand."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from kabo.finite_domain.plain_states import PlainStates
 from kabo.finite_domain.tables import Tables, build_tables
 from kabo.finite_domain.task import FiniteTask
 
-Never = NDArray[np.uint64]  # (groups of 64 operators,) a bit for each that must not be used
+Never = NDArray[np.uint64]  # (words,) bit o mod 64 of word o div 64 is set if operator o must not be used
 
 
 def as_number(never: Never) -> int:
@@ -29,16 +29,16 @@ def as_number(never: Never) -> int:
 
 @dataclass(frozen=True)
 class ChangingFacts:
-    """Facts of the variables that some operator may change, numbered on their own."""
+    """The facts of those variables that some operator may change, numbered from 0 on."""
 
-    offset: tuple[int, ...]  # of each variable where its facts begin; -1: it never changes
-    facts: int
+    offset: tuple[int, ...]  # for each variable the number of its first fact; -1: it never changes
+    facts: int  # how many there are
 
 
 class CompiledTask:
-    """A task, packed. What is cached here depends on the task alone, not on starts or forbidden operators.
+    """A task with what searches need of it; nothing here depends on a search's start or forbidden operators.
 
-    It also counts what searches did in plain Python, since after a while the compiled twins are the quicker way.
+    It also counts what searches have done in plain Python, since after a while the compiled searches are quicker.
     """
 
     def __init__(self, task: FiniteTask) -> None:
@@ -46,36 +46,36 @@ class CompiledTask:
         self._plain_spent: dict[str, int] = {}
 
     def plain_left(self, search: str, most: int) -> int:
-        """How much of its work a search may still do in plain Python, over all searches of this task."""
+        """How much of `most` is left for the search of this name in plain Python, over all its runs on this task."""
         return max(0, most - self._plain_spent.get(search, 0))
 
     def spend(self, search: str, work: int) -> None:
-        """Takes note of work done in plain Python."""
+        """Counts work that the search of this name did in plain Python."""
         self._plain_spent[search] = self._plain_spent.get(search, 0) + work
 
     @cached_property
     def normal(self) -> NormalTask:
-        """The operators with their effects sorted."""
+        """The task with its effects sorted by kind."""
         return normal_form(self.task)
 
     @cached_property
     def packing(self) -> Packing:
-        """Where variables lie in states."""
+        """Which bits of a packed state hold each variable."""
         return pack(self.normal.sizes)
 
     @cached_property
     def tables(self) -> Tables:
-        """Successors as lists."""
+        """The tables of applicability and effects, as lists."""
         return build_tables(self.normal, self.packing)
 
     @cached_property
     def plain(self) -> PlainStates:
-        """Successors in plain Python."""
+        """Applicable operators and successors, computed in plain Python."""
         return PlainStates(self.tables)
 
     @cached_property
     def arrays(self) -> tuple[NDArray[np.int32], NDArray[np.uint64]]:
-        """Successors for kernels."""
+        """The same tables as arrays for kernels."""
         return array_tables(self.tables, self.packing)
 
     @cached_property
@@ -85,22 +85,22 @@ class CompiledTask:
 
     @cached_property
     def relaxation(self) -> RelaxedTask:
-        """The delete relaxation, ready to be asked."""
+        """The delete relaxation, ready for relaxed plans."""
         return RelaxedTask(self.relaxed.all_facts, self.relaxed.operators, self.relaxed.goals)
 
     @cached_property
     def fact_task(self) -> FactTask:
-        """The operators over facts."""
+        """The operators as conditions and effects over numbered facts."""
         return fact_task(self.normal, self.relaxed.offset)
 
     @cached_property
     def goal_facts(self) -> tuple[tuple[int, ...], ...]:
-        """Of each condition of the goal the facts one of which must hold."""
+        """For each condition of the goal the facts of which one must hold."""
         return tuple(tuple(self.relaxed.offset[v] + x for x in values) for v, values in self.normal.goal.items())
 
     @cached_property
     def changing(self) -> ChangingFacts:
-        """The facts by which states can differ."""
+        """The facts in which states can differ."""
         made = {f for o in self.fact_task.operators for f in o.always}
         made.update(
             f for o in self.fact_task.operators for group in o.depends for _, facts in group for f in facts
@@ -114,7 +114,7 @@ class CompiledTask:
 
     @cached_property
     def mutexes(self) -> Mutexes:
-        """Facts that are never true together, from the task's initial values on."""
+        """The pairs of facts that are never true together in states reachable from the task's initial values."""
         return mutexes(self.fact_task, self.relaxed.of(self.task.initial))
 
     @cached_property
@@ -123,10 +123,10 @@ class CompiledTask:
         return agenda(self.fact_task, self.mutexes, self.goal_facts)
 
     def start(self, values: Sequence[int] | None) -> int:
-        """A packed start: these values, or the task's initial ones.
+        """The packed state with these values, or with the task's initial ones.
 
         Raises:
-            ValueError: not one value of its range for every variable.
+            ValueError: `values` does not give every variable one value of its range.
         """
         values = self.task.initial if values is None else values
         sizes = self.normal.sizes
@@ -135,7 +135,10 @@ class CompiledTask:
         return self.packing.number(values)
 
     def never(self, forbidden: Sequence[int] | NDArray[Any] | None) -> Never:
-        """(groups,) a bit for each operator that cannot or must not be used; `forbidden` has 1 for each of these."""
+        """(words,) a bit for each operator that is never applicable or is forbidden.
+
+        `forbidden` (operators,) has 1 for each operator that must not be used; None: none.
+        """
         never = np.array(self.tables.gates.never, np.uint64)
         if forbidden is None:
             return never
@@ -147,22 +150,22 @@ class CompiledTask:
         return never | np.packbits(array, bitorder="little").view(np.uint64)
 
     def cost(self, plan: Sequence[int]) -> int:
-        """What a plan costs."""
+        """The sum of the costs of these operators."""
         return sum(self.task.operators[o].cost for o in plan)
 
 
 @dataclass
-class Budget:
-    """How long a search may go on: expansions, bytes, and a caller who is asked now and then whether to stop."""
+class SearchBudget:
+    """How long a search may go on: expansions, bytes, and a function that is asked repeatedly whether to stop."""
 
-    expansions: int | None = None
+    expansions: int | None = None  # None: without limit
     memory: int = 4 << 30  # bytes
     stop: Callable[[], bool] | None = None
 
     def stopped(self) -> bool:
-        """Whether the caller wants the search to end."""
+        """Whether `stop` says that the search should end."""
         return self.stop is not None and self.stop()
 
     def left(self, expanded: int, most: int) -> int:
-        """How many states to expand before looking up again; 0: the budget is spent."""
+        """How many states to expand before asking again, at most `most`; 0: the budget of expansions is spent."""
         return most if self.expansions is None else max(0, min(most, self.expansions - expanded))

@@ -1,8 +1,9 @@
-"""What can be done in a packed state, as gates that 64 neighbouring operators share.
+"""Which operators are applicable in a packed state, decided for 64 neighbouring operators at a time by *gates*.
 
-A gate is a few bits of the state about which some of the 64 ask something; for every content it has a word with a bit
-for each operator that lets it pass. The bits left after all gates can be done. So sets of values cost no more than one
-value, small variables that lie side by side cost no more than one, and operators come in the order of the task.
+A gate reads a few bits of the state that some of the 64 operators test. For every content of these bits it has a word
+with a bit for each operator that this content allows; the conjunction of all gates' words are the applicable operators.
+So a test for a set of values costs no more than one for a single value, small variables that lie side by side are
+tested together, and operators come in the order of the task.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,14 +12,14 @@ from dataclasses import dataclass
 from kabo.finite_domain.normal_form import NormalTask, Tests
 from kabo.finite_domain.packing import Packing
 
-GROUP = 64
-ALL = (1 << GROUP) - 1
-SPAN = 6  # bits of small variables in one gate
+GROUP = 64  # operators that share gates: the bits of a word
+ALL = (1 << GROUP) - 1  # a word that allows all of them
+SPAN = 6  # bits of the state that a gate of several small variables reads at most
 
 
 @dataclass(frozen=True)
 class Gate:
-    """Of `mask` + 1 contents of the bits from `place` on, what each lets pass, a word each."""
+    """For each content of the bits `mask` from bit `place` on the word of operators that it allows."""
 
     place: int
     mask: int
@@ -27,9 +28,9 @@ class Gate:
 
 @dataclass(frozen=True)
 class Gates:
-    """The gates of each 64 operators, those first that stop most; and what can never be done, a word for each 64.
+    """For each group of 64 operators its gates, the most selective first, and the word of those never applicable.
 
-    Places beyond the last operator count as what can never be done.
+    Bits beyond the last operator count as never applicable.
     """
 
     groups: list[list[Gate]]
@@ -37,7 +38,7 @@ class Gates:
 
 
 def build_gates(task: NormalTask, packing: Packing) -> Gates:
-    """The gates of a task whose states are packed so."""
+    """The gates of a task whose states are packed in this way."""
     groups, never = [], []
     for first in range(0, len(task.operators), GROUP):
         group = [None if o is None else o.tests for o in task.operators[first : first + GROUP]]
@@ -52,7 +53,7 @@ def build_gates(task: NormalTask, packing: Packing) -> Gates:
 
 
 def _asked(group: Sequence[Tests | None], sizes: Sequence[int]) -> dict[int, list[int]]:
-    """Of each variable that some operator tests, the words of its values."""
+    """For each variable that some operator of the group tests, the word of operators that each of its values allows."""
     asked: dict[int, list[int]] = {}
     for i, tests in enumerate(group):
         for v, values in (tests or {}).items():
@@ -63,7 +64,7 @@ def _asked(group: Sequence[Tests | None], sizes: Sequence[int]) -> dict[int, lis
 
 
 def _runs(variables: Sequence[int], packing: Packing) -> list[list[int]]:
-    """The variables in the order of their places, those together that fit into one gate."""
+    """The variables in the order of their bits, grouped so that each group fits into one gate."""
     runs: list[list[int]] = []
     for v in sorted(variables, key=lambda v: packing.place[v]):
         first = runs[-1][0] if runs else v
@@ -80,7 +81,7 @@ def _gate(run: Sequence[int], asked: Mapping[int, list[int]], packing: Packing) 
     passing, width = [ALL], 0
     for v in run:
         offset = packing.place[v] - place
-        passing *= 1 << (offset - width)  # bits of variables that nobody asks about
+        passing *= 1 << (offset - width)  # bits in between that no operator tests
         words = asked[v] + [0] * (packing.mask[v] + 1 - len(asked[v]))
         passing = [high & low for high in words for low in passing]
         width = offset + packing.bits[v]

@@ -1,7 +1,7 @@
-"""Which two facts can never be true together: h², forward from a start, with conditional effects [Haslum, Geffner 2000].
+"""Pairs of facts that are never true together: h², forward from a start, with conditional effects [Haslum, Geffner 2000].
 
-Too many pairs are held possible, never too few: what an operator may change without our knowing when stays possible.
-The pairs found impossible are an invariant: they stay so from every start that shows none of them.
+It may take impossible pairs for possible, never the reverse: what a conditional effect may change stays possible as it
+was. The pairs found impossible are an invariant: they are impossible from every start in which none of them is true.
 """
 
 from collections.abc import Hashable, Iterable, Sequence
@@ -11,19 +11,20 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain.normal_form import Assignments, NormalOperator, NormalTask, Tests
 
-PLAIN_VARIANTS = 1500  # operators times their conditional effects that plain Python does in a fraction of a second
-MOST_FACTS, MOST_WORK = 6000, 400_000_000
-Condition = tuple[int, ...]  # facts of one variable, one of which must hold
+Condition = tuple[int, ...]  # facts of one variable of which one must hold
 
 
-Group = tuple[tuple[tuple[Condition, ...], tuple[int, ...]], ...]  # conditions, and what they then make
+Group = tuple[
+    tuple[tuple[Condition, ...], tuple[int, ...]], ...
+]  # conditions, and the facts that are achieved under them
 
 
 @dataclass(frozen=True)
 class FactOperator:
-    """An operator over facts. Of each group of what depends on conditions no two happen at once."""
+    """An operator over facts; of the conditional effects in one group at most one happens."""
 
     needs: tuple[Condition, ...]
     always: tuple[int, ...]
@@ -41,17 +42,17 @@ class FactTask:
 
     @cached_property
     def variable(self) -> tuple[int, ...]:
-        """Of each fact."""
+        """The variable of each fact."""
         return tuple(v for v, n in enumerate(self.sizes) for _ in range(n))
 
     @cached_property
     def siblings(self) -> tuple[int, ...]:
-        """Of each variable the bits of its facts."""
+        """For each variable the bits of its facts."""
         return tuple(((1 << n) - 1) << at for at, n in zip(self.offset, self.sizes, strict=True))
 
 
 def fact_task(task: NormalTask, offset: tuple[int, ...]) -> FactTask:
-    """The operators of a task that can be done at all, over facts."""
+    """The operators of a task over facts, without those that are never applicable."""
 
     def needs(tests: Tests) -> tuple[Condition, ...]:
         return tuple(tuple(offset[v] + x for x in values) for v, values in sorted(tests.items()))
@@ -75,7 +76,7 @@ def fact_task(task: NormalTask, offset: tuple[int, ...]) -> FactTask:
 
 @dataclass(frozen=True)
 class Mutexes:
-    """Row f has a bit for every fact that may be true together with f; fact f itself, if it can be true at all."""
+    """Which facts may be true together: `together[f]` has a bit for each that may be true with f; bit f: f may be true."""
 
     together: tuple[int, ...]
 
@@ -84,12 +85,12 @@ class Mutexes:
         return not self.together[first] >> second & 1
 
     def allow(self, state: Sequence[int]) -> bool:
-        """Whether a state, as facts, shows no pair held impossible: else the invariant says nothing about it."""
+        """Whether no two facts of the state are mutex; only then does the invariant hold for what follows from it."""
         bits = sum(1 << f for f in state)
         return all(bits & ~self.together[f] == 0 for f in state)
 
     def never_with(self, conditions: Iterable[Condition]) -> int:
-        """The facts that are never true while all these conditions are."""
+        """The bits of the facts that are false whenever all these conditions hold."""
         everything, found = (1 << len(self.together)) - 1, 0
         for facts in conditions:
             possible = 0
@@ -100,13 +101,13 @@ class Mutexes:
 
 
 def variables_alone(task: FactTask) -> Mutexes:
-    """What is known without any work: a variable has one value."""
+    """The mutexes that need no computation: a variable has only one value at a time."""
     everything = (1 << task.facts) - 1
     return Mutexes(tuple(everything & ~task.siblings[v] | 1 << f for f, v in enumerate(task.variable)))
 
 
 class _Pairs:
-    """The pairs found possible so far, and when the row of each fact grew last."""
+    """The pairs found possible so far, and the time when the row of each fact grew last."""
 
     def __init__(self, task: FactTask, start: Sequence[int]) -> None:
         self.rows, self.grown, self.time = [0] * task.facts, [0] * task.facts, 1
@@ -116,7 +117,7 @@ class _Pairs:
             self.rows[f], self.grown[f] = self.reached, 1
 
     def with_all(self, conditions: tuple[Condition, ...], known: int) -> int:
-        """Of the known facts those that may be true together with all conditions; 0 if these cannot all hold."""
+        """The bits of those known facts that may be true together with all conditions; 0 if these cannot all hold."""
         for facts in conditions:
             possible = 0
             for f in facts:
@@ -125,11 +126,11 @@ class _Pairs:
         return known if all(any(known >> f & 1 for f in facts) for facts in conditions) else 0
 
     def stamp(self, conditions: tuple[Condition, ...]) -> int:
-        """When what these conditions allow grew last."""
+        """The time when the rows of these conditions' facts grew last."""
         return max((self.grown[f] for facts in conditions for f in facts), default=self.reached_at)
 
     def meet(self, made: tuple[int, ...], after: int) -> None:
-        """What is made may be true together with all that is true after."""
+        """Notes that each fact of `made` may be true together with all facts of `after`."""
         for f in made:
             new = after & ~self.rows[f]
             if new:
@@ -146,7 +147,7 @@ class _Pairs:
                 new ^= lowest
 
     def after(self, kept: int, made: tuple[int, ...]) -> int:
-        """What is kept, with the variables set that are."""
+        """The facts that may hold after the variables of `made` are set, of those that may hold before."""
         put = 0
         for f in made:
             kept &= ~self.task.siblings[self.task.variable[f]]
@@ -155,7 +156,7 @@ class _Pairs:
 
 
 def plain_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
-    """The pairs that are not reached from the facts of the start, in plain Python."""
+    """The mutexes of all states reachable from the facts of the start, computed in plain Python."""
     pairs, seen, before = _Pairs(task, start), [0] * len(task.operators), 0
     while before != pairs.time:
         before = pairs.time
@@ -181,7 +182,7 @@ def _do(pairs: _Pairs, o: FactOperator) -> None:
 
 
 def _made(pairs: _Pairs, o: FactOperator, known: int, but: Group | None) -> int:
-    """What the groups but one may make when only known facts are possible."""
+    """The facts that all groups but `but` may achieve when only the known facts are possible."""
     found = 0
     for group in o.depends:
         for conditions, made in group if group is not but else ():
@@ -192,22 +193,22 @@ def _made(pairs: _Pairs, o: FactOperator, known: int, but: Group | None) -> int:
 
 
 def mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
-    """The pairs that are not reached from the facts of the start: in Python if that is quick, else compiled.
+    """The mutexes of all states reachable from the facts of the start: in plain Python if that is quick, else compiled.
 
-    Only those of one variable where the task is so large that all pairs would take long.
+    For tasks so large that all pairs would take long, only those of two values of one variable.
     """
     groups = {id(group): len(group) for o in task.operators for group in o.depends}
     variants = len(task.operators) + sum(groups[id(group)] for o in task.operators for group in o.depends)
-    if variants <= PLAIN_VARIANTS:
+    if variants <= tuning.PLAIN_MUTEX_VARIANTS:
         return plain_mutexes(task, start)
-    if task.facts > MOST_FACTS or variants * task.facts > MOST_WORK:
+    if task.facts > tuning.MAX_MUTEX_FACTS or variants * task.facts > tuning.MAX_MUTEX_WORK:
         return variables_alone(task)
     return compiled_mutexes(task, start)
 
 
 def compiled_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
-    """The same pairs, by the kernel."""
-    from kabo.finite_domain.kernels.pairs import grow
+    """The same mutexes as `plain_mutexes`, computed by the kernel."""
+    from kabo.finite_domain.kernels.pairs import grow  # numba: only for tasks that plain Python is too slow for
 
     words = (task.facts + 63) // 64
     rows, grown = np.zeros((task.facts, words), np.uint64), np.zeros(task.facts + 1, np.int64)
@@ -222,7 +223,7 @@ def compiled_mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
 
 
 def _numbers(task: FactTask) -> NDArray[np.int32]:
-    """A fact task as the kernel reads it: everything by where it begins."""
+    """A fact task as one array for the kernel, in which every part is named by the index at which it begins."""
     flat = [task.facts, len(task.sizes), 0, 0, len(task.operators), 0]
     known: dict[Hashable, int] = {}
     effects: dict[int, tuple[int, int]] = {}

@@ -1,7 +1,7 @@
-"""Operators sorted into what always happens, what depends on one variable (switches), and the rest (guarded).
+"""Effects of operators sorted into unconditional ones, those that depend on one variable (switches), and others (guarded).
 
-A switch tells for every value of its variable what is set, so that any number of effects costs one look; operators that
-depend on a variable in the same way share it.
+A switch says for every value of its variable what is set, so that any number of effects takes one look-up; operators
+whose effects depend on a variable in the same way share the switch.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ Tests = dict[int, tuple[int, ...]]  # variable: the values it may have
 
 
 @dataclass(frozen=True)
-class Switch:
-    """What is set when the variable had a value before; nothing for values that are not listed."""
+class ValueSwitch:
+    """For each value that a variable may have before, what is set; nothing for values that are not listed."""
 
     variable: int
     outcomes: dict[int, Assignments]
@@ -23,7 +23,7 @@ class Switch:
 
 @dataclass(frozen=True)
 class NormalOperator:
-    """An operator with its effects sorted."""
+    """An operator with its effects sorted by kind."""
 
     tests: Tests
     always: Assignments
@@ -34,22 +34,22 @@ class NormalOperator:
 
 @dataclass(frozen=True)
 class NormalTask:
-    """A task with its effects sorted. An operator that can never be done is None."""
+    """A task with its effects sorted by kind; operators that are never applicable are None."""
 
     sizes: tuple[int, ...]
     operators: tuple[NormalOperator | None, ...]
-    switches: tuple[Switch, ...]
+    switches: tuple[ValueSwitch, ...]
     goal: Tests
 
 
 def normal_form(task: FiniteTask) -> NormalTask:
-    """The same task, sorted."""
+    """The same task with its effects sorted by kind."""
     sizes = tuple(v.size for v in task.variables)
     known: dict[tuple[int, tuple[tuple[tuple[int, ...], int, int], ...]], int] = {}
-    switches: list[Switch] = []
+    switches: list[ValueSwitch] = []
 
     def intern(variable: int, rules: list[tuple[tuple[int, ...], int, int]]) -> int:
-        rules.sort(key=_target)  # of rules for one variable the last one counts; else their order says nothing
+        rules.sort(key=_target)  # the last rule for a variable counts; among others the order means nothing
         key = (variable, tuple(rules))
         if key not in known:
             known[key] = len(switches)
@@ -65,14 +65,14 @@ def normal_form(task: FiniteTask) -> NormalTask:
 
 def _sorted_operator(o: Operator, tests: Tests, sizes: Sequence[int], intern) -> NormalOperator:  # type: ignore[no-untyped-def]
     always: dict[int, int] = {}
-    met: dict[int, int] = {}  # by the preconditions: these count before what has no condition
+    met: dict[int, int] = {}  # effects whose conditions the preconditions imply: they win over unconditional ones
     by_variable: dict[int, list[tuple[tuple[int, ...], int, int]]] = {}
     guarded: dict[tuple[tuple[int, tuple[int, ...]], ...], list[tuple[int, int]]] = {}
     for e in o.effects:
         if not e.conditions:
             always[e.variable] = e.value
             continue
-        if len(e.conditions) == 1:  # most effects, quickly
+        if len(e.conditions) == 1:  # the quick way for most effects
             ((v, values),) = e.conditions
             if len(values) == 1 and v not in tests and sizes[v] > 1:
                 by_variable.setdefault(v, []).append((values, e.variable, e.value))
@@ -97,7 +97,7 @@ def _sorted_operator(o: Operator, tests: Tests, sizes: Sequence[int], intern) ->
 
 
 def _left_to_test(e: Effect, tests: Tests, sizes: Sequence[int]) -> Tests | None:
-    """What the effect asks beyond the preconditions; None: it can never happen."""
+    """The conditions of the effect that the preconditions do not imply; None if it can never happen."""
     left: Tests = {}
     for v, values in merged(e.conditions, sizes).items():
         possible = tests.get(v)
@@ -113,9 +113,9 @@ def _target(rule: tuple[tuple[int, ...], int, int]) -> int:
     return rule[1]
 
 
-def _switch(variable: int, rules: list[tuple[tuple[int, ...], int, int]]) -> Switch:
+def _switch(variable: int, rules: list[tuple[tuple[int, ...], int, int]]) -> ValueSwitch:
     outcomes: dict[int, list[tuple[int, int]]] = {}
     for values, v, x in rules:
         for value in values:
             outcomes.setdefault(value, []).append((v, x))
-    return Switch(variable, {value: tuple(assignments) for value, assignments in sorted(outcomes.items())})
+    return ValueSwitch(variable, {value: tuple(assignments) for value, assignments in sorted(outcomes.items())})

@@ -1,4 +1,4 @@
-"""States as few machine words: where each variable lies in them."""
+"""States in as few machine words as possible: which bits hold each variable."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,22 +6,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-WORD_BITS = 63  # of 64: a state of one word never has all bits set, which marks empty places in tables
+WORD_BITS = (
+    63  # used bits of a word: so no state of one word has all 64 set, which marks free places of hash tables
+)
 
 
 @dataclass(frozen=True)
 class Packing:
-    """Variable v takes bits[v] bits of word[v] from shift[v] on. As a Python int, word w begins at bit 64 w."""
+    """Variable v takes `bits[v]` bits of word `word[v]` from `shift[v]` on. As a Python int, word w begins at bit 64 w."""
 
     words: int
     word: tuple[int, ...]
     shift: tuple[int, ...]
     bits: tuple[int, ...]
-    mask: tuple[int, ...]  # of the value, not shifted
+    mask: tuple[int, ...]  # the bits of the value, not shifted
     place: tuple[int, ...]  # 64 word + shift
 
     def number(self, values: Sequence[int]) -> int:
-        """The values of all variables as one Python int."""
+        """The state with these values of all variables, as one Python int."""
         return sum(x << p for x, p in zip(values, self.place, strict=True))
 
     def values(self, number: int) -> tuple[int, ...]:
@@ -29,17 +31,17 @@ class Packing:
         return tuple((number >> p) & m for p, m in zip(self.place, self.mask, strict=True))
 
     def array(self, number: int) -> NDArray[np.uint64]:
-        """(words,) the same state for kernels."""
+        """(words,) the state as an array for kernels."""
         words: NDArray[np.uint64] = np.frombuffer(number.to_bytes(8 * self.words, "little"), np.uint64).copy()
         return words
 
     def number_of(self, words: NDArray[np.uint64]) -> int:
-        """The Python int of a state of a kernel."""
+        """The state of a kernel's array, as one Python int."""
         return int.from_bytes(words.tobytes(), "little")
 
 
 def pack(sizes: Sequence[int]) -> Packing:
-    """Large variables first, each into the first word that has room."""
+    """The packing of variables with these numbers of values: large ones first, each into the first word with room."""
     bits = [max(1, (n - 1).bit_length()) for n in sizes]
     used: list[int] = [0]
     word, shift = [0] * len(bits), [0] * len(bits)

@@ -1,11 +1,11 @@
-"""Successors of packed states in plain Python, a state being one int: the twin of kernels/successors.py."""
+"""Successors of packed states in plain Python, where a state is one int; kernels/successors.py computes the same."""
 
 from kabo.finite_domain.gates import ALL, GROUP, Gates
 from kabo.finite_domain.tables import Tables, Test
 
 
 class PlainStates:
-    """What can be done in a state, in the order of the task, and what then is."""
+    """Applicable operators, successors and the goal test for states that are Python ints."""
 
     def __init__(self, tables: Tables) -> None:
         self._tables = tables
@@ -13,7 +13,7 @@ class PlainStates:
         self._all = sum((~word & ALL) << GROUP * g for g, word in enumerate(tables.gates.never))
 
     def applicable(self, state: int, forbidden: int = 0) -> list[int]:
-        """The operators that can be done; bit o of `forbidden`: never operator o."""
+        """The applicable operators in the order of the task; bit o of `forbidden` leaves out operator o."""
         able = self._all & ~forbidden
         for place, mask, passing in self._gates:
             able &= passing[(state >> place) & mask]
@@ -25,7 +25,7 @@ class PlainStates:
         return found
 
     def after(self, state: int, o: int) -> int:
-        """The state after operator o, which can be done."""
+        """The state after operator o, which must be applicable."""
         tables = self._tables
         clear, put = tables.always[o]
         result = (state & ~clear) | put
@@ -50,7 +50,7 @@ def _passes(tests: tuple[Test, ...], state: int) -> bool:
 
 
 def _joined(gates: Gates) -> list[tuple[int, int, list[int]]]:
-    """The gates of all groups as one int for each content, since Python's ints are as long as need be."""
+    """The gates of all groups joined: the bits of all operators are one Python int, of any length."""
     joined: dict[tuple[int, int], list[int]] = {}
     everything = (1 << GROUP * len(gates.groups)) - 1
     for g, group in enumerate(gates.groups):

@@ -1,4 +1,4 @@
-"""What a search says."""
+"""The result of a search."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -10,7 +10,7 @@ Status = Literal["solved", "unsolvable", "exhausted", "stopped"]
 class SearchResult:
     """A plan, or why there is none.
 
-    "unsolvable" is a proof. "exhausted": the budget of expansions or memory is spent; "stopped": the caller said so.
+    "unsolvable" is a proof. "exhausted": the budget of expansions or memory is spent; "stopped": the caller asked for it.
     """
 
     status: Status
@@ -18,6 +18,6 @@ class SearchResult:
     cost: int | None  # of the plan
     expanded: int
     generated: int
-    states: int  # kept at the end
-    optimal: bool = False  # proven: no plan has fewer actions (breadth first), or costs less (astar)
-    initial_estimate: int | None = None  # where a heuristic was asked: its value at the start
+    states: int  # how many were kept at the end
+    optimal: bool = False  # it is proven that no plan has fewer actions (breadth_first), or costs less (astar)
+    initial_estimate: int | None = None  # the heuristic's value at the start; None if there was no heuristic

@@ -1,4 +1,4 @@
-"""What operators set in packed states, as lists that plain Python and kernels share."""
+"""The effects of operators on packed states, as lists for plain Python, from which those for kernels are made."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -7,25 +7,25 @@ from kabo.finite_domain.gates import Gates, build_gates
 from kabo.finite_domain.normal_form import NormalOperator, NormalTask, Tests
 from kabo.finite_domain.packing import Packing
 
-Bits = tuple[int, int]  # what to clear, and then what to put, over all words of a state
-Test = tuple[int, int, tuple[int, ...]]  # place and mask of a variable, and of each value 1 or 0: allowed or not
+Bits = tuple[int, int]  # the bits to clear, and then the bits to set, over all words of a state
+Test = tuple[int, int, tuple[int, ...]]  # first bit and mask of a variable, and for each value 1 if it is allowed
 
 
 @dataclass(frozen=True)
 class Tables:
-    """What can be done, what operators always set, and what depends on values before."""
+    """The gates of all operators, their unconditional and conditional effects, and the goal, on packed states."""
 
     gates: Gates
     always: list[Bits]
-    switches: list[tuple[int, int, tuple[Bits | None, ...]]]  # place and mask, of each value what is set
+    switches: list[tuple[int, int, tuple[Bits | None, ...]]]  # first bit and mask, and for each value what is set
     switches_of: list[tuple[int, ...]]
     guards_of: list[tuple[tuple[Bits, tuple[Test, ...]], ...]]
-    goal: Bits  # clear: all bits of variables of which the goal asks for one value, put: these values
-    goal_tests: tuple[Test, ...]  # what else it asks
+    goal: Bits  # all bits of the variables for which the goal allows one value, and these values
+    goal_tests: tuple[Test, ...]  # the other conditions of the goal
 
 
 def build_tables(task: NormalTask, packing: Packing) -> Tables:
-    """The tables of a task whose states are packed so."""
+    """The tables of a task whose states are packed in this way."""
     single = {v: values for v, values in task.goal.items() if len(values) == 1}
     rest = {v: values for v, values in task.goal.items() if v not in single}
     switches = []

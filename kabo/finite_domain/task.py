@@ -1,19 +1,20 @@
 """Finite-domain tasks: variables with finitely many values, and operators that test and set them.
 
-All conditions are read in the state before. Effects may be conditional; many of them on one variable's value, each for
-another value, cost no more than one [kabo.finite_domain.tables], so they need not be expanded into operators.
+All conditions are evaluated in the state before. Effects may be conditional: any number of effects that each depend on
+another value of the same variable costs no more than one [kabo.finite_domain.tables], so nobody needs to expand them
+into operators.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-Conditions = tuple[tuple[int, tuple[int, ...]], ...]  # (variable, the values it may have), all of them
+Conditions = tuple[tuple[int, tuple[int, ...]], ...]  # a conjunction of (variable, the values it may have)
 
 
 @dataclass(frozen=True)
-class Variable:
-    """Values are 0 … size − 1."""
+class StateVariable:
+    """A variable of the state, with the values 0 … size − 1."""
 
     name: str
     size: int
@@ -21,7 +22,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Effect:
-    """Sets a variable, if all conditions held before."""
+    """Sets a variable to a value if all conditions held before."""
 
     conditions: Conditions
     variable: int
@@ -30,35 +31,35 @@ class Effect:
 
 @dataclass(frozen=True)
 class Operator:
-    """Something that can be done. Of effects that set one variable at once, those with conditions count.
+    """An operator: preconditions and effects. Where two effects set one variable, the one with conditions wins.
 
-    No two with conditions may ever set one variable differently at once, nor two without.
+    Two conditional effects must never set one variable to different values at the same time, nor two unconditional ones.
     """
 
     name: str
     preconditions: Conditions
     effects: tuple[Effect, ...]
     cost: int = 1  # from 0 to 2^31 - 1
-    owner: int = -1  # the caller's number; searches do not look at it
+    owner: int = -1  # a number of the caller's, which searches ignore
 
 
 @dataclass(frozen=True)
 class FiniteTask:
-    """From the initial values, by operators, to a state that fulfils all conditions of the goal."""
+    """A planning task: from the initial values by operators to a state that fulfils all conditions of the goal."""
 
-    variables: tuple[Variable, ...]
+    variables: tuple[StateVariable, ...]
     initial: tuple[int, ...]
     operators: tuple[Operator, ...]
     goal: Conditions
 
 
 def holds(conditions: Conditions, state: Sequence[int]) -> bool:
-    """Whether all conditions are met by these values."""
+    """Whether these values meet all conditions."""
     return all(state[v] in values for v, values in conditions)
 
 
 def successor(operator: Operator, state: tuple[int, ...]) -> tuple[int, ...]:
-    """The values after an operator whose preconditions are met: the definition, not the fast way."""
+    """The values after an operator whose preconditions are met; this is the definition, searches use faster tables."""
     after = list(state)
     for effect in sorted(operator.effects, key=lambda e: len(e.conditions) > 0):
         if holds(effect.conditions, state):
@@ -67,7 +68,7 @@ def successor(operator: Operator, state: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def validate(task: FiniteTask) -> list[str]:
-    """What is wrong with a task, one sentence each; empty if nothing is."""
+    """The faults of a task, a sentence each; empty if there is none."""
     return list(_faults(task))
 
 
@@ -120,7 +121,10 @@ def compatible(conditions: Conditions) -> bool:
 
 
 def merged(conditions: Conditions, sizes: Sequence[int]) -> dict[int, tuple[int, ...]]:
-    """One sorted set of values per variable, without those that every value meets; an empty set is never met."""
+    """For each variable the sorted values that meet all its conditions, without variables that every value meets.
+
+    An empty tuple means that no value does.
+    """
     allowed: dict[int, set[int]] = {}
     for v, values in conditions:
         allowed[v] = allowed[v].intersection(values) if v in allowed else set(values)

@@ -15,7 +15,7 @@ from kabo.language.formulas import GroundCall
 
 @dataclass(frozen=True)
 class RunTimeArgument:
-    """An argument whose value is known at run time only: that of a term."""
+    """An argument that is the value of a term, and known at run time only."""
 
     term: str
 
@@ -25,7 +25,7 @@ class RunTimeArgument:
 
 @dataclass(frozen=True)
 class GroundAction:
-    """An action with its arguments; `sense` are the facts that its run-time component delivers, as text."""
+    """An action with its arguments; `sense` are the facts that executing it delivers, as text."""
 
     name: str
     arguments: Mapping[str, "str | RunTimeArgument"] = field(hash=False)
@@ -34,7 +34,7 @@ class GroundAction:
     precondition: Query
     effects: Effects
     closure: Closure = field(hash=False, repr=False, compare=False)
-    index: int  # its place in the task: order of the file, then of the arguments
+    index: int  # its position in the task: in the order of the file, then of the arguments
     cost: float = 1.0
 
     def __str__(self) -> str:
@@ -42,27 +42,27 @@ class GroundAction:
 
     @cached_property
     def reads(self) -> int:
-        """All bits on which it depends."""
+        """All bits on which its applicability and its effects depend."""
         return self.precondition.reads | self.effects.reads
 
     def applicable(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether the preconditions hold; geometry is another question."""
+        """Whether the preconditions hold; whether its motion exists is not asked here."""
         return self.precondition.holds(state, test)
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
-        """The state after the action, sensed facts still open; None if it would contradict itself."""
+        """The state after the action, before what it senses is known; None if its effects contradict each other."""
         after = self.effects.after(state, test)
         if after is None or self.closure.is_empty:
             return after
         return self.closure.complete(after, state ^ after)
 
     def reasons(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """The bits from which something follows after the action."""
+        """The bits of the state after the effects from which the closure infers something."""
         updated = self.effects.after(state, test)
         return 0 if updated is None else _reasons(self.closure, state, updated)
 
     def needs(self, state: int, needed: int, test: GeometricOracle = optimistic) -> int:
-        """Bits of `state` that let the action be applied and fix the bits `needed` of the state after."""
+        """Bits of `state` that make the action applicable and decide the bits `needed` of the state after it."""
         if not self.closure.is_empty:
             updated = self.effects.after(state, test)
             assert updated is not None, "explained is only what was done"
@@ -76,7 +76,7 @@ class GroundAction:
 
 @dataclass(frozen=True)
 class Choice:
-    """One outcome of a branching: its name, the bits it makes, and those that would contradict it."""
+    """One outcome of a branching: its name, the bits that it sets, and the bits that would contradict it."""
 
     outcome: str
     make: int
@@ -85,46 +85,46 @@ class Choice:
 
 @dataclass(frozen=True)
 class Branching:
-    """How knowledge splits on a Kw or Kv entry: one outcome for each truth or possible value, in plan order."""
+    """How a plan branches on a Kw or Kv entry: one outcome for each truth value or possible value, in plan order."""
 
     entry: int
     mask: int
     fact: str
     choices: tuple[Choice, ...]
     closure: Closure = field(hash=False, repr=False, compare=False)
-    keeps: bool = True  # whether the entry stays: what is known is known whether
+    keeps: bool = True  # whether the entry stays in the state once its outcome is known
 
     def outcomes(self, state: int) -> Iterator[tuple[str, int]]:
-        """Each possible outcome with the state in which it is known."""
+        """Each possible outcome with the state after it."""
         for choice in self.choices:
             after = self.after(state, choice)
             if after is not None:
                 yield choice.outcome, after
 
     def after(self, state: int, choice: Choice, trace: Trace | None = None) -> int | None:
-        """The state in which the outcome is known; None if that contradicts what is known."""
+        """The state after the outcome; None if the outcome contradicts what is known."""
         if state & choice.against:
             return None
         made = state & (-1 if self.keeps else ~self.entry) | choice.make
         return made if self.closure.is_empty else self.closure.complete(made, state ^ made, trace)
 
     def reasons(self, state: int, outcome: str) -> int:
-        """The bits from which something follows once the outcome is known."""
+        """The bits from which the closure infers something once the outcome is known."""
         choice = next(choice for choice in self.choices if choice.outcome == outcome)
         return _reasons(self.closure, state, state | choice.make)
 
     def needs(self, state: int, outcome: str, needed: int) -> int:
-        """Bits of `state` that fix the bits `needed` of the state where the outcome is known."""
+        """Bits of `state` that decide the bits `needed` of the state after the outcome."""
         choice = next(choice for choice in self.choices if choice.outcome == outcome)
         if not self.closure.is_empty:
             trace: Trace = []
             after = self.after(state, choice, trace)
             assert after is not None, "explained is only what can happen"
             needed = before_closure(self.closure, trace, after, needed)
-        return needed & ~choice.make & ~self.mask  # what the outcome says of its own group is no need
+        return needed & ~choice.make & ~self.mask  # the outcome itself sets the bits of its group
 
     def excluded(self, state: int) -> int:
-        """Bits of `state` that make every outcome impossible that is."""
+        """Bits of `state` because of which its impossible outcomes are impossible."""
         reasons = 0
         for choice in self.choices:
             against = state & choice.against
@@ -145,7 +145,7 @@ def _reasons(closure: Closure, state: int, updated: int) -> int:
 
 
 def branching_of(group: Group, closure: Closure, entry_of: Mapping[str, Entry]) -> Branching | None:
-    """How an atom, a term with a finite range or a conjunction is branched on; None for numbers."""
+    """The branching on an atom, a term with a finite range or a conjunction; None for a number."""
     choices: tuple[Choice, ...]
     match group:
         case AtomBits():

@@ -1,7 +1,7 @@
 """The closure of knowledge after every change: entries, last values and update rules, to a fixpoint [docs/knowledge.md; P].
 
-Inference is by unit propagation: polynomial, sound, and no case is split. With a trace, every step notes what it
-wrote and why, so that what follows can be explained (see `regression.py`).
+Inference is by unit propagation: polynomial and sound, without case splits. With a trace, every step records the bits
+that it wrote and the bits that are its reason, so that inferences can be explained (see `regression.py`).
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,71 +13,71 @@ from kabo.knowledge.entries import Entry, Trace, contradiction, note
 from kabo.knowledge.queries import Query, bits_of, union
 from kabo.language.formulas import Place
 
-MAX_ROUNDS = 1000  # of update rules: rules that still change something then do not settle
-KEPT = 20_000  # closures that are remembered: search, reordering and explanation ask for the same ones
+MAX_ROUNDS = 1000  # rounds of update rules; rules that still change something then are refused
+MAX_REMEMBERED = 20_000  # closures kept, since search, reordering and explanation ask for the same ones
 
 
-class Propagator(Protocol):
-    """Something from which knowledge may follow."""
+class UnitPropagator(Protocol):
+    """One source of inferences: an entry of Kx or Kor, or the values of a term."""
 
     @property
     def watches(self) -> int:
-        """The bits whose change may let something follow."""
+        """The bits whose change may lead to an inference."""
         ...
 
     @property
     def makes(self) -> int:
-        """The bits that it may set."""
+        """The bits that an inference may set."""
         ...
 
     def propagate(self, state: int, trace: Trace | None) -> int | None:
-        """The state with what follows; None if it contradicts itself."""
+        """The state with all inferences; None if they contradict it."""
         ...
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A ground update rule: when the condition holds, first `clear` then `make`."""
+    """A ground update rule: when the condition holds, the bits `clear` are cleared, then the bits `make` set."""
 
     condition: Query
     clear: int
     make: int
-    against: int = 0  # what would contradict its conclusions
+    against: int = 0  # bits that contradict its conclusions
     place: Place | None = None
 
     @property
     def watches(self) -> int:
-        """What it reads, and what it writes: forgotten conclusions are drawn again."""
+        """The bits that it reads, and those that it writes, so that forgotten conclusions are drawn again."""
         return self.condition.reads | self.clear | self.make
 
 
 @dataclass(frozen=True)
-class Monitor:
-    """`always(φ)`: the bit goes as soon as φ does not hold in a state."""
+class AlwaysMonitor:
+    """`always(φ)`: the bit `held` is cleared as soon as φ does not hold in a state."""
 
     condition: Query
     held: int
 
 
 class Closure:
-    """Everything that may follow from knowledge in one problem."""
+    """All inferences of one problem, applied to states until nothing changes."""
 
     def __init__(
         self,
-        propagators: Sequence[Propagator] = (),
+        propagators: Sequence[UnitPropagator] = (),
         rules: Sequence[Rule] = (),
-        monitors: Sequence[Monitor] = (),
+        monitors: Sequence[AlwaysMonitor] = (),
         exclusive: Iterable[int] = (),
     ) -> None:
         self.propagators, self.rules, self.monitors = tuple(propagators), tuple(rules), tuple(monitors)
-        self._exclusive = tuple(exclusive)  # bits of which rules must not make two
+        self._exclusive = tuple(exclusive)  # masks of bits of which rules must not set two
         self._watching: dict[int, list[int]] = {}
         for number, propagator in enumerate(self.propagators):
             for bit in bits_of(propagator.watches):
                 self._watching.setdefault(bit, []).append(number)
         self._watched = union(self._watching)
         self._active = [p.active if isinstance(p, Entry) else 0 for p in self.propagators]  # 0: always
-        # From a permanent entry nothing follows while two members may hold (and of Kx none is known to).
+        # From a permanent entry nothing follows while two members may hold (and, of Kx, none is known to hold).
         self._fails = [p.fails if isinstance(p, Entry) and not p.active else 0 for p in self.propagators]
         self._decisive = [p.holds if isinstance(p, Entry) and p.exactly else 0 for p in self.propagators]
         # Nor from a permanent Kor of which a member is known to hold.
@@ -96,25 +96,25 @@ class Closure:
         self.reads = self._telling | union(entry.mask | entry.holds for entry in entries)
         self._revocable = [entry for entry in entries if entry.active]
         self._entering = union(entry.active for entry in self._revocable)
-        # Bits that inference may take away, or set although they were 0: their old values need all of `reads`.
+        # Bits that inference may clear, or set although they were 0: explaining their values takes all of `reads`.
         self.clears = union(rule.clear for rule in self.rules)
         self.makes = union(p.makes for p in self.propagators) | union(rule.make for rule in self.rules)
 
     def complete(self, state: int, changed: int, trace: Trace | None = None) -> int | None:
-        """The closure of a state of which only the bits `changed` differ from a closed one.
+        """The closure of a state that differs from a closed state in the bits `changed` only.
 
         Returns:
-            the closed state, or None if it contradicts itself; then the last event of the trace says why.
+            the closed state, or None if the state contradicts itself; then the last event of the trace is the reason.
 
         Raises:
-            InputError: the update rules do not settle.
+            InputError: the update rules still change something after `MAX_ROUNDS` rounds.
         """
         if not (changed & self._telling or self.monitors):
             return state
         known = self._known.get((state, changed))
         if known is None:
             events: Trace = []
-            if len(self._known) >= KEPT:
+            if len(self._known) >= MAX_REMEMBERED:
                 self._known.clear()
             known = self._known[state, changed] = self._completed(state, changed, events), events
         if trace is not None:
@@ -141,12 +141,12 @@ class Closure:
         return self._monitored(state, trace)
 
     def consistent_by(self, made: int, written: int, trace: Trace) -> int:
-        """Bits that decide that what an action did contradicts nothing.
+        """The bits that decide that an action's effects and their inferences do not contradict each other.
 
         Args:
-            made: the bits that it set.
-            written: the bits that it may write.
-            trace: what followed.
+            made: the bits that the action set.
+            written: the bits that the action may write.
+            trace: the inferences that followed.
         """
         entries = [entry for entry in self._revocable if entry.active & made] if made & self._entering else []
         needed = union(entry.holds | entry.fails for entry in entries)
@@ -161,7 +161,7 @@ class Closure:
         waiting = [number for bit in bits_of(changed & self._watched) for number in self._watching[bit]]
         waiting = list(dict.fromkeys(waiting))
         queued = set(waiting)
-        for number in waiting:  # grows while it is worked on
+        for number in waiting:
             queued.discard(number)
             active = self._active[number]
             if active and not state & active:
@@ -184,7 +184,7 @@ class Closure:
         return state
 
     def _fired(self, state: int, changed: int, trace: Trace | None) -> int | None:
-        """The state after one round of rules: all conditions are read first."""
+        """The state after one round of rules, all of whose conditions are evaluated first."""
         clear = make = reason = 0
         numbers = sorted({n for bit in bits_of(changed & self._rule_watch) for n in self._rules_of[bit]})
         for number in (*self._rules_of.get(0, ()), *numbers):

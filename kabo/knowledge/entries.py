@@ -1,7 +1,7 @@
-"""Entries of Kx and Kor: exactly one, or at least one, of some claims holds; what follows from them by unit propagation.
+"""Entries of Kx and Kor (exactly one, or at least one, of some claims holds), and their inferences by unit propagation.
 
-An entry about what actions never change is *permanent* and takes no bits: every state has it. Any other has a bit
-that says that the state has it, and one for each member that has been dropped from it because it is known false.
+An entry whose members no action changes is *permanent*: every state has it, and it takes no bits. Any other entry has
+a bit that says whether the state has it, and one for each member that was dropped because it is known to be false.
 """
 
 from collections.abc import Iterable
@@ -10,13 +10,13 @@ from functools import cached_property
 
 from kabo.knowledge.facts import Claim, TermBits
 
-Event = tuple[int, int]  # bits written, and bits of the state before that are the reason
+Event = tuple[int, int]  # the bits that an inference wrote, and the bits of the state before that are its reason
 Trace = list[Event]
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One entry: `active` is 0 and `outs` are empty if it is permanent."""
+    """An entry of Kx (`exactly`) or Kor; if it is permanent, `active` is 0 and `outs` is empty."""
 
     exactly: bool
     members: tuple[Claim, ...]
@@ -39,12 +39,12 @@ class Entry:
 
     @property
     def watches(self) -> int:
-        """The bits whose change may let something follow: of a permanent Kor, a member known to hold tells nothing."""
+        """The bits whose change may lead to an inference; for a permanent Kor these are failures of members only."""
         return self.fails | self.active | (self.holds if self.exactly or self.active else 0)
 
     @property
     def makes(self) -> int:
-        """The bits that it may set."""
+        """The bits that an inference may set."""
         learned = _union(member.makes | (member.denied.makes if self.exactly else 0) for member in self.members)
         return learned | _union(self.outs)
 
@@ -53,14 +53,14 @@ class Entry:
         return {member.fails: member for member in self.members}
 
     def dropped_by(self, state: int, touched: int) -> bool:
-        """Whether changing the groups with bits `touched` drops the entry: one of them is still a member."""
+        """Whether changing the groups with the bits `touched` removes the entry from the state: one is still a member."""
         return bool(state & self.active) and any(
             member.group.mask & touched and not state & out
             for member, out in zip(self.members, self.outs, strict=True)
         )
 
     def propagate(self, state: int, trace: Trace | None) -> int | None:
-        """The state with what follows from the entry; None if it contradicts the state."""
+        """The state with all inferences from the entry; None if the entry contradicts the state."""
         if not self.active:
             return self._permanent(state, trace)
         return self._revocable(state, trace) if state & self.active else state
@@ -126,22 +126,22 @@ class Entry:
 
 @dataclass(frozen=True)
 class LastValue:
-    """A term has one of its values: if all but one are excluded, it is that."""
+    """The inference that a term has its last value once all others are excluded."""
 
     term: TermBits
 
     @property
     def watches(self) -> int:
-        """The bits whose change may let something follow."""
+        """The bits whose change may lead to an inference."""
         return self.term.excluded | self.term.known
 
     @property
     def makes(self) -> int:
-        """The bits that it may set."""
+        """The bits that an inference may set."""
         return self.term.mask
 
     def propagate(self, state: int, trace: Trace | None) -> int | None:
-        """The state with the last value known; None if none is left."""
+        """The state in which the last possible value is known; None if all values are excluded."""
         term = self.term
         if state & term.known:
             return state
@@ -155,7 +155,7 @@ class LastValue:
 
 
 def learn(state: int, claim: Claim, reason: int, trace: Trace | None) -> int | None:
-    """The state in which the claim is known as well; None if its complement is."""
+    """The state in which the claim is known, too; None if its complement is known."""
     if state & claim.fails:
         return contradiction(reason | claim.fails, trace)
     note(trace, claim.makes & ~state, reason)
@@ -163,13 +163,13 @@ def learn(state: int, claim: Claim, reason: int, trace: Trace | None) -> int | N
 
 
 def note(trace: Trace | None, written: int, reason: int) -> None:
-    """Notes a step of the closure for its explanation."""
+    """Appends an inference to the trace, if there is one."""
     if trace is not None and written:
         trace.append((written, reason))
 
 
 def contradiction(reason: int, trace: Trace | None) -> int | None:
-    """No state; notes why: the last event of the trace then writes nothing."""
+    """None, for a contradiction; its reason becomes the last event of the trace, which writes no bit."""
     if trace is not None:
         trace.append((0, reason))
     return None

@@ -1,7 +1,7 @@
 """External procedures inside formulas and effects: tests, and values `K(f = g(x))` [K 3.3.1; PKS external procedures].
 
-What they answer depends on their arguments alone, so no bit of a state says it: it is asked when a query comes to it,
-after all that stands before it, and once for equal arguments.
+Their answers depend on their arguments alone, so they take no bits of states. A procedure is called when a query comes to
+it, after the parts of the query before it, and once for equal arguments.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,7 +26,7 @@ Names = Callable[[tuple[Term, ...]], Iterator[tuple[Query, tuple[str, ...]]]]
 
 @dataclass(frozen=True)
 class Called:
-    """A call of which numbers may have to be read from the state."""
+    """A call of an external procedure, some of whose arguments may be numbers that are read from the state."""
 
     procedure: str
     arguments: tuple[str | float | NumberTerm, ...]
@@ -34,18 +34,18 @@ class Called:
 
     @property
     def reads(self) -> int:
-        """The bits of all numbers among the arguments."""
+        """The bits of the numbers among the arguments."""
         return union(each.reads for each in self.arguments if isinstance(each, NumberTerm))
 
     def answer(self, state: int) -> Answer:
-        """What the procedure answers; None also if an argument is not known."""
+        """The procedure's answer; None if it has none or an argument is not known."""
         values = tuple(each.value(state) if isinstance(each, NumberTerm) else each for each in self.arguments)
         return None if None in values else self.ask(GroundCall(self.procedure, values))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
 class Answered(Signed):
-    """Whether a call is answered so; `positive` is False for "not known to be answered so"."""
+    """The query whether a call has this answer; with `positive` False, whether it is not known to have it."""
 
     called: Called
     value: Answer
@@ -55,30 +55,30 @@ class Answered(Signed):
 
     @property
     def reads(self) -> int:
-        """The bits of numbers among the arguments."""
+        """The bits of the numbers among the arguments."""
         return self.called.reads
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Asks."""
+        """Whether the procedure gives this answer; calls it."""
         return (self.called.answer(state) == self.value) == self.positive
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """The numbers: equal arguments are answered equally."""
+        """The bits of the numbers among the arguments, on which alone the answer depends."""
         return self.reads
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Nobody is asked in the relaxation."""
+        """True: the relaxation calls no procedure."""
         return True
 
 
 class Externals:
-    """Compiles the calls of one problem; how arguments are compiled is the compiler's business."""
+    """Compiles the external calls of one problem; the compiler passes functions that compile their arguments."""
 
     def __init__(self, problem: Problem, names: Names, number: Callable[[Term], NumberTerm]) -> None:
         self.problem, self._names, self._number = problem, names, number
 
     def _calls(self, external: External) -> Iterator[tuple[Query, Called]]:
-        """The call for whatever objects its arguments are known to be, each with the condition for it."""
+        """The call with each tuple of objects that its arguments may be known to be, and the condition for each."""
         kinds = self.problem.domain.procedures[external.procedure].arguments
         ask = self.problem.answers.ask if self.problem.answers is not None else _nobody
         is_number = [kind == "number" for kind in kinds]
@@ -92,19 +92,19 @@ class Externals:
             yield condition, Called(external.procedure, arguments, ask)
 
     def cases(self, external: External) -> Iterator[tuple[Query, str]]:
-        """The objects that the answer may be, each with the condition for it."""
+        """The objects that the answer may be, and the condition for each."""
         for condition, called in self._calls(external):
             for value in self.problem.answers_of(external.procedure):
                 yield conjunction([condition, Answered(called, value)]), value
 
     def test(self, external: External) -> Query:
-        """Whether a test succeeds."""
+        """The query whether a test succeeds."""
         return disjunction(
             conjunction([condition, Answered(called, True)]) for condition, called in self._calls(external)
         )
 
     def number(self, external: External) -> NumberTerm:
-        """A number as it is answered."""
+        """The number that a procedure answers."""
         choices = list(self._calls(external))
 
         def value(state: int) -> float | None:
@@ -118,11 +118,11 @@ class Externals:
 
 
 def _settled(number: NumberTerm) -> str | float | NumberTerm:
-    """The number itself if it depends on nothing."""
+    """The argument as a constant if it reads no bit and asks no procedure."""
     value = None if number.reads or number.asks else number.value(0)
     return number if value is None else value
 
 
 def _nobody(_call: GroundCall) -> Answer:
-    """Tests that nobody answers for succeed; values that nobody answers for were refused before."""
+    """True for tests of procedures without a function; values of such procedures were refused before."""
     return True

@@ -1,10 +1,10 @@
-"""Bits of a knowledge state: which bit says K(p), K(not p), Kw(p), K(f = v), K(f != v), Kv(f), and known numbers.
+"""Bits of a knowledge state: those of K(p), K(not p), Kw(p), K(f = v), K(f != v), Kv(f), and of known numbers.
 
-States are Python integers, so a bit is the mask `1 << k`. A *group* has all bits of one ground atom or term. States
-are kept closed: what is known is also known whether, and a known value excludes all others. Hence equal knowledge is
-an equal integer, more knowledge is more bits, and every primitive query asks for one bit.
+States are Python integers, so a bit is the mask `1 << k`. A *group* is all bits of one ground atom or term. States
+are kept closed: a known atom has Kw, too, and a known value excludes all others. Hence equal knowledge is an equal
+integer, more knowledge is more bits, and every primitive query tests one bit.
 
-The bit two places below `whether` (and, for atoms, the one below it) says that the group is known, so that all
+The bit two positions below `whether` (and, for atoms, the one below that) says that the group is known, so that all
 groups whose truth or value is still open are found by two shifts (`open_entries`).
 """
 
@@ -16,7 +16,7 @@ from functools import cached_property
 
 Key = tuple[str, tuple[str, ...]]  # symbol and the names of its arguments
 
-NUMBER_BITS = 64
+NUMBER_BITS = 64  # of an IEEE 754 double
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Claim:
 
     @cached_property
     def denied(self) -> "Claim":
-        """The complement."""
+        """The complementary claim."""
         group = self.group
         if isinstance(group, AtomBits):
             return group.claim(self.holds == group.false)
@@ -62,7 +62,7 @@ class AtomBits:
         return self.true | self.false
 
     def claim(self, positive: bool) -> Claim:
-        """The literal."""
+        """The claim `p` or `not p`."""
         if positive:
             return Claim(self.true, self.false, self.true | self.whether, self)
         return Claim(self.false, self.true, self.false | self.whether, self)
@@ -89,12 +89,12 @@ class TermBits:
         return hash(self.text)
 
     def learned(self, value: str) -> int:
-        """All bits of a known value."""
+        """All bits that are set when this value is known."""
         others = self.excluded & ~self.unequal.get(value, 0)
         return self.equal[value] | others | self.settled | self.whether
 
     def claim(self, value: str, positive: bool) -> Claim:
-        """The claim `f = value` or `f != value`; the term must have exclusions."""
+        """The claim `f = value` or `f != value`; `unequal` must not be empty."""
         equal, unequal = self.equal[value], self.unequal[value]
         if positive:
             return Claim(equal, unequal, self.learned(value), self)
@@ -103,7 +103,7 @@ class TermBits:
 
 @dataclass(frozen=True)
 class NumberBits:
-    """A known number: a flag, its IEEE 754 pattern, and the bit of Kv."""
+    """The bits of a ground term whose value is a number: a flag, its IEEE 754 pattern, and the bit of Kv."""
 
     text: str
     known: int
@@ -112,7 +112,7 @@ class NumberBits:
 
     @property
     def field(self) -> int:
-        """The flag and the pattern."""
+        """The bits of the flag and of the pattern."""
         return self.known | ((1 << NUMBER_BITS) - 1) << self.shift
 
     @property
@@ -126,7 +126,7 @@ class NumberBits:
         return self.known | self.whether | int(pattern) << self.shift
 
     def decode(self, state: int) -> float | None:
-        """The value that is known in the state, or None."""
+        """The value that is known in the state; None if it is unknown."""
         if not state & self.known:
             return None
         pattern = state >> self.shift & (1 << NUMBER_BITS) - 1
@@ -135,7 +135,7 @@ class NumberBits:
 
 @dataclass(frozen=True)
 class ConjunctionBits:
-    """The Kw entry of a conjunction: its truth will be known at run time. Known conjunctions are known literals."""
+    """The Kw entry of a conjunction, whose truth will be known at run time; a known conjunction is known literals."""
 
     text: str
     whether: int
@@ -145,12 +145,12 @@ class ConjunctionBits:
 
     @property
     def mask(self) -> int:
-        """The only bit."""
+        """Its only bit."""
         return self.whether
 
     @property
     def about(self) -> int:
-        """The bits of the groups that it is about."""
+        """The bits of the groups of its literals."""
         result = 0
         for part in self.parts:
             result |= part.group.mask
@@ -160,10 +160,10 @@ class ConjunctionBits:
 Group = AtomBits | TermBits | NumberBits | ConjunctionBits
 
 
-class Vocabulary:
-    """Hands out bits to ground atoms, terms and entries when they are first mentioned.
+class BitTable:
+    """Allocates bits for ground atoms, terms and entries when they are first mentioned.
 
-    The order of mention is the order of the files, so that equal input gives equal bits.
+    The order of first mention is that of the files, so that equal input gives equal bits.
     """
 
     def __init__(self) -> None:
@@ -182,7 +182,7 @@ class Vocabulary:
         return group
 
     def term(self, name: str, arguments: tuple[str, ...], values: tuple[str, ...], exclusions: bool) -> TermBits:
-        """The bits of a ground term with a finite range; `exclusions` says whether `f != v` can be a fact."""
+        """The bits of a ground term with a finite range; `exclusions` says whether `f != v` can be known."""
         group = self._groups.get((name, arguments))
         if group is None:
             equal = {value: self.bit() for value in values}
@@ -217,14 +217,14 @@ class Vocabulary:
 
     @property
     def width(self) -> int:
-        """How many bits have been handed out."""
+        """The number of bits allocated so far."""
         return self._next
 
     def __iter__(self) -> Iterator[Group]:
         return iter(self._groups.values())
 
     def named(self, prefix: str) -> Iterator[tuple[str, tuple[str, ...], Group]]:
-        """Name, arguments and bits of the groups whose symbol begins so."""
+        """Name, arguments and bits of the groups whose symbol begins with `prefix`."""
         for (name, arguments), group in self._groups.items():
             if name.startswith(prefix):
                 yield name, arguments, group
@@ -237,7 +237,7 @@ class Vocabulary:
         return group.text in self._keys
 
     def bit(self) -> int:
-        """A bit that nobody else has."""
+        """A new bit."""
         self._next += 1
         return 1 << (self._next - 1)
 
@@ -257,10 +257,10 @@ def open_entries(state: int, whether: int) -> int:
 
 
 def fact_text(name: str, arguments: tuple[str, ...]) -> str:
-    """A ground atom or term in the language's spelling: `f(a, b)`, or `f` without arguments."""
+    """A ground atom or term as the language writes it: `f(a, b)`, or `f` without arguments."""
     return f"{name}({', '.join(arguments)})" if arguments else name
 
 
 def finite(value: float) -> float | None:
-    """The value, or None for what a float cannot hold (overflow): then it is unknown."""
+    """The value, or None if it is infinite or NaN; the number is then unknown."""
     return value if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Number terms: how a value is read from a state, computed from others, and compared."""
+"""Number terms: values that are read from a state, computed from others, and compared."""
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
@@ -20,9 +20,9 @@ COMPARISONS: Final[dict[str, Callable[[float, float], bool]]] = {
 
 @dataclass(frozen=True)
 class NumberTerm:
-    """A number that may be known: `value` reads the bits `reads` of a state, None means unknown.
+    """A number that may be known: `value` reads the bits `reads` of a state and returns None if it is unknown.
 
-    `asks` says whether an external procedure is asked for it.
+    `asks` says whether an external procedure is called for it.
     """
 
     reads: int
@@ -32,7 +32,7 @@ class NumberTerm:
 
 @dataclass(frozen=True)
 class Compare(Signed):
-    """A comparison of two known numbers; `positive` is False for "not known to compare so"."""
+    """The query whether two known numbers compare so; with `positive` False, whether they are not known to."""
 
     operator: str
     left: NumberTerm
@@ -44,21 +44,21 @@ class Compare(Signed):
 
     @property
     def reads(self) -> int:
-        """The bits of all numbers compared."""
+        """The bits of both numbers."""
         return self.left.reads | self.right.reads
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Unknown numbers compare to nothing, so the negated query holds for them."""
+        """Whether both numbers are known and compare so, or, with `positive` False, not."""
         left, right = self.left.value(state), self.right.value(state)
         known = left is not None and right is not None and COMPARISONS[self.operator](left, right)
         return known == self.positive
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """All bits of the numbers."""
+        """The bits of both numbers."""
         return self.reads
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Numbers are not relaxed: they can become anything."""
+        """True: in the relaxation a number may have any value."""
         return True
 
 
@@ -66,8 +66,8 @@ def stored(choices: Sequence[tuple[Query, NumberBits]], static: int | None) -> N
     """The number that a state holds.
 
     Args:
-        choices: the bits of the term for whatever objects its arguments are known to be, each with the condition.
-        static: what is known for good, if the number is among that; it takes no bits of states.
+        choices: the bits of the term for each tuple of objects that its arguments may be known to be, and the condition.
+        static: the static knowledge, if the number is part of that and so takes no bits of states; else None.
     """
 
     def value(state: int) -> float | None:
@@ -81,7 +81,7 @@ def stored(choices: Sequence[tuple[Query, NumberBits]], static: int | None) -> N
 
 
 def computed(operator: str, left: NumberTerm, right: NumberTerm) -> NumberTerm:
-    """A sum, difference, product or quotient; unknown if a side is, or if it is no finite number."""
+    """A sum, difference, product or quotient; unknown if a side is unknown or the result is not finite."""
 
     def value(state: int) -> float | None:
         first, second = left.value(state), right.value(state)

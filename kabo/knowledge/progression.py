@@ -1,6 +1,6 @@
-"""What an action does to a knowledge state: all conditions are read in the state before, then all updates happen.
+"""The effects of an action on a knowledge state: all conditions are evaluated in the state before, then all updates happen.
 
-Add wins over delete. What the world changed drops the entries that speak of it; then comes the closure.
+Add wins over delete. A change of the world removes the entries about what it changed. The closure follows.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,7 +24,7 @@ from kabo.knowledge.queries import (
 
 @dataclass(frozen=True)
 class Assignment:
-    """`f = expression`, read in the state before; if that is unknown, so is f, or it will be known at run time."""
+    """`f = expression`, evaluated in the state before; if it is unknown, f is unknown, or with `at_run_time` Kv."""
 
     bits: NumberBits
     value: NumberTerm
@@ -33,10 +33,10 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Update:
-    """One compiled update: under the condition, first `clear` then `make`.
+    """One compiled update: under the condition the bits `clear` are cleared, then the bits `make` set.
 
     `touch` are the bits of the group that it changes in the world, 0 if it only infers or senses; `entry` is the
-    group that it says will be known at run time.
+    group whose truth or value will be known at run time by it.
     """
 
     condition: Query
@@ -45,11 +45,11 @@ class Update:
     touch: int = 0
     assignment: Assignment | None = None
     entry: Group | None = None
-    static: bool = False  # its bits are those of static knowledge, not of states
+    static: bool = False  # whether its bits are those of static knowledge, not of states
 
     @cached_property
     def is_possible(self) -> bool:
-        """Whether its condition is not plainly false."""
+        """Whether its condition is not the constant FALSE."""
         return self.condition != FALSE
 
     @cached_property
@@ -59,7 +59,7 @@ class Update:
 
     @cached_property
     def writes(self) -> int:
-        """All bits that it may change, beside entries that it drops."""
+        """All bits that it may change, apart from those of entries that it removes."""
         return self.clear | self.make
 
     @cached_property
@@ -70,22 +70,22 @@ class Update:
 
 @dataclass(frozen=True)
 class Switch:
-    """Conditional updates that wait for bits of which at most one is set: looked up, not tried one by one."""
+    """Conditional updates, each under one of several bits of which at most one is set; it is looked up in a table."""
 
     mask: int
-    table: Mapping[int, tuple[int, int, int]]  # the bit that is set -> clear, make, touch
+    table: Mapping[int, tuple[int, int, int]]  # the bit that is set -> bits to clear, to make, and touched
 
 
 @dataclass(frozen=True)
 class Effects:
     """The effects of one ground action.
 
-    `exclusive` are masks of bits of which one action must not make two: adding p and not p at once is a
+    `exclusive` are masks of bits of which one action must not set two: adding p and not p at once is a
     contradiction, and an action that would do so is not applicable.
     """
 
     updates: tuple[Update, ...]
-    entries: tuple[Entry, ...]  # those that its updates may drop
+    entries: tuple[Entry, ...]  # those that its updates may remove
     conjunctions: tuple[ConjunctionBits, ...]  # those whose truth its updates may change
     exclusive: tuple[int, ...]
     clear: int  # of all unconditional updates
@@ -103,12 +103,12 @@ class Effects:
 
     @cached_property
     def reads(self) -> int:
-        """All bits that decide what is changed."""
+        """All bits that decide what any update changes."""
         return union(update.reads for update in self.updates)
 
     @cached_property
     def contested(self) -> int:
-        """Bits for which contradictions can happen."""
+        """The bits for which updates may contradict each other."""
         return union(self.exclusive) | _assigned_twice(self.assigned)
 
     def after(self, state: int, test: GeometricOracle = optimistic) -> int | None:
@@ -139,7 +139,7 @@ class Effects:
         return state & ~clear | make
 
     def _numbers(self, state: int, test: GeometricOracle) -> tuple[int, int] | None:
-        """Bits to clear and to make for assigned numbers; None if one number gets two values."""
+        """The bits to clear and to set for assigned numbers; None if one number gets two values."""
         values: dict[NumberBits, tuple[float | None, bool]] = {}
         for update in self.assigned:
             if update.assignment is not None and update.condition.holds(state, test):
@@ -154,7 +154,7 @@ class Effects:
 
 @dataclass(frozen=True)
 class Lexicon:
-    """What effects must know about bits: which exclude each other, and which entries can be dropped."""
+    """The facts about bits that effects need: which exclude each other, and which entries can be removed."""
 
     entries: tuple[Entry, ...] = ()
     conjunctions: tuple[ConjunctionBits, ...] = ()
@@ -165,14 +165,14 @@ class Lexicon:
         default_factory=dict
     )  # bit -> bits that cannot both be made
 
-    # Made so far, with what they were made of: actions share updates that do not depend on all of their arguments.
+    # What was compiled so far, with its parts: actions share updates that do not depend on all of their arguments.
     switches: dict[tuple[int, ...], tuple[list[Update], Switch]] = field(default_factory=dict)
     effects: dict[tuple[int, ...], tuple[tuple[Update, ...], "Effects"]] = field(default_factory=dict)
 
     _at_odds: dict[int, tuple[int, ...]] = field(default_factory=dict)
 
     def at_odds(self, made: int) -> tuple[int, ...]:
-        """The masks of `contradictions` in which some of these bits are, each once."""
+        """Those masks of `contradictions`, each once, that have some of these bits."""
         found = self._at_odds.get(made)
         if found is None:
             masks = [mask for bit in bits_of(made) for mask in self.contradictions.get(bit, ())]
@@ -181,7 +181,7 @@ class Lexicon:
 
     @staticmethod
     def of(groups: Iterable[Group], entries: Iterable[Entry] = ()) -> "Lexicon":
-        """The lexicon of a vocabulary."""
+        """The lexicon of these groups and entries."""
         values: dict[int, int] = {}
         contradictions: dict[int, tuple[int, ...]] = {}
         conjunctions = []
@@ -201,7 +201,7 @@ class Lexicon:
 
 
 def effects_of(updates: Sequence[Update], lexicon: Lexicon) -> Effects:
-    """Sorts updates by what they need: unconditional ones become one mask, contradictions are looked for once."""
+    """The effects made of these updates: unconditional ones become one mask, contradictions are looked for once."""
     key = tuple(map(id, updates))
     if key not in lexicon.effects:
         lexicon.effects[key] = tuple(updates), _sorted(updates, lexicon)
@@ -229,7 +229,7 @@ def _sorted(updates: Iterable[Update], lexicon: Lexicon) -> Effects:
 
 
 def _switches(updates: list[Update], lexicon: Lexicon) -> tuple[tuple[Switch, ...], tuple[Update, ...]]:
-    """Updates that wait for one value of the same term as one look-up; equal conditions are one update."""
+    """Updates under values of the same term as one switch, and the other updates, one for equal conditions."""
     by_term: dict[int, list[Update]] = {}
     for update in updates:
         by_term.setdefault(_waits_for(update.condition, lexicon), []).append(update)
@@ -261,14 +261,14 @@ def _both(one: Update, other: Update) -> Update:
 
 
 def _waits_for(condition: Query, lexicon: Lexicon) -> int:
-    """All value bits of the term if the condition is that one of them is set; 0 if it is anything else."""
+    """All value bits of a term if the condition is that a certain one of them is set; 0 for any other condition."""
     if isinstance(condition, AllOf) and condition.mask == condition.value:
         return lexicon.values.get(condition.mask, 0)
     return 0
 
 
 def _exclusive(updates: list[Update], lexicon: Lexicon) -> tuple[int, ...]:
-    """Bits that contradict each other and that two updates make (one update is never at odds with itself)."""
+    """The masks of contradicting bits that two different updates set; one update never contradicts itself."""
     made: dict[int, int] = {}
     contested: dict[int, int] = {}
     for update in updates:

@@ -1,8 +1,8 @@
 """Queries on knowledge states: formulas in negation normal form over bits [K 3.3.1; PKS primitive queries].
 
 A knowledge state is one Python integer; a query is a small tree whose leaves are masks. Every query answers three
-questions: does it hold, *which bits make it so* (the explanation that generalises solved states), could it ever
-hold in the delete relaxation. "Not" exists only while compiling: `negation` pushes it into the leaves.
+questions: whether it holds, which bits are the reason (this explanation generalises solved states), and whether it could
+ever hold in the delete relaxation. "Not" exists only while compiling: `negation` pushes it into the leaves.
 """
 
 from abc import ABC, abstractmethod
@@ -12,7 +12,7 @@ from typing import Final
 
 from kabo.language.formulas import GroundCall
 
-# Answers a geometric test inside a formula; where nobody knows, it should say True.
+# Answers a geometric test inside a formula; it should say True where the answer is unknown.
 GeometricOracle = Callable[[GroundCall], bool]
 
 
@@ -22,7 +22,7 @@ def optimistic(_call: GroundCall) -> bool:
 
 
 class Query(ABC):
-    """A compiled formula; `has_tests` says whether it asks geometry."""
+    """A compiled formula; `has_tests` says whether it has a geometric test."""
 
     has_tests: bool = False
 
@@ -33,15 +33,15 @@ class Query(ABC):
 
     @abstractmethod
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether the query holds in the state; parts are evaluated in order and short-circuit."""
+        """Whether the query holds in the state; parts are evaluated in order, and only until the answer is clear."""
 
     @abstractmethod
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """Bits that decide the value: any state that agrees on them gives the same answer."""
+        """Bits that decide the answer: it is the same in any state with the same values of these bits."""
 
     @abstractmethod
     def possible(self, ones: int, zeros: int) -> bool:
-        """Whether it can hold if the bits `ones` can be 1 and the bits `zeros` can be 0 (never wrongly False)."""
+        """Whether it can hold if the bits `ones` can be 1 and the bits `zeros` can be 0; False is always right."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class AllOf(Query):
         return self.mask
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """One masked comparison."""
+        """Whether the bits have these values."""
         return state & self.mask == self.value
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """All bits, or the lowest one that differs."""
+        """All bits if the query holds, else the lowest one that differs."""
         wrong = (state & self.mask) ^ self.value
         return wrong & -wrong if wrong else self.mask
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Every bit can have its value."""
+        """Whether every bit can have its value."""
         return not (self.value & ~ones or self.mask & ~self.value & ~zeros)
 
 
@@ -82,16 +82,16 @@ class AnyOf(Query):
         return self.mask
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """One masked comparison."""
+        """Whether the bits have these values."""
         return state & self.mask != 0
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """The lowest bit that is 1, or all."""
+        """The lowest bit that is 1 if there is one, else all bits."""
         held = state & self.mask
         return held & -held if held else self.mask
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Some bit can be 1."""
+        """Whether some bit can be 1."""
         return self.mask & ones != 0
 
 
@@ -100,14 +100,14 @@ FALSE: Final = AnyOf(0)
 
 
 class Signed(Query):
-    """A leaf that is denied as a whole: `positive` is False for "not known so"."""
+    """A leaf of a query that is negated as a whole: `positive` False means "not known to hold"."""
 
     positive: bool
 
 
 @dataclass(frozen=True)
 class GeometricTest(Signed):
-    """A geometric test; depends on no bit, only on the geometric state behind the oracle."""
+    """A geometric test, which depends on no bit, only on the geometric state that the oracle knows."""
 
     call: GroundCall
     positive: bool = True
@@ -116,24 +116,24 @@ class GeometricTest(Signed):
 
     @property
     def reads(self) -> int:
-        """No bit."""
+        """0, no bits."""
         return 0
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """What the oracle says."""
+        """The answer of the oracle."""
         return test(self.call) == self.positive
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """No bit: equal geometric states answer equally."""
+        """0, no bits: the answer depends on the geometric state alone."""
         return 0
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Geometry may say anything."""
+        """True: in the relaxation a test may have any answer."""
         return True
 
 
 class _Junction(Query):
-    """What conjunction and disjunction share."""
+    """A query made of parts: what conjunction and disjunction share."""
 
     parts: tuple[Query, ...]
 
@@ -158,45 +158,45 @@ class _Junction(Query):
 
 
 class All(_Junction):
-    """Conjunction, short-circuit in order."""
+    """A conjunction, evaluated in order until a part fails."""
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """No part fails."""
+        """Whether all parts hold."""
         return all(part.holds(state, test) for part in self.parts)
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """What makes all parts hold, or what makes the first failing one fail."""
+        """The bits because of which all parts hold, or because of which the first failing part fails."""
         for part in self.parts:
             if not part.holds(state, test):
                 return part.support(state, test)
         return union(part.support(state, test) for part in self.parts)
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Every part is possible on its own."""
+        """Whether every part is possible on its own."""
         return all(part.possible(ones, zeros) for part in self.parts)
 
 
 class Some(_Junction):
-    """Disjunction, short-circuit in order."""
+    """A disjunction, evaluated in order until a part holds."""
 
     def holds(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Some part holds."""
+        """Whether some part holds."""
         return any(part.holds(state, test) for part in self.parts)
 
     def support(self, state: int, test: GeometricOracle = optimistic) -> int:
-        """What makes the first holding part hold, or what makes all fail."""
+        """The bits because of which the first holding part holds, or because of which all parts fail."""
         for part in self.parts:
             if part.holds(state, test):
                 return part.support(state, test)
         return union(part.support(state, test) for part in self.parts)
 
     def possible(self, ones: int, zeros: int) -> bool:
-        """Some part is possible."""
+        """Whether some part is possible."""
         return any(part.possible(ones, zeros) for part in self.parts)
 
 
 def union(masks: Iterable[int]) -> int:
-    """The bits of all masks."""
+    """The bitwise or of all masks."""
     result = 0
     for mask in masks:
         result |= mask
@@ -204,12 +204,12 @@ def union(masks: Iterable[int]) -> int:
 
 
 def truth(value: bool) -> Query:
-    """The constant query."""
+    """The query TRUE or FALSE."""
     return TRUE if value else FALSE
 
 
 def conjunction(parts: Iterable[Query]) -> Query:
-    """All parts; the masks among them become one test that comes first, geometric tests stay in order behind."""
+    """The conjunction of the parts: masks become one test that comes first, geometric tests follow in their order."""
     mask = value = 0
     rest: list[Query] = []
     for part in _flat(parts, All):
@@ -228,7 +228,7 @@ def conjunction(parts: Iterable[Query]) -> Query:
 
 
 def disjunction(parts: Iterable[Query]) -> Query:
-    """Some part; single bits among them become one test that comes first."""
+    """The disjunction of the parts: single bits become one test that comes first."""
     mask = 0
     rest: list[Query] = []
     for part in _flat(parts, Some):
@@ -245,7 +245,7 @@ def disjunction(parts: Iterable[Query]) -> Query:
 
 
 def known_one(mask: int) -> Query:
-    """Some bit of the mask is 1: a plain test if it is a single bit."""
+    """The query whether some bit of the mask is 1, as a masked comparison if the mask is a single bit."""
     return AllOf(mask, mask) if mask and mask & (mask - 1) == 0 else AnyOf(mask)
 
 
@@ -293,7 +293,7 @@ def _only(parts: list[Query], kind: type[_Junction], empty: Query) -> Query:
 
 
 def tested_for_zero(query: Query) -> int:
-    """Bits of which the query may ask that they are not set: where more knowledge may be less."""
+    """The bits that the query may require to be 0, so that knowing more may make it false."""
     match query:
         case AllOf(mask, value):
             return mask & ~value
@@ -305,7 +305,7 @@ def tested_for_zero(query: Query) -> int:
 
 
 def split(query: Query) -> tuple[int, int, Query | None]:
-    """A conjunction as one masked comparison (mask, value) and what remains to be asked, None if nothing."""
+    """A conjunction as one masked comparison (mask, value) and the remaining query, None if nothing remains."""
     parts = query.parts if isinstance(query, All) else (query,)
     if not isinstance(parts[0], AllOf):
         return 0, 0, query

@@ -1,4 +1,4 @@
-"""The delete relaxation over knowledge: what could ever become known, and which goals never can."""
+"""The delete relaxation over knowledge: the facts that could ever become known, and the goals that never can."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,14 +8,14 @@ from kabo.knowledge.closure import Closure
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import All, AllOf, Query, bits_of, union
-from kabo.knowledge.task import Task
+from kabo.knowledge.task import GroundedTask
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Bits that can be 1 and bits that can be 0, the actions that can ever apply, and the number of layers.
+    """The bits that can be 1, the bits that can be 0, the actions that can ever apply, and the number of layers.
 
-    `history` are the bits that can be 1, and those that can be 0, in each layer, the start (layer 0) first.
+    `history` has for each layer the bits that can be 1 and those that can be 0; the start is layer 0.
     """
 
     ones: int
@@ -33,10 +33,10 @@ def relaxed_reach(
     *,
     by_layers: bool = True,
 ) -> Reach:
-    """The fixpoint of applying all actions without ever losing a bit value that was possible.
+    """The fixpoint of applying all actions when no possible value of a bit is ever lost.
 
-    Every state that a plan can reach is contained: a bit outside `ones` is 0 in all of them. Without `by_layers` an
-    action already sees what those before it in the same round made: fewer rounds, the same fixpoint.
+    It contains every state that a plan can reach: a bit outside `ones` is 0 in all of them. Without `by_layers` an
+    action sees the results of earlier actions of the same round; that takes fewer rounds to the same fixpoint.
     """
     learning = _Learning(branchings, closure)
     ones, zeros = learning.after(initial, ~initial)
@@ -52,14 +52,14 @@ def relaxed_reach(
         history.append((ones, zeros))
 
 
-def unreachable_goals(task: Task) -> list[str]:
-    """The goal conjuncts out of reach even if nothing were ever lost, as text in the order of the file."""
+def unreachable_goals(task: GroundedTask) -> list[str]:
+    """The texts of the goal conjuncts that are out of reach even in the delete relaxation, in the order of the file."""
     reach = relaxed_reach(task.initial, task.actions, task.branchings, task.closure)
     return [part.text for part in task.goal if not part.query.possible(reach.ones, reach.zeros)]
 
 
 class _Doing:
-    """What actions may add to bits that are possible. What has been possible once is not looked at again."""
+    """Adds the values of bits that applicable actions make possible; actions found applicable are not tried again."""
 
     def __init__(self, actions: Sequence[GroundAction]) -> None:
         self.reached: set[int] = set()  # indices of the actions that can apply
@@ -68,7 +68,10 @@ class _Doing:
         self._done: set[int] = set()  # those of them that have been possible
 
     def after(self, ones: int, zeros: int, *, at_once: bool) -> tuple[int, int]:
-        """The bits that can be 1 and those that can be 0 after one round; `at_once` an action sees what others made."""
+        """The bits that can be 1 and those that can be 0 after one round.
+
+        With `at_once` an action sees the results of those before it in the same round.
+        """
         new_ones, new_zeros = ones, zeros
         for update in list(self._updates.values()):
             if update.condition.possible(ones, zeros):
@@ -101,21 +104,21 @@ class _Doing:
 
 
 def _lacking(query: Query, ones: int) -> int:
-    """A bit outside `ones` that the query asks for; 0 if its first part tells of none."""
+    """A bit outside `ones` that the query requires to be 1; 0 if its first part names none."""
     part = query.parts[0] if isinstance(query, All) else query
     lacking = part.value & ~ones if isinstance(part, AllOf) else 0
     return lacking & -lacking
 
 
 class _Learning:
-    """What branching and inference may add to bits that are possible."""
+    """Adds the values of bits that branching and inference make possible."""
 
     def __init__(self, branchings: Mapping[int, Branching], closure: Closure) -> None:
         self._branchings, self._closure = dict(branchings), closure
         self._waiting = dict(enumerate(closure.propagators))
 
     def after(self, ones: int, zeros: int) -> tuple[int, int]:
-        """The bits that can be 1, and those that can be 0, once everything that could be inferred is."""
+        """The bits that can be 1 and those that can be 0 after all possible outcomes and inferences."""
         while True:
             before = ones, zeros
             for entry in bits_of(ones & union(self._branchings)):

@@ -1,7 +1,7 @@
-"""Explanations: which bits of the state before make the bits that are needed after a transition.
+"""Explanations: the bits of the state before a transition that decide the bits needed after it.
 
-An explanation is a set of bits: any state that has the same values there goes through the transition to a state
-that has the needed ones. It generalises solved states to all that have what their plan needs [explanation-based
+An explanation is a set of bits: the transition leads every state with the same values of these bits to a state with the
+same needed bits. So a solved state is generalised to all states that fulfil what its plan needs [explanation-based
 generalisation; as in goal regression, with the closure's inferences among the reasons].
 """
 
@@ -12,16 +12,16 @@ from kabo.knowledge.queries import GeometricOracle, optimistic, union
 
 
 def before_closure(closure: Closure, trace: Trace, after: int, needed: int) -> int:
-    """Bits before the closure that give the needed bits after it.
+    """The bits before the closure that decide the needed bits after it.
 
     Args:
-        closure: what may follow.
-        trace: what did follow, in order.
+        closure: all inferences of the problem.
+        trace: the inferences that were drawn, in order.
         after: the closed state.
-        needed: bits of it.
+        needed: bits of the closed state.
     """
     if needed & ~after & closure.makes or needed & after & closure.clears:
-        needed |= closure.reads  # that nothing else follows depends on everything from which it could
+        needed |= closure.reads  # that nothing else was inferred depends on all bits from which it could be
     for written, reason in reversed(trace):
         if needed & written:
             needed = needed & ~written | reason
@@ -29,7 +29,7 @@ def before_closure(closure: Closure, trace: Trace, after: int, needed: int) -> i
 
 
 def why_contradiction(trace: Trace) -> int:
-    """Bits before the closure that make it contradict itself; the trace ends with the contradiction."""
+    """The bits before the closure because of which it contradicts itself; the trace ends with the contradiction."""
     needed = trace[-1][1]
     for written, reason in reversed(trace[:-1]):
         if needed & written:
@@ -38,7 +38,7 @@ def why_contradiction(trace: Trace) -> int:
 
 
 def before_effects(effects: Effects, state: int, needed: int, test: GeometricOracle = optimistic) -> int:
-    """Bits of the state before that give the bits `needed` after the updates, and that the updates are consistent."""
+    """The bits of the state before that decide the bits `needed` after the updates, and that the updates are consistent."""
     relevant, before, kept = needed | effects.contested, 0, needed
     entries = [entry for entry in effects.entries if entry.mask & needed]
     if entries:

@@ -1,9 +1,9 @@
-"""Knowledge that no longer matters: facts that only dead actions would read.
+"""Knowledge that no longer matters: facts that only dead actions read.
 
-An action is dead in a state if a literal of its precondition fails and nothing can make it hold again: no action
-writes it so, or only actions that are dead for that reason themselves. What is dead stays dead. So two states that
-differ in a fact which only dead actions read have the same plans; search nodes are told apart without such facts.
-(Whether a cup that was carried away may spill is such a fact: FORCE SENSING has 2^n such nodes instead of 3^n.)
+An action is dead in a state if a literal of its precondition is false and can never become true again: it has no
+achiever, or only achievers that are dead for the same reason. A dead action stays dead. So two states that differ only
+in facts that dead actions read have the same plans; search nodes are compared without such facts. (Whether a cup that
+was carried away may spill is such a fact: FORCE SENSING has 2^n nodes instead of 3^n.)
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,41 +16,43 @@ from kabo.knowledge.facts import open_entries
 from kabo.knowledge.progression import Effects
 from kabo.knowledge.queries import Query, bits_of, split, union
 
-_Cube = tuple[int, int]  # mask and value: the bits of the mask are exactly the value
+_Cube = tuple[int, int]  # (mask, value), a conjunction of literals: the bits of the mask have the value
 
 
 @dataclass(frozen=True)
 class _Death:
-    """When an action is dead: a literal of `cube` fails, or one of `waiting` fails and all its makers are dead."""
+    """When an action is dead: a literal of `cube` is false, or one of `waiting` is false and all its achievers are dead."""
 
-    cube: _Cube  # what nothing can make hold again
-    waiting: tuple[tuple[_Cube, tuple[_Cube, ...]], ...]  # a literal, and what each of its makers cannot regain
+    cube: _Cube  # literals that have no achiever
+    waiting: tuple[
+        tuple[_Cube, tuple[_Cube, ...]], ...
+    ]  # a literal, and for each achiever its literals without one
 
     def happened(self, state: int) -> bool:
         """Whether the action is dead in the state."""
         mask, value = self.cube
         if state & mask != value:
             return True
-        for (mask, value), makers in self.waiting:  # noqa: SIM110  asked too often for a generator
+        for (mask, value), makers in self.waiting:  # noqa: SIM110  called too often for a generator
             if state & mask != value and _all_fail(makers, state):
                 return True
         return False
 
     @property
     def is_possible(self) -> bool:
-        """Whether it can ever happen."""
+        """Whether the action can ever be dead."""
         return bool(self.cube[0] or self.waiting)
 
     @property
     def reads(self) -> int:
-        """The bits that decide it."""
+        """The bits that decide whether the action is dead."""
         return self.cube[0] | union(
             literal | union(maker for maker, _ in makers) for (literal, _), makers in self.waiting
         )
 
 
 def _all_fail(cubes: Iterable[_Cube], state: int) -> bool:
-    for mask, value in cubes:  # noqa: SIM110  asked too often for a generator
+    for mask, value in cubes:  # noqa: SIM110  called too often for a generator
         if state & mask == value:
             return False
     return True
@@ -58,22 +60,22 @@ def _all_fail(cubes: Iterable[_Cube], state: int) -> bool:
 
 @dataclass(frozen=True)
 class _Droppable:
-    """A group of bits, all actions that read it, and what decides whether it is obsolete."""
+    """A group of bits, when each action that reads it is dead, and the bits that decide whether the group is obsolete."""
 
     group: int
     readers: tuple[_Death, ...]
     deciding: int
 
     def is_obsolete(self, state: int) -> bool:
-        """Whether all its readers are dead."""
-        for death in self.readers:  # noqa: SIM110  asked too often for a generator
+        """Whether all actions that read the group are dead."""
+        for death in self.readers:  # noqa: SIM110  called too often for a generator
             if not death.happened(state):
                 return False
         return True
 
 
 class Relevance:
-    """Drops from states what only dead actions would read; found out when it is first asked for."""
+    """Removes from states the knowledge that only dead actions read; its tables are made when first needed."""
 
     def __init__(
         self,
@@ -86,8 +88,8 @@ class Relevance:
         self._actions, self._goal, self._groups = tuple(actions), goal, groups
         self._branchings, self._closure = branchings, closure
         self._entries = union(branchings)
-        self._dropped: dict[int, int] = {}  # deciding bits of a state -> what is obsolete there
-        self._last = 0  # those that were asked for last
+        self._dropped: dict[int, int] = {}  # deciding bits of a state -> the obsolete bits
+        self._last = 0  # the deciding bits of the last question
 
     @cached_property
     def _droppable(self) -> list[_Droppable]:
@@ -118,7 +120,7 @@ class Relevance:
 
     @cached_property
     def _decided(self) -> dict[int, list[_Droppable]]:
-        """For each deciding bit the groups that it decides about."""
+        """For each deciding bit the groups for which it matters."""
         decided: dict[int, list[_Droppable]] = {}
         for one in self._droppable:
             for bit in bits_of(one.deciding):
@@ -126,7 +128,7 @@ class Relevance:
         return decided
 
     def reduced(self, state: int) -> int:
-        """The state without what no longer matters; while an entry stands open, everything does."""
+        """The state without the knowledge that no longer matters; nothing is removed while an outcome is still open."""
         if not self._droppable or open_entries(state, self._entries):
             return state
         deciding = state & self._deciding
@@ -139,7 +141,7 @@ class Relevance:
         return state & ~dropped
 
     def _changed(self, dropped: int, changed: int, state: int) -> int:
-        """What is obsolete: only what the changed bits decide about is asked again."""
+        """The obsolete bits; only groups for which the changed bits matter are computed anew."""
         again = {one.group: one for bit in bits_of(changed) for one in self._decided[bit]}
         return dropped & ~union(again) | union(group for group, one in again.items() if one.is_obsolete(state))
 
@@ -157,7 +159,7 @@ def _readers(actions: Iterable[GroundAction], groups: Iterable[int]) -> Iterator
 
 
 class _Makers:
-    """Which actions can make a literal hold."""
+    """The achievers of each literal."""
 
     def __init__(
         self, actions: tuple[GroundAction, ...], branchings: Mapping[int, Branching], closure: Closure
@@ -181,9 +183,9 @@ class _Makers:
 
     @cached_property
     def _writers(self) -> tuple[dict[int, list[_Cube]], dict[int, list[_Cube]]]:
-        """For each bit what the actions that may set it cannot regain, and those that may clear it.
+        """For each bit the literals without achiever of each action that may set it, and of each that may clear it.
 
-        Only for bits that some precondition asks for, and that no action can always write.
+        Only for bits that some precondition reads and that no action without such literals writes.
         """
         ones = union(value for _, value in self._tests.values()) & ~self._always_made
         zeros = union(mask & ~value for mask, value in self._tests.values()) & ~self._always_cleared
@@ -209,7 +211,7 @@ class _Makers:
         return _Death(final, waiting)
 
     def _final(self, mask: int, value: int) -> _Cube:
-        """The literals of a precondition that nothing can make hold again once they fail."""
+        """The literals of a precondition that have no achiever."""
         lost = (value & ~self._made | mask & ~value & ~self._cleared) & ~self._by_sensing
         return lost, value & lost
 

@@ -22,11 +22,11 @@ class GoalPart:
 
 
 @dataclass(frozen=True)
-class Task:
+class GroundedTask:
     """A grounded problem.
 
-    `entries` maps every Kw and Kv bit to its fact, `whether` are all of them; `branchings` maps those that can be
-    branched on to how they split, `pending` are all of these.
+    `entries` maps every Kw and Kv bit to its fact, and `whether` are all these bits; `branchings` maps those that allow
+    branching to their branchings, and `pending` are all these.
     """
 
     initial: int
@@ -39,21 +39,21 @@ class Task:
     goal_query: Query
     relevance: Relevance
     closure: Closure
-    may_wait: bool  # whether more knowledge may be less: then it may be wise not to branch on what was sensed
+    may_wait: bool  # whether knowing more may make something false, so that it may pay not to branch at once
     groups: tuple[Group, ...]  # the bits of all atoms and terms that can change
-    functional: int  # the bits of known values of terms: of each term at most one is set
-    width: int  # how many bits a state has
+    functional: int  # the bits of known values of terms, of which each term has at most one set
+    width: int  # the number of bits of a state
 
     @cached_property
     def normal_form(self) -> NormalForm:
-        """What makes states that say the same equal."""
+        """The normal form of this task's states, by which equivalent states are found."""
         return NormalForm((p for p in self.closure.propagators if isinstance(p, Entry)), self.width)
 
     @cached_property
     def less_is_less(self) -> bool:
-        """Whether a state that knows a part of what another one knows never leads to more than that.
+        """Whether a state that knows less than another one never has a plan that the other one lacks.
 
-        So it is where nothing asks for what is not known, and what actions do does not depend on what is known.
+        This is so where nothing requires that something is unknown, and no effect depends on what is known.
         """
         asked = [self.goal_query, *(action.precondition for action in self.actions)]
         if self.closure.rules or self.closure.monitors or any(query.has_tests for query in asked):
@@ -63,14 +63,14 @@ class Task:
         return fixed and not union(tested_for_zero(query) for query in asked)
 
     def is_goal(self, state: int, test: GeometricOracle = optimistic) -> bool:
-        """Whether the goal holds."""
+        """Whether the goal holds in the state."""
         return self.goal_query.holds(state, test)
 
     def open_branchings(self, state: int) -> list[Branching]:
-        """Every entry of the state that could be branched on."""
+        """The branchings on all Kw and Kv entries of the state that are still open."""
         return [self.branchings[bit] for bit in bits_of(open_entries(state, self.pending))]
 
     def open_branching(self, state: int) -> Branching | None:
-        """The first entry of the state to branch on, or None if nothing that was sensed is open."""
+        """The branching on the first open Kw or Kv entry of the state; None if there is none."""
         pending = open_entries(state, self.pending)
         return self.branchings[pending & -pending] if pending else None

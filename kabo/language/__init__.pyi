@@ -10,7 +10,7 @@ from kabo.language.scene_description import SceneDescription as SceneDescription
 from kabo.language.spelling import spell as spell
 from kabo.language.spelling import spell_bound as spell_bound
 from kabo.language.spelling import spell_number as spell_number
-from kabo.language.task_description import Property as Property
+from kabo.language.task_description import ProcedureProperty as ProcedureProperty
 from kabo.language.yaml.loading import load_scene_description as load_scene_description
 from kabo.language.yaml.loading import own_task_files as own_task_files
-from kabo.language.yaml.procedures import Procedures as Procedures
+from kabo.language.yaml.procedures import ProcedureSignatures as ProcedureSignatures

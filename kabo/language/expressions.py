@@ -3,11 +3,12 @@
 Every syntax makes the same trees of terms, atoms and comparisons; what stands around them is its own.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
-ARITHMETIC = ("+", "-", "*", "/")
+ARITHMETIC = frozenset("+-*/")
 
 
 class Span(Protocol):
@@ -41,8 +42,8 @@ class Expression:
     text: str
     start: int
     end: int
-    parts: list["Expression"] = field(default_factory=list)
-    variables: list[tuple["Expression", "Expression | None"]] = field(default_factory=list)
+    parts: Sequence["Expression"] = ()
+    variables: Sequence[tuple["Expression", "Expression | None"]] = ()
     name_at: int | None = None
 
     @property

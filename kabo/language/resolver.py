@@ -31,39 +31,41 @@ class Dialect:
     only_numbers = False
     longest_quote: int | None = 60
 
-    def unknown_term(self, here: "Resolver", node: Expression) -> None:
+    def unknown_term(self, here: "NameResolver", node: Expression) -> None:
         """Reports a word or call in the place of a term that nothing is known of."""
         raise NotImplementedError
 
-    def no_value(self, here: "Resolver", node: Expression, symbol: Symbol) -> None:
+    def no_value(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
         """Reports a predicate, or a procedure that is a test, in the place of a term."""
         here.report(node, f'"{node.text}" is a predicate: it is true or false, and no value')
 
-    def no_atom(self, here: "Resolver", node: Expression, symbol: Symbol | None) -> None:
+    def no_atom(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
         """Reports what is no predicate in the place of an atom; `symbol` is what it is instead."""
         raise NotImplementedError
 
-    def no_function(self, here: "Resolver", node: Expression, symbol: Symbol | None) -> None:
+    def no_function(self, here: "NameResolver", node: Expression, symbol: Symbol | None) -> None:
         """Reports what is no function where one must stand; `symbol` is what it is instead."""
         raise NotImplementedError
 
-    def no_number(self, here: "Resolver", node: Expression, kind: Kind) -> None:
+    def no_number(self, here: "NameResolver", node: Expression, kind: Kind) -> None:
         """Reports a term whose value is no number."""
         here.report(node, f'"{here.quote(node)}" is no number, expected one')
 
-    def no_size(self, here: "Resolver", node: Expression, part: Expression, kind: Kind) -> None:
+    def no_size(self, here: "NameResolver", node: Expression, part: Expression, kind: Kind) -> None:
         """Reports a part of a comparison that is no number, though numbers are compared by their size."""
         here.report(part, f'"{node.kind}" compares numbers, "{here.quote(part)}" is none')
 
-    def never_equal(self, here: "Resolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
+    def never_equal(self, here: "NameResolver", node: Expression, left: Kind, right: Kind) -> f.Truth | None:
         """What a comparison says whose sides can never be equal; None after a report."""
         return f.Truth(node.kind == "!=", here.place(node))
 
-    def wrong_count(self, here: "Resolver", node: Expression, symbol: Symbol) -> None:
+    def wrong_count(self, here: "NameResolver", node: Expression, symbol: Symbol) -> None:
         """Reports that there are too many arguments, or too few."""
         here.report(node, count_fault(node, symbol), here.vocabulary.declared_at(symbol))
 
-    def wrong_argument(self, here: "Resolver", node: Expression, number: int, symbol: Symbol, kind: Kind) -> None:
+    def wrong_argument(
+        self, here: "NameResolver", node: Expression, number: int, symbol: Symbol, kind: Kind
+    ) -> None:
         """Reports an argument (counted from 0) of another kind than declared."""
         wanted, part = symbol.arguments[number], node.parts[number]
         message = f"argument {number + 1} of {symbol.written} must be of type {one_of(wanted)}"
@@ -92,7 +94,7 @@ def one_of(kind: Kind) -> str:
 
 
 @dataclass(frozen=True)
-class Resolver:
+class NameResolver:
     """What is known around a piece of a formula.
 
     Attributes:
@@ -138,7 +140,7 @@ class Resolver:
         most = self.dialect.longest_quote
         return written if most is None or len(written) <= most else f"{written[: most - 3]}…"
 
-    def inside(self, scope: Mapping[str, Symbol]) -> "Resolver":
+    def inside(self, scope: Mapping[str, Symbol]) -> "NameResolver":
         """This resolver with more variables in scope."""
         return replace(self, scope={**self.scope, **scope})
 
@@ -152,11 +154,13 @@ class Resolver:
         """What a word or call in the place of a term is, whether or not it may stand there."""
         if node.kind == "call":
             return self.find(node.text)
-        number = node.kind == "number"
-        symbol = self.scope.get(node.text)
+        name = node.text
+        symbol = self.scope.get(name)
         if symbol is None and not (wanted == NUMBERS and self.dialect.only_numbers):
-            symbol = self.vocabulary.objects.get(node.text)
-        return self.vocabulary.symbols.get(node.text) if symbol is None and not number else symbol
+            symbol = self.vocabulary.objects.get(name)
+        if symbol is None and node.kind != "number":
+            symbol = self.vocabulary.symbols.get(name)
+        return symbol
 
     def visible(self, *roles: Role) -> dict[str, tuple[str, f.Place | None]]:
         """Signature and place of every name of one namespace with one of the roles (of all, without any)."""
@@ -172,18 +176,18 @@ class Resolver:
         symbol = self._find_value(node, wanted)
         if symbol is None:
             return self._undeclared(node, wanted)
-        if symbol.role == "predicate" or symbol.kind == TEST:
-            self.dialect.no_value(self, node, symbol)
-            return None
-        if symbol.role in ("function", "procedure"):
+        role = symbol.role
+        if role in ("function", "procedure") and symbol.kind != TEST:
             return self._application(node, symbol)
-        if node.kind == "call":
+        if role in ("predicate", "procedure"):
+            self.dialect.no_value(self, node, symbol)
+        elif node.kind == "call":
             self.report(node.name, f'"{node.text}" is {symbol.description} and takes no arguments')
-            return None
-        if symbol.role == "run-time variable" and self.in_update:
+        elif role == "run-time variable" and self.in_update:
             self._report_run_time_variable(node, symbol)
-            return None
-        return symbol.term(self.place(node)), symbol.kind
+        else:
+            return symbol.term(self.place(node)), symbol.kind
+        return None
 
     def _undeclared(self, node: Expression, wanted: Kind) -> Typed | None:
         if node.kind == "number":
@@ -258,12 +262,15 @@ class Resolver:
             self.dialect.wrong_count(self, node, symbol)
             return None
         found = [self.term(part, kind) for part, kind in zip(node.parts, wanted, strict=True)]
+        terms: list[f.Term] = []
         for number, (each, kind) in enumerate(zip(found, wanted, strict=True)):
-            if each is not None and not types.fits(each[1], kind):
+            if each is None:
+                continue
+            if not types.fits(each[1], kind):
                 self.dialect.wrong_argument(self, node, number, symbol, each[1])
                 return None
-        terms = tuple(each[0] for each in found if each is not None)
-        return terms if len(terms) == len(found) else None
+            terms.append(each[0])
+        return tuple(terms) if len(terms) == len(found) else None
 
     def application(self, node: Expression) -> f.Application | None:
         """A function with its arguments, as Kv takes it."""

@@ -61,7 +61,7 @@ class Types:
 
     def fits(self, kind: Kind, wanted: Kind) -> bool:
         """Whether a term of `kind` may stand where `wanted` is asked for."""
-        if ANY in (kind, wanted) or kind == wanted:
+        if kind == wanted or ANY in (kind, wanted):
             return True
         if isinstance(kind, Values) or isinstance(wanted, Values):
             return isinstance(kind, Values) and isinstance(wanted, Values) and set(kind.names) <= set(wanted.names)

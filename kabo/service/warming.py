@@ -7,14 +7,14 @@ The kernels of large symbolic searches are called once by themselves.
 from pathlib import Path
 
 import kabo
-from kabo.finite_domain import Effect, FiniteTask, Operator, Variable
+from kabo.finite_domain import Effect, FiniteTask, Operator, StateVariable
 
 PROBLEMS = (
     Path("doors", "n3.yaml"),  # branches on what is sensed
     Path("stacked", "n2.yaml"),  # two blocks, a robot of meshes, tasks that pick and place
 )
 _LIGHTS = FiniteTask(
-    (Variable("first light", 2), Variable("second light", 2)),
+    (StateVariable("first light", 2), StateVariable("second light", 2)),
     (0, 0),
     tuple(Operator(f"switch {n}", (), (Effect((), n, 1),)) for n in (0, 1)),
     ((0, (1,)), (1, (1,))),

@@ -27,7 +27,7 @@ from pathlib import Path
 import msgspec
 
 from kabo.errors import missing_library
-from kabo.frozen_gc import older_objects_apart
+from kabo.frozen_gc import frozen_gc
 from kabo.planner.result import Progress
 from kabo.service.messages import ProblemFiles, SolveRequest, Unreadable, read, said
 
@@ -179,7 +179,7 @@ def worker_main(connection: Connection, work_name: str, root: Path | None) -> No
     work: Work = getattr(loaded, function)
     _warmed(getattr(loaded, "warm_up", None))
     try:
-        with older_objects_apart():  # collections between jobs pass over what was there before the first
+        with frozen_gc():  # collections between jobs pass over what was there before the first
             while True:
                 connection.send(("ready", None, None))
                 _answer_one(connection, work, root)

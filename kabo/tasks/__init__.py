@@ -1,7 +1,7 @@
 """The tasks room: Task Construction, the language in which geometric procedures are written [T ch. 3].
 
-`core` knows no robot and nothing of kabo; `robots` has the stages that ask the geometry server; `files` reads and
-writes task files; `library` holds the tasks that domains may call.
+`core` plans tasks of any kind and imports nothing of kabo; `robots` has the stages that ask the geometry server;
+`files` reads and writes task files; `library` holds the tasks that domains may call.
 """
 
 from kabo.lazy import lazy_names

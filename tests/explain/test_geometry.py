@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from kabo.explain.explain import Explanation, explain, explanation_to_json
-from kabo.explain.scene_changes import Finer, Moved, Removed, changed, removable
+from kabo.explain.findings import BaseMoved, BodyRemoved, SmallerEpsilon
+from kabo.explain.scene_changes import changed, removable
 from kabo.plan import schema
 from kabo.planner.solve import solve
 from kabo.scene import load_scene
@@ -115,7 +116,7 @@ def test_a_wall_that_truly_blocks_is_not_blamed_on_epsilon(tmp_path: Path) -> No
     narrow = {name: (size, (0.2 + 0.9 * (at[0] - 0.2), *at[1:])) for name, (size, at) in SLOT.items()}
     found = explained(tmp_path, epsilon=0.05, walls=narrow)
     assert sum(row.because_of_epsilon for row in found.findings[0].rows) == 0
-    assert not any(isinstance(each.change, Finer) for each in found.counterfactuals)
+    assert not any(isinstance(each.change, SmallerEpsilon) for each in found.counterfactuals)
 
 
 def test_no_grasp_for_this_robot_is_a_proof(tmp_path: Path) -> None:
@@ -159,7 +160,7 @@ def test_a_thing_that_is_thought_away_leaves_knowledge_as_well(tmp_path: Path) -
     assert found.verdict == "solvable"  # the other cube is taken away first
     problem = gantry_problem(tmp_path, things=things)
     assert problem.scene is not None
-    without = changed(problem, load_scene(problem.scene), Removed("other"))
+    without = changed(problem, load_scene(problem.scene), BodyRemoved("other"))
     assert "other" not in without.objects and without.scene is not None and "other" not in without.scene.bodies
     assert solve(without).status == "solved"
 
@@ -169,7 +170,7 @@ def test_every_change_that_helps_does_so_from_scratch(tmp_path: Path) -> None:
     assert problem.scene is not None
     scene = load_scene(problem.scene)
     assert solve(problem, max_samples=2000).status == "exhausted"
-    change = Moved("gantry", (0.1, 0.0, 0.0))
+    change = BaseMoved("gantry", (0.1, 0.0, 0.0))
     moved = changed(problem, scene, change)
     found = solve(moved)
     assert found.plan is not None and verify_plan(moved, found.plan).ok

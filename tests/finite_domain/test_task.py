@@ -7,7 +7,7 @@ from kabo.finite_domain import (
     Effect,
     FiniteTask,
     Operator,
-    Variable,
+    StateVariable,
     astar,
     bfws,
     breadth_first,
@@ -16,7 +16,7 @@ from kabo.finite_domain import (
 from kabo.finite_domain.normal_form import normal_form
 from kabo.finite_domain.task import successor
 
-A = (Variable("a", 3), Variable("b", 2))
+A = (StateVariable("a", 3), StateVariable("b", 2))
 
 
 def task(*operators, goal=((0, (1,)),), initial=(0, 0), variables=A):
@@ -33,7 +33,7 @@ def task(*operators, goal=((0, (1,)),), initial=(0, 0), variables=A):
         (task(Operator("o", (), (), -1)), "costs -1"),
         (task(initial=(0, 2)), "initial values"),
         (task(goal=((0, (7,)),)), "the goal tests variable 0"),
-        (task(variables=(Variable("a", 3), Variable("b", 0))), "variable b has no value"),
+        (task(variables=(StateVariable("a", 3), StateVariable("b", 0))), "variable b has no value"),
     ],
 )
 def test_what_is_wrong_is_said(wrong, said):
@@ -54,7 +54,7 @@ def test_an_effect_with_a_condition_counts_before_one_without():
 
 def test_operators_share_what_depends_on_a_variable_in_whatever_order_they_say_it():
     low, high = Effect(((0, (0,)),), 1, 1), Effect(((0, (1,)),), 2, 1)
-    variables = (*A, Variable("c", 2))
+    variables = (*A, StateVariable("c", 2))
     found = normal_form(task(Operator("o", (), (low, high)), Operator("p", (), (high, low)), variables=variables))
     assert len(found.switches) == 1
     assert [one.switches for one in found.operators] == [(0,), (0,)]
@@ -77,5 +77,7 @@ def test_edges(search, work):
     assert ask(task(Operator("torn", ((0, (0,)), (0, (1,))), step.effects))) == ("unsolvable", None)
     assert ask(task(step)) == ("solved", (0,))
     ring = tuple(Operator(f"{i}", ((0, (i,)),), (Effect((), 0, (7 * i + 1) % 300),)) for i in range(300))
-    around = FiniteTask((Variable("place", 300),), (0,), ring, ((0, (57,)),))  # 0, 1, 8, 57: several groups of 64
+    around = FiniteTask(
+        (StateVariable("place", 300),), (0,), ring, ((0, (57,)),)
+    )  # 0, 1, 8, 57: several groups of 64
     assert ask(around) == ("solved", (0, 1, 8))

@@ -3,10 +3,10 @@
 import pytest
 
 from kabo.knowledge.entries import Entry
-from kabo.knowledge.facts import Vocabulary
+from kabo.knowledge.facts import BitTable
 from kabo.knowledge.normal_form import NormalForm
 
-VOCABULARY = Vocabulary()
+VOCABULARY = BitTable()
 P, Q, R = (VOCABULARY.atom(name, ()).claim(True) for name in "pqr")
 
 

@@ -12,7 +12,7 @@ from kabo.finite_domain import (
     Operator,
     RelaxedOperator,
     RelaxedTask,
-    Variable,
+    StateVariable,
     astar,
     bfws,
     breadth_first,
@@ -133,7 +133,7 @@ def random_task(chance):
         for v, n in enumerate(sizes)
         if chance.random() < 0.8
     )
-    return FiniteTask(tuple(Variable(f"v{v}", n) for v, n in enumerate(sizes)), initial, operators, goal)
+    return FiniteTask(tuple(StateVariable(f"v{v}", n) for v, n in enumerate(sizes)), initial, operators, goal)
 
 
 def wandered(state, operators, chance):

@@ -10,12 +10,12 @@ from functools import cache
 import pytest
 
 from kabo.errors import InputError
-from kabo.knowledge import Task, ground
+from kabo.knowledge import GroundedTask, ground
 from kabo.language import load_problem
 from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
-from kabo.planner.search.nodes import Space
-from kabo.planner.search.skeleton import Exhausted, Limits
+from kabo.planner.search.nodes import SearchSpace
+from kabo.planner.search.skeleton import Exhausted, SearchLimits
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
 from tests.conftest import PROPERTY_SCALE
@@ -94,15 +94,15 @@ def test_a_search_on_finitely_many_states_ends(load, search):
         if truth(seed, False) == "contradiction":
             continue
         task = ground(load(seed, False))
-        found = find_skeleton(task, search=search, limits=Limits(50_000))
+        found = find_skeleton(task, search=search, limits=SearchLimits(50_000))
         assert not isinstance(found, Exhausted), seed
         if found.statistics.expanded > TIMES:
             assert found.statistics.expanded <= TIMES * states_of_knowledge(task), seed
 
 
-def states_of_knowledge(task: Task) -> int:
+def states_of_knowledge(task: GroundedTask) -> int:
     """How many states of knowledge can be reached, those counted once that say the same."""
-    space = Space(task, None, task.may_wait)
+    space = SearchSpace(task, None, task.may_wait)
     seen, waiting = {space.key(space.start)}, [space.start]
     while waiting:
         node = waiting.pop()

@@ -68,7 +68,7 @@ def _show_structure(options: argparse.Namespace) -> int:
         print(describe_inputs(file))
         print(rooms.tree(task, flows))
     if errors:
-        error = file.told(rooms.InitialisationError(errors, rooms.tree(task, flows)))
+        error = file.located(rooms.InitialisationError(errors, rooms.tree(task, flows)))
         if not options.json:
             tell(str(error))
         return exit_codes.BAD_INPUT

@@ -1,7 +1,8 @@
-"""LM-cut over a relaxation that somebody else has made: a lower bound of what a goal costs from any facts.
+"""LM-cut for any delete relaxation: a lower bound of the cost of a goal from given facts.
 
-Operators of one owner share its cost: it is paid by an operator of what all of them need, and they are axioms behind it.
-Otherwise an owner with two conditional effects would be counted twice, and the bound could be too high.
+Operators with the same owner share its cost: an additional operator with their common preconditions pays it, and they
+follow from that as axioms. Otherwise an owner with two conditional effects could be counted twice, and the bound could
+be too high.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -14,11 +15,11 @@ from numpy.typing import NDArray
 from kabo.finite_domain.heuristics.landmarks import relaxation_tables
 from kabo.finite_domain.heuristics.relaxation import RelaxedOperator
 
-FAR = 1 << 60  # as in the kernel
+INFINITE_COST = 1 << 60  # the kernel's bound for a goal that is out of reach
 
 
 class LandmarkBound:
-    """Bounds for one goal. Not for two threads at once."""
+    """Lower bounds for one goal; two threads must not share one object."""
 
     def __init__(
         self, facts: int, operators: Iterable[RelaxedOperator], goal: Iterable[int], costs: Mapping[int, int]
@@ -26,10 +27,10 @@ class LandmarkBound:
         """Prepares the tables.
 
         Args:
-            facts: how many there are, numbered from 0 on.
-            operators: over them; those without an owner are axioms, and cost nothing.
+            facts: how many facts there are; they are numbered from 0 on.
+            operators: the relaxation; operators without an owner are axioms, which cost nothing.
             goal: the facts that must hold.
-            costs: of each owner, >= 0.
+            costs: the cost of each owner, >= 0.
         """
         sharing = _Sharing(facts, costs)
         made = list(sharing.of(operators))
@@ -48,21 +49,21 @@ class LandmarkBound:
         )
 
     def below(self, true: NDArray[Any]) -> int | None:
-        """What the goal costs at least if these facts are true; None: it is out of reach."""
+        """The least that the goal costs if these facts are true; None if it is out of reach."""
         self._holding[:] = 0
         self._holding[true] = 1
         bound = int(_kernel()(self._table, self._prices, self._holding, *self._scratch, False))
-        return None if bound >= FAR else bound
+        return None if bound >= INFINITE_COST else bound
 
 
 class _Sharing:
-    """Operators in which each owner pays once for all that is its own."""
+    """Rewrites operators so that each owner's cost is paid by a single operator."""
 
     def __init__(self, facts: int, costs: Mapping[int, int]) -> None:
         self.facts, self._costs = facts, costs
 
     def of(self, operators: Iterable[RelaxedOperator]) -> Iterator[RelaxedOperator]:
-        """The same operators, with what pays for those that share an owner."""
+        """The same operators, and for each owner of several the operator that pays for them."""
         owned: dict[int, list[RelaxedOperator]] = {}
         for operator in operators:
             if operator.owner < 0:
@@ -90,6 +91,6 @@ class _Sharing:
 
 @cache
 def _kernel() -> Any:
-    from kabo.finite_domain.kernels.landmark_cut import bound_of_facts
+    from kabo.finite_domain.kernels.landmark_cut import bound_of_facts  # numba: only once a bound is asked for
 
     return bound_of_facts

@@ -1,9 +1,10 @@
-"""The tables of LM-cut: the relaxation, and for each goal that it holds at the end.
+"""The tables of LM-cut: the delete relaxation, and a fact "holds at the end" for each goal.
 
-Deletes come in by one observation. If a goal that holds is false whenever something is done that makes what is needed
-on every way to the goal, then it has to be made again. That is told by pairs of facts that are never true together
-[kabo.finite_domain.mutexes], so it stays a lower bound. And if it is false whenever another
-goal is made, it is made after that one. This sees through goals that hold at the start and all have to be given up.
+Deletes enter by one observation. Let a goal hold now. If every plan must still achieve some fact, and the goal is
+false whenever that fact is achieved, then the goal has to be achieved again. Pairs of facts that are never true
+together show this [kabo.finite_domain.mutexes], so the bound stays a lower bound. And a goal that is false whenever
+another goal is achieved, is achieved after that one. So the bound also counts goals that hold at the start and have
+to be given up on the way.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,54 +13,68 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.finite_domain.compiled_task import CompiledTask
 from kabo.finite_domain.heuristics.relaxation import RelaxedOperator
+from kabo.finite_domain.heuristics.relaxed_facts import RelaxedFacts
 from kabo.finite_domain.mutexes import Condition, FactTask, Mutexes
+from kabo.finite_domain.normal_form import NormalTask
+from kabo.finite_domain.packing import Packing
 
-HEAD = 21  # numbers before the tables
+HEAD = 21  # numbers before the tables, as in the kernel
 
 
 def landmark_tables(
-    compiled: CompiledTask, mutexes: Mutexes
+    task: NormalTask,
+    packing: Packing,
+    relaxed: RelaxedFacts,
+    facts_of_task: FactTask,
+    *,
+    goals: Sequence[Condition],
+    mutexes: Mutexes,
 ) -> tuple[NDArray[np.int32], tuple[RelaxedOperator, ...]]:
-    """The tables as the kernel reads them, and the operators whose costs it wants. `mutexes` hold from the start on."""
-    relaxed, goals = compiled.relaxed, compiled.goal_facts
+    """The tables as one array for the kernel, and the operators in its order.
+
+    Args:
+        task: the task with its effects sorted.
+        packing: how its states are packed.
+        relaxed: its delete relaxation.
+        facts_of_task: its operators over facts.
+        goals: for each condition of the goal the facts of which one must hold.
+        mutexes: the pairs of facts that are never true together from the search's start on.
+    """
     ends = relaxed.all_facts
     facts = ends + len(goals) + 1
-    consequences = _consequences(compiled.fact_task, mutexes, goals, ends, facts)
+    consequences = _consequences(facts_of_task, mutexes, goals, ends, facts)
     before = [
         frozenset(k for k in range(len(goals)) if k != j and ends + j in consequences[ends + k])
         for j in range(len(goals))
     ]
-    can_make = _can_make(compiled)
+    can_make = _can_make(task, facts_of_task)
     operators = tuple(copy for o in relaxed.operators for copy in _with_ends(o, goals, ends, before, can_make))
     operators += (RelaxedOperator(tuple(range(ends, facts - 1)), (facts - 1,), 0),)
     flat = _Flat(operators, facts)
-    packing, sizes = compiled.packing, compiled.normal.sizes
 
     def place(v: int) -> tuple[int, int, int]:
         return packing.word[v], packing.shift[v], packing.mask[v]
 
     flat.tables.append(flat.put(n for v, at in enumerate(relaxed.offset) for n in (*place(v), at)))
     tests = [
-        (*place(v), flat.put(int(x in values) for x in range(sizes[v])))
-        for v, values in compiled.normal.goal.items()
+        (*place(v), flat.put(int(x in values) for x in range(task.sizes[v]))) for v, values in task.goal.items()
     ]
     flat.tables.append(flat.put(n for test in tests for n in test))
     flat.tables += flat.rows(consequences)
-    return flat.finished(len(sizes), len(goals), ends), operators
+    return flat.finished(len(task.sizes), len(goals), ends), operators
 
 
 def relaxation_tables(operators: Sequence[RelaxedOperator], facts: int) -> NDArray[np.int32]:
-    """The tables of a relaxation alone, for which whoever asks says what holds.
+    """The tables of a relaxation without a task behind it: the caller lists the true facts for each question.
 
-    The last fact is the goal, and the last operator asks that all of it holds.
+    The last fact is the goal; the last operator achieves it.
     """
     return _Flat(operators, facts).finished(0, 0, facts - 1)
 
 
 class _Flat:
-    """Tables one after the other, behind a head that says how large all is and where each begins."""
+    """One array of several tables, which begins with their sizes and the index of each."""
 
     def __init__(self, operators: Sequence[RelaxedOperator], facts: int) -> None:
         self.numbers = [0] * HEAD
@@ -71,17 +86,17 @@ class _Flat:
         self._sizes = facts, len(operators), len(free)
 
     def put(self, row: Iterable[int]) -> int:
-        """Appends a table; returns where it begins."""
+        """Appends a table and returns the index at which it begins."""
         at = len(self.numbers)
         self.numbers.extend(row)
         return at
 
     def rows(self, rows: Sequence[Sequence[int]]) -> list[int]:
-        """Appends where each row begins, and all rows."""
+        """Appends the start of each row, and then the rows; returns the index of both."""
         return [self.put(accumulate(map(len, rows), initial=0)), self.put(n for row in rows for n in row)]
 
     def finished(self, variables: int, goals: int, ends: int) -> NDArray[np.int32]:
-        """Everything as one array [kabo.finite_domain.kernels.landmark_cut]."""
+        """All tables as one array [kabo.finite_domain.kernels.landmark_cut]."""
         facts, operators, free = self._sizes
         self.numbers[:8] = [facts, operators, facts - 1, variables, goals, ends, free, 0]
         self.numbers[8 : 8 + len(self.tables)] = self.tables
@@ -95,10 +110,10 @@ def _with_ends(
     before: Sequence[frozenset[int]],
     can_make: Mapping[int, frozenset[int]],
 ) -> list[RelaxedOperator]:
-    """What makes facts of goals also makes that they hold at the end, once the goals that come before do.
+    """The operator, and a copy that also achieves "holds at the end" of its goals once the goals before these do.
 
-    Doing it earlier is another operator, since one and the same doing cannot be both. A goal comes before if this one is
-    false whenever that one is made: then it is made for the last time no later, at the latest by the same doing.
+    Two operators are needed, since one application is either the last one for a goal or not. Goal A is before goal B
+    if B is false whenever A is achieved: then A is achieved for the last time before B is, or by the same operator.
     """
     made = [k for k, facts in enumerate(goals) if any(f in o.adds for f in facts)]
     if not made:
@@ -112,11 +127,11 @@ def _with_ends(
     return [o, RelaxedOperator(o.preconditions + tuple(ends + k for k in sorted(first)), final, o.cost, o.owner)]
 
 
-def _can_make(compiled: CompiledTask) -> dict[int, frozenset[int]]:
-    """Of each operator the facts that it makes, on whatever condition."""
+def _can_make(task: NormalTask, facts: FactTask) -> dict[int, frozenset[int]]:
+    """For each operator the facts that it may achieve, under whatever condition."""
     made = {}
-    can_be_done = (i for i, o in enumerate(compiled.normal.operators) if o is not None)
-    for i, o in zip(can_be_done, compiled.fact_task.operators, strict=True):
+    can_be_done = (i for i, o in enumerate(task.operators) if o is not None)
+    for i, o in zip(can_be_done, facts.operators, strict=True):
         made[i] = frozenset(o.always).union(*(facts for group in o.depends for _, facts in group))
     return made
 
@@ -132,7 +147,7 @@ def _users(rows: Sequence[Sequence[int]], facts: int) -> list[list[int]]:
 def _consequences(
     task: FactTask, mutexes: Mutexes, goals: Sequence[Condition], ends: int, facts: int
 ) -> list[list[int]]:
-    """Of each fact, and of each goal that has to be made, what else has to be made or held on every way to it."""
+    """For each fact, and for each goal to be achieved, what must hold or be achieved whichever way it is achieved."""
     ways = _ways(task, mutexes)
     found: list[list[int]] = [[] for _ in range(facts)]
     for f in range(task.facts):
@@ -142,13 +157,12 @@ def _consequences(
     return found
 
 
-Way = tuple[
-    frozenset[int], int
-]  # facts that it needs, and the bits of facts that are false just before it is gone
+# A way to achieve a fact: the facts that it needs, and the bits of those facts that are false just before.
+Way = tuple[frozenset[int], int]
 
 
 def _ways(task: FactTask, mutexes: Mutexes) -> list[list[Way]]:
-    """Of each fact the ways to make it that are open at all."""
+    """For each fact the ways to achieve it that are possible at all."""
     ways: list[list[Way]] = [[] for _ in range(task.facts)]
     for o in task.operators:
         never = mutexes.never_with(o.needs)
@@ -172,7 +186,7 @@ def _open(conditions: Sequence[Condition], never: int) -> bool:
 
 
 def _common(ways: Sequence[Way], goals: Sequence[Condition], ends: int) -> list[int]:
-    """What all ways need, and the goals that are false before all of them."""
+    """The facts that all ways need, and the goals that are false before each of them."""
     if not ways:
         return []
     needed, never = ways[0]

@@ -1,36 +1,36 @@
-"""Relaxed plans in plain Python: the twin of the kernel, for tasks too small to wait for compiled code.
+"""Relaxed plans in plain Python, for tasks too small to wait for compiled code.
 
-It takes facts from the same buckets in the same order, so both give the same plans, preferred owners and facts
-[kabo.finite_domain.kernels.relaxed_plan].
+It settles facts from the same buckets in the same order as the kernel, so both give the same plans, preferred owners
+and facts [kabo.finite_domain.kernels.relaxed_plan].
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-UNREACHED = 1 << 30
+UNREACHED = 1 << 30  # the cost of a fact that is not reached, above all others
 
 
 @dataclass(frozen=True)
 class PlainTables:
-    """What is asked of operators, by index: lists, since Python reads them faster than arrays."""
+    """The operators of a relaxation, a list for each property; Python reads lists faster than arrays."""
 
     preconditions: list[list[int]]
     adds: list[list[int]]
-    uses: list[list[int]]  # of each fact the operators that need it
-    waiting: list[int]  # how many preconditions
-    prices: list[int]  # by which supporters are compared
-    costs: list[int]  # which plans add up
+    uses: list[list[int]]  # for each fact the operators that need it
+    waiting: list[int]  # for each operator the number of its preconditions
+    prices: list[int]  # costs by which supporters are compared
+    costs: list[int]  # costs that are added up to the cost of a plan
     owners: list[int]
-    free: list[int]  # operators that need nothing
-    limit: int
-    unit: int
+    free: list[int]  # operators without preconditions
+    limit: int  # h_add is cut off here
+    unit: int  # the width of a bucket of the queue
     buckets: int
 
 
 def relaxed_plan(
     tables: PlainTables, true: Iterable[int], goal: Sequence[int]
 ) -> tuple[int | None, list[int], list[int]]:
-    """The cost of a relaxed plan (None: none), its owners that can go now, and the facts that it makes."""
+    """The cost of a relaxed plan (None: there is none), its owners that are applicable now, and the facts it achieves."""
     cost, supporter = _reach(tables, true, goal)
     if any(cost[f] == UNREACHED for f in goal):
         return None, [], []
@@ -38,7 +38,7 @@ def relaxed_plan(
 
 
 def _reach(tables: PlainTables, true: Iterable[int], goal: Sequence[int]) -> tuple[list[int], list[int]]:
-    """The costs of facts by h_add, as far as the goal needs them, and the operator that made each first at its cost."""
+    """The h_add costs of facts as far as the goal needs them, and the first operator that achieves each at its cost."""
     count = len(tables.uses)
     cost, told = [UNREACHED] * count, [UNREACHED] * count
     supporter, place = [-1] * count, [-1] * count
@@ -66,7 +66,7 @@ def _reach(tables: PlainTables, true: Iterable[int], goal: Sequence[int]) -> tup
         fire(o, min(totals[o], limit))
     b = settled = 0
     while queue and settled < len(goal):
-        for f in queue.get(b, ()):  # grows while it is read
+        for f in queue.get(b, ()):
             if place[f] != b:
                 continue
             place[f] = -1
@@ -89,7 +89,7 @@ def _reach(tables: PlainTables, true: Iterable[int], goal: Sequence[int]) -> tup
 def _extract(
     tables: PlainTables, cost: list[int], supporter: list[int], goal: Sequence[int]
 ) -> tuple[int, list[int], list[int]]:
-    """The cost of the supporters behind the goal, their owners that can go now, and the facts they make."""
+    """The cost of the goal's supporters, their owners that are applicable now, and the facts they achieve."""
     stack: list[int] = []
     marked: set[int] = set()
 

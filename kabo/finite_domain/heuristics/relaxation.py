@@ -1,7 +1,7 @@
-"""The delete relaxation over abstract facts: how far a goal seems to be, and which operators seem to help [FF, HSP].
+"""The delete relaxation over abstract facts: an estimate of a goal's cost, and which operators seem to help [FF, HSP].
 
-Facts are numbers; whoever asks knows what they mean. Answers come from a plain Python twin at first, and from a
-compiled kernel once so much has been asked in this process that loading it pays; both answer the same.
+Facts are numbers; only the caller knows what they mean. Answers come from plain Python at first, and from a compiled
+kernel once so much has been asked in this process that loading it pays; both give the same answers.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,37 +14,35 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.arrays import Integers
 from kabo.finite_domain.heuristics.plain_relaxation import PlainTables, relaxed_plan
 
 Facts = Sequence[int] | NDArray[Any] | int  # an int is a set of bits: bit i says that fact i is true
 Engine = Literal["automatic", "python", "compiled"]
-WORTH_LOADING = (
-    600_000  # visits of operators' conditions and adds in Python that take as long as loading the kernel
-)
-BUCKETS = 1024
-UNREACHED_BELOW = 1 << 28  # costs by h_add are cut off here: they only compare supporters
+BUCKETS = 1024  # of the queue of facts, at most
+UNREACHED_BELOW = 1 << 28  # h_add is cut off here: it only serves to compare supporters
 
 
 class RelaxedOperator(NamedTuple):
-    """What becomes true if its preconditions are; several operators may be one owner's, which then pays once."""
+    """An operator without deletes. Several may have one owner, whose cost a plan then pays once."""
 
     preconditions: tuple[int, ...]
     adds: tuple[int, ...]
-    cost: int = 1  # >= 0; 0 and owner -1: an axiom
-    owner: int = -1  # the caller's number, >= 0; -1: nobody's
+    cost: int = 1  # >= 0; with cost 0 and owner -1 it is an axiom
+    owner: int = -1  # a number of the caller's, >= 0; -1: none
 
 
 class Estimate(NamedTuple):
-    """What a relaxed plan says."""
+    """The cost of a relaxed plan, and what it suggests to do."""
 
     value: int | None  # its cost; None: the goal is out of reach even relaxed
-    preferred: tuple[int, ...]  # owners of its operators that can go now, through axioms too; sorted
-    plan_facts: tuple[int, ...]  # what it makes true that does not hold yet, from the goal backwards
+    preferred: tuple[int, ...]  # owners of its operators that are applicable now, if need be by axioms; sorted
+    plan_facts: tuple[int, ...]  # the facts that it achieves and that do not hold yet, from the goal backwards
 
 
 class KernelView(NamedTuple):
-    """Arguments of the kernel but for what is true [kabo.finite_domain.kernels.relaxed_plan]."""
+    """The arguments of the kernel but for the true facts [kabo.finite_domain.kernels.relaxed_plan]."""
 
     table: NDArray[np.int32]
     scratch: NDArray[np.int32]
@@ -56,10 +54,11 @@ NOTHING = Estimate(None, (), ())
 
 
 class RelaxedTask:
-    """Operators over facts 0 … facts − 1 and a goal, ready to be asked many times.
+    """Operators over facts 0 … facts − 1 and a goal, prepared for many questions.
 
-    Supporters are the cheapest by h_add; of equals, the one found first. In comparing them an operator that is free
-    but owned counts as cheaper than any other, and not as nothing. Not for two threads at once.
+    The supporter of a fact is its cheapest achiever by h_add, of equally cheap ones the first found. For this comparison
+    an operator of cost 0 that has an owner counts as cheaper than any other, but not as free. Two threads must not
+    share one object.
     """
 
     def __init__(
@@ -70,37 +69,43 @@ class RelaxedTask:
         *,
         engine: Engine = "automatic",
     ) -> None:
-        """Raises ValueError: a fact out of range, a negative cost, or one beyond 2³¹ − 1."""
+        """Raises ValueError for a fact out of range, a negative cost, or a cost above 2³¹ − 1."""
         self.facts, self.goal = facts, tuple(goal)
         self._core = _Core(facts, operators, engine)
         self._core.require(self.goal)
 
     def with_goal(self, goal: Iterable[int]) -> "RelaxedTask":
-        """The same operators for another goal; they share what was prepared."""
+        """The same operators with another goal; both objects share the prepared tables."""
         other = object.__new__(RelaxedTask)
         other.facts, other.goal, other._core = self.facts, tuple(goal), self._core
         self._core.require(other.goal)
         return other
 
     def evaluate(self, true: Facts, goal: tuple[int, ...] | None = None) -> Estimate:
-        """A relaxed plan from what is true (any order; or an int of bits) to the goal, or to another one."""
+        """The estimate by a relaxed plan from the true facts, given as a sequence or as an int of bits, to the goal.
+
+        Another `goal` may be given.
+        """
         return self._core.evaluate(true, self.goal if goal is None else goal)
 
     def for_kernels(self) -> "KernelView":
-        """What other kernels need to ask the relaxed_plan kernel themselves; the scratch is this task's own."""
+        """The arrays with which another kernel can call `relaxed_plan`; they are this object's own scratch memory."""
         return self._core.view(self.goal)
 
     def reachable(self, true: Facts) -> NDArray[np.bool_]:
-        """(facts,) which facts can become true if nothing ever becomes false."""
+        """(facts,) whether each fact can become true when nothing ever becomes false."""
         return self.layers(true) >= 0
 
     def layers(self, true: Facts) -> Integers:
-        """(facts,) after how many rounds of all operators at once a fact is reached; axioms take none; -1: never."""
+        """(facts,) the layer in which each fact is first reached when all applicable operators are applied at once.
+
+        Axioms add facts to the same layer; -1: the fact is never reached.
+        """
         return self._core.layers(list(_numbers(true)))
 
 
 class _Core:
-    """The tables of both twins, and the choice between them."""
+    """The tables for plain Python and for the kernel, and the choice between the two."""
 
     def __init__(self, facts: int, operators: Sequence[RelaxedOperator], engine: Engine) -> None:
         self.facts, self._engine = facts, engine
@@ -125,12 +130,16 @@ class _Core:
         return self._evaluate_compiled(true, goal)
 
     def _compiled(self) -> bool:
-        """Whether to go over to the kernel: it is loaded anyway, or would have paid by now."""
+        """Whether to use the kernel: it is loaded already, or loading it would have paid by now."""
         if self._engine == "python":
             return False
         if self._switched:
             return True
-        if self._engine == "automatic" and _spent.visits < WORTH_LOADING and not _load.cache_info().currsize:
+        if (
+            self._engine == "automatic"
+            and _spent.visits < tuning.PLAIN_RELAXATION_VISITS
+            and not _load.cache_info().currsize
+        ):
             return False
         self._prepare()
         self._switched = True
@@ -181,7 +190,7 @@ class _Core:
         layer, now, ready = 0, sorted(set(true)), list(tables.free)
         while now or ready:
             later: list[int] = []
-            while now or ready:  # axioms within this layer, all else for the next
+            while now or ready:  # axioms add to this layer, all others to the next
                 for f in now:
                     for o in tables.uses[f]:
                         waiting[o] -= 1
@@ -225,14 +234,14 @@ def _plain_tables(facts: int, operators: Sequence[RelaxedOperator], owners: dict
         costs=[o.cost for o in operators],
         owners=[owners.get(o.owner, -1) for o in operators],
         free=[i for i, needed in enumerate(preconditions) if not needed],
-        limit=min(UNREACHED_BELOW, ((1 << 31) - 1 - dearest) // max(most, 1)),  # sums stay below 2^31
+        limit=min(UNREACHED_BELOW, ((1 << 31) - 1 - dearest) // max(most, 1)),  # so that sums stay below 2^31
         unit=max(1, min((p for p in prices if p), default=1)),
         buckets=BUCKETS,
     )
 
 
 def _prices(operators: Sequence[RelaxedOperator]) -> list[int]:
-    """Costs in their common unit, for comparing supporters; what is free but owned costs a quarter of a unit."""
+    """Costs in multiples of their greatest common divisor; an operator of cost 0 with an owner costs a quarter of it."""
     unit = gcd(*{o.cost for o in operators}) or 1
     scale = 4 if any(not o.cost and o.owner >= 0 for o in operators) else 1
     prices = [scale * (o.cost // unit) or int(o.owner >= 0) for o in operators]
@@ -241,7 +250,7 @@ def _prices(operators: Sequence[RelaxedOperator]) -> list[int]:
 
 
 def _array_table(facts: int, tables: PlainTables, owners: int) -> NDArray[np.int32]:
-    """All arrays of the kernel one after the other, behind a head that says where each begins."""
+    """The tables as one array for the kernel, which begins with the index of each."""
     lists: list[list[int]] = []
     for nested in (tables.preconditions, tables.adds, tables.uses):
         flat = [i for row in nested for i in row]
@@ -250,7 +259,7 @@ def _array_table(facts: int, tables: PlainTables, owners: int) -> NDArray[np.int
     lists += [fresh, tables.costs, tables.owners, tables.free]
     head = [facts, len(tables.costs), tables.buckets, tables.unit, tables.limit, len(tables.free), owners, 0]
     starts = list(accumulate(map(len, lists), initial=len(head) + len(lists) + 2))
-    # The starts of the rows within a flat list count from 0: the kernel adds where the flat list begins.
+    # Starts of rows count from the start of their flat list, whose index the kernel adds.
     return np.array([*head, *starts, 0, *(i for row in lists for i in row)], np.int32)
 
 
@@ -269,7 +278,7 @@ def _numbers(true: Facts) -> list[int]:
 
 @dataclass
 class _Spent:
-    """What plain Python has done in this process, over all tasks."""
+    """The work that plain Python has done in this process, over all tasks."""
 
     visits: int = 0
 
@@ -279,6 +288,6 @@ _spent = _Spent()
 
 @cache
 def _load() -> Any:
-    from kabo.finite_domain.kernels.relaxed_plan import relaxed_plan as compiled
+    from kabo.finite_domain.kernels.relaxed_plan import relaxed_plan as compiled  # numba: only once it pays
 
     return compiled

@@ -1,8 +1,8 @@
-"""The delete relaxation of a finite-domain task, its conditional effects not expanded.
+"""The delete relaxation of a finite-domain task without expanding its conditional effects.
 
-Fact `offset[v] + x` says that variable v has value x. Further facts stand between: that one of several values is there,
-that an operator is done, and that something is done that has some effect if its condition holds. So each operator pays
-once, and what many of them do alike is told once.
+Fact `offset[v] + x` says that variable v has value x. Auxiliary facts stand for "v has one of several values", "the
+operator was applied", and "some operator with this conditional effect was applied". So each operator's cost is paid
+once, and an effect that many operators share is written once.
 """
 
 from collections import Counter
@@ -17,30 +17,30 @@ from kabo.finite_domain.normal_form import Assignments, NormalTask, Tests
 
 @dataclass(frozen=True)
 class RelaxedFacts:
-    """The relaxation; owners are indices of operators, and everything else is an axiom."""
+    """The relaxation: operators owned by the task's operators (by index), and axioms."""
 
     offset: tuple[int, ...]
-    facts: int  # those of variables alone; the others follow
-    all_facts: int
+    facts: int  # the number of facts of variables; auxiliary facts follow
+    all_facts: int  # with the auxiliary ones
     operators: tuple[RelaxedOperator, ...]
     goals: tuple[int, ...]  # a fact for each condition of the goal, in the order of `NormalTask.goal`
 
     def of(self, values: Sequence[int]) -> list[int]:
-        """The facts of a state."""
+        """The facts that hold in a state, one for each variable."""
         return [at + x for at, x in zip(self.offset, values, strict=True)]
 
     @cached_property
     def prices(self) -> tuple[int, ...]:
-        """What each operator costs."""
+        """The cost of each operator."""
         return tuple(o.cost for o in self.operators)
 
 
 def relaxed_facts(task: NormalTask) -> RelaxedFacts:
-    """The relaxation of a task."""
-    return _Builder(task).build()
+    """The delete relaxation of a task."""
+    return _RelaxationBuilder(task).build()
 
 
-class _Builder:
+class _RelaxationBuilder:
     def __init__(self, task: NormalTask) -> None:
         self.task = task
         *self.offset, self.facts = accumulate(task.sizes, initial=0)
@@ -66,7 +66,7 @@ class _Builder:
         return RelaxedFacts(tuple(self.offset), self.facts, self.count, tuple(self.found), goals)
 
     def switch(self, s: int) -> tuple[int, ...]:
-        """The facts that the effects of a switch may count; one for all of them where operators share it."""
+        """The facts that enable the effects of a switch; a single one where several operators share the switch."""
         if s not in self._switches:
             switch = self.task.switches[s]
             effects = tuple(self.effect(switch.variable, x, made) for x, made in switch.outcomes.items())
@@ -78,7 +78,7 @@ class _Builder:
         return self._switches[s]
 
     def effect(self, v: int, x: int, assignments: Assignments) -> int:
-        """The fact that something is done that makes these assignments if variable v has value x."""
+        """The fact that some operator was applied that makes these assignments where variable v had value x."""
         key = (v, x, assignments)
         if key not in self._effects:
             self._effects[key] = self.new()
@@ -99,7 +99,7 @@ class _Builder:
         return tuple(self.any(v, values) for v, values in tests.items())
 
     def any(self, v: int, values: tuple[int, ...]) -> int:
-        """The fact that the variable has one of these values."""
+        """The fact that variable v has one of these values."""
         if len(values) == 1:
             return self.offset[v] + values[0]
         if (v, values) not in self._any:

@@ -1,10 +1,10 @@
-"""A* over packed states with LM-cut, asked for a state when its turn comes; until then its parent answers for it.
+"""A* over packed states with LM-cut, evaluated lazily: until its turn comes a state has the bound of its parent.
 
-A state found at less cost than before is taken up again, since answers of LM-cut do not fall evenly along a path.
+A state that is reached again at less cost is reopened, since LM-cut is not consistent.
 """
 
 from kabo.compilation import lean_kernel
-from kabo.finite_domain.kernels.landmark_cut import FAR, landmark_cut
+from kabo.finite_domain.kernels.landmark_cut import INFINITE_COST, landmark_cut
 from kabo.finite_domain.kernels.seen import find_row
 from kabo.finite_domain.kernels.successors import applicable, apply, at_goal, hashed
 
@@ -24,7 +24,7 @@ RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
 
 @lean_kernel  # (Q, 3) i8, i8, i8 -> bool
 def _before(queue, i, j):
-    """Whether entry i comes before entry j: less in all, then nearer to the goal, then found later."""
+    """Whether entry i comes before entry j: the lower total cost, then the lower bound, then the one found later."""
     if queue[i, 0] != queue[j, 0]:
         return queue[i, 0] < queue[j, 0]
     if queue[i, 1] != queue[j, 1]:
@@ -67,7 +67,7 @@ def _pop(queue, progress):
 
 @lean_kernel  # (S, W) u8, (S, 6) i8, (H,) u8, (Q, 3) i8, (X,) i8, (1, W) u8, i8, i8, i8
 def _reach(states, rows, known, queue, progress, after, parent, operator, price):
-    """Takes note of a successor, if it is new or cheaper than before."""
+    """Keeps and queues a successor if it is new or reached at less cost than before."""
     cost, new = rows[parent, COST] + price, progress[COUNT]
     row = find_row(known, states, after, 0, hashed(after, 0), new)
     if row < 0:
@@ -79,7 +79,7 @@ def _reach(states, rows, known, queue, progress, after, parent, operator, price)
     elif cost >= rows[row, COST]:
         return
     rows[row, PARENT], rows[row, OPERATOR], rows[row, COST], rows[row, CLOSED] = parent, operator, cost, 0
-    if rows[row, BOUND] < FAR:
+    if rows[row, BOUND] < INFINITE_COST:
         _push(queue, progress, cost + rows[row, BOUND], rows[row, BOUND], row)
 
 
@@ -98,7 +98,7 @@ def expand(
     numbers, bits, never, costs, states, rows, known, queue, progress, able, after,
     lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, limit,
 ):  # fmt: skip
-    """Takes up to `limit` states from the queue; says whether it goes on, is solved, unsolvable, or needs room."""
+    """Takes up to `limit` states from the queue; returns RUNNING, SOLVED, UNSOLVABLE, or FULL where arrays must grow."""
     if progress[COUNT] == 0:
         _start(states, rows, known, queue, progress)
     for _ in range(limit):
@@ -122,7 +122,7 @@ def expand(
             )  # fmt: skip
             progress[EVALUATED] += 1
             rows[row, ASKED] = 1
-            if row == 0:  # once both ways, to see which is better
+            if row == 0:  # both variants once, to keep the better one for this search
                 other = landmark_cut(
                     lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, True
                 )
@@ -131,7 +131,7 @@ def expand(
                 progress[START_BOUND] = bound
             if bound > rows[row, BOUND]:
                 rows[row, BOUND] = bound
-                if bound < FAR:
+                if bound < INFINITE_COST:
                     _push(queue, progress, rows[row, COST] + bound, bound, row)
                 continue
         rows[row, CLOSED] = 1

@@ -1,6 +1,6 @@
-"""Breadth-first search over packed states, in batches: first all successors, then their places, then the look-ups.
+"""Breadth-first search over packed states, in batches: all successors, then their places in the table, then look-ups.
 
-Looking up waits for memory; a pass that only touches the places lets the processor wait for many of them at once.
+A look-up waits for memory; a pass that only reads the places lets the processor wait for many of them at once.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ BATCH = 128
 
 @lean_kernel  # (T,) i4, (B,) u8, (G,) u8, (S, W) u8, (S,) i4, (P,) u8, (5,) i8, (R, W) u8, (R,) u8, (R,) i4, (O,) i4 …
 def expand(numbers, bits, never, states, parents, table, progress, results, hashes, origins, out, limit):
-    """Expands up to `limit` states more; says whether it goes on, is solved, unsolvable, or needs more room."""
+    """Expands up to `limit` more states; returns RUNNING, SOLVED, UNSOLVABLE, or FULL where arrays must grow first."""
     operators = out.shape[0]
     end = progress[NEXT] + limit
     if progress[NEXT] == 0:

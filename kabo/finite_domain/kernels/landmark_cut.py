@@ -1,10 +1,10 @@
-"""LM-cut: a lower bound of what the goal costs, from landmarks with shared costs [Helmert, Domshlak 2009].
+"""LM-cut: a lower bound of the goal's cost, from landmarks with shared costs [Helmert, Domshlak 2009].
 
-A landmark is a set of operators of which every plan has one. An operator pays for several only until its cost is spent,
-so the sum is never too high. The relaxation has one operator with a cost for each operator of the task and axioms for
-its conditional effects, so that these share the cost [kabo.finite_domain.heuristics.relaxed_facts].
+A landmark is a set of operators of which every plan has at least one. An operator may count in several landmarks until
+its cost is used up, so the sum is never too high. The relaxation has one operator with a cost for each operator of the
+task, and axioms for its conditional effects, so that these share the cost [kabo.finite_domain.heuristics.relaxed_facts].
 
-`lm` holds all tables, each behind a number that says where it begins [kabo.finite_domain.heuristics.landmarks].
+`lm` holds all tables; it begins with the index of each [kabo.finite_domain.heuristics.landmarks].
 """
 
 from kabo.compilation import lean_kernel
@@ -13,13 +13,13 @@ from kabo.finite_domain.kernels.successors import content
 FACTS, OPERATORS, GOAL, VARIABLES, GOALS, ENDS, FREE_COUNT, FIRST = 0, 1, 2, 3, 4, 5, 6, 7
 PRE_OF, PRE, ADD_OF, ADD, USE_OF, USE, MADE_OF, MADE = 8, 9, 10, 11, 12, 13, 14, 15
 FREE, PLACES, TESTS, THEN_OF, THEN = 16, 17, 18, 19, 20
-FAR = 1 << 60
+INFINITE_COST = 1 << 60  # of what is out of reach; above the cost of any plan
 OUTSIDE, ZONE, BEFORE = 0, 1, 2  # marks of facts
 
 
 @lean_kernel  # (F,) i4, (F,) i4, (F,) i8, i8, i8 -> i8
 def _raise(heap, place, cost, size, f):
-    """Puts fact f, whose cost has just fallen, where it belongs in the heap; returns the size."""
+    """Moves fact f, whose cost has just fallen, to its place in the heap; returns the size of the heap."""
     i = place[f]
     if i < 0:
         i = size
@@ -39,7 +39,7 @@ def _raise(heap, place, cost, size, f):
 
 @lean_kernel  # (F,) i4, (F,) i4, (F,) i8, i8 -> i8
 def _drop(heap, place, cost, size):
-    """Removes the cheapest fact, of equals the first; returns the size."""
+    """Removes the cheapest fact, of equally cheap ones the first; returns the size of the heap."""
     place[heap[0]] = -1
     size -= 1
     f, i = heap[size], 0
@@ -65,9 +65,9 @@ def _drop(heap, place, cost, size):
 
 @lean_kernel  # (L,) i4, (S, W) u8, i8, (F,) u1, (F,) i4
 def facts_that_hold(lm, states, row, holding, stack):
-    """Marks what holds in the state: values, and for each goal whether it can stay as it is to the end.
+    """Marks the facts that hold in the state: values, and for each goal whether it can stay true to the end.
 
-    A goal that holds does not stay if something has to be done that needs it false: then it has to be made again.
+    A goal that holds cannot stay true if something that has to be achieved needs it false: it must be achieved again.
     """
     facts, goals, ends = lm[FACTS], lm[GOALS], lm[ENDS]
     for f in range(facts):
@@ -81,7 +81,7 @@ def facts_that_hold(lm, states, row, holding, stack):
         if lm[lm[at + 3] + content(lm, states, row, at)] != 0:
             holding[ends + k] = 1
         else:
-            holding[ends + k] = 2  # has to be made; what has to be made is marked so for the moment
+            holding[ends + k] = 2  # has to be achieved; marked so until this function ends
             stack[depth] = ends + k
             depth += 1
     while depth > 0:
@@ -100,10 +100,10 @@ def facts_that_hold(lm, states, row, holding, stack):
 
 @lean_kernel  # (L,) i4, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4, (F,) i4
 def costs_by_max(lm, holding, price, operator, cost, heap, place):
-    """h_max of all facts: an operator costs its price and its dearest precondition, its supporter."""
+    """h_max of all facts: an operator costs its price plus its dearest precondition, which is its supporter."""
     size = 0
     for f in range(lm[FACTS]):
-        cost[f] = FAR
+        cost[f] = INFINITE_COST
         place[f] = -1
     for f in range(lm[FACTS]):
         if holding[f] != 0:
@@ -114,7 +114,7 @@ def costs_by_max(lm, holding, price, operator, cost, heap, place):
         operator[o, 1] = -1  # supporter
     for i in range(lm[FREE], lm[FREE] + lm[FREE_COUNT]):
         o = lm[i]
-        if price[o] < FAR:
+        if price[o] < INFINITE_COST:
             for j in range(lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]):
                 if price[o] < cost[lm[j]]:
                     cost[lm[j]] = price[o]
@@ -125,7 +125,7 @@ def costs_by_max(lm, holding, price, operator, cost, heap, place):
         for i in range(lm[USE] + lm[lm[USE_OF] + f], lm[USE] + lm[lm[USE_OF] + f + 1]):
             o = lm[i]
             operator[o, 0] -= 1
-            if operator[o, 0] == 0 and price[o] < FAR:
+            if operator[o, 0] == 0 and price[o] < INFINITE_COST:
                 operator[o, 1] = f
                 total = cost[f] + price[o]
                 for j in range(lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]):
@@ -136,7 +136,7 @@ def costs_by_max(lm, holding, price, operator, cost, heap, place):
 
 @lean_kernel  # (L,) i4, (O,) i8, (O, 2) i8, (F,) i4, (F,) i4
 def _goal_zone(lm, price, operator, mark, stack):
-    """Marks the facts from which the goal is reached for nothing, along supporters."""
+    """Marks the facts from which the goal is reached at no cost, along supporters."""
     for f in range(lm[FACTS]):
         mark[f] = OUTSIDE
     mark[lm[GOAL]] = ZONE
@@ -156,7 +156,7 @@ def _goal_zone(lm, price, operator, mark, stack):
 
 @lean_kernel  # (L,) i4, i8, (F,) i4, (F,) i4, i8, (O,) i4, i8 -> i8, i8
 def _pass(lm, o, mark, stack, depth, cut, count):
-    """Goes through operator o from before the zone: into the cut if it leads into it, else to what it adds."""
+    """Adds operator o to the cut if it leads into the goal zone; else visits the facts that it adds."""
     first, end = lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]
     for j in range(first, end):
         if mark[lm[j]] == ZONE:
@@ -172,7 +172,7 @@ def _pass(lm, o, mark, stack, depth, cut, count):
 
 @lean_kernel  # (L,) i4, (F,) u1, (O,) i8, (O, 2) i8, (F,) i4, (F,) i4, (O,) i4 -> i8
 def _cut(lm, holding, price, operator, mark, stack, cut):
-    """The operators that lead from before the goal's zone into it; returns how many."""
+    """Fills `cut` with the operators that lead from outside the goal zone into it; returns how many."""
     depth, count = 0, 0
     for f in range(lm[FACTS]):
         if holding[f] != 0 and mark[f] == OUTSIDE:
@@ -180,7 +180,7 @@ def _cut(lm, holding, price, operator, mark, stack, cut):
             stack[depth] = f
             depth += 1
     for i in range(lm[FREE], lm[FREE] + lm[FREE_COUNT]):
-        if price[lm[i]] < FAR:
+        if price[lm[i]] < INFINITE_COST:
             depth, count = _pass(lm, lm[i], mark, stack, depth, cut, count)
     while depth > 0:
         depth -= 1
@@ -193,7 +193,7 @@ def _cut(lm, holding, price, operator, mark, stack, cut):
 
 @lean_kernel  # (L,) i4, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4, (F,) i4, i8, i8 -> i8
 def _offer(lm, price, operator, cost, heap, place, o, size):
-    """Operator o offers its adds at what it costs now; returns the size of the heap."""
+    """Lowers the costs of the facts that operator o adds to its present cost; returns the size of the heap."""
     supporter = operator[o, 1]
     total = price[o] + (cost[supporter] if supporter >= 0 else 0)
     for j in range(lm[ADD] + lm[lm[ADD_OF] + o], lm[ADD] + lm[lm[ADD_OF] + o + 1]):
@@ -205,7 +205,7 @@ def _offer(lm, price, operator, cost, heap, place, o, size):
 
 @lean_kernel  # (L,) i4, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4, (F,) i4, (O,) i4, i8
 def _lower(lm, price, operator, cost, heap, place, cut, count):
-    """Brings h_max up to date after the prices of the cut fell."""
+    """Updates h_max after the prices of the operators in the cut fell."""
     size = 0
     for i in range(count):
         size = _offer(lm, price, operator, cost, heap, place, cut[i], size)
@@ -224,18 +224,18 @@ def _lower(lm, price, operator, cost, heap, place, cut, count):
 
 @lean_kernel  # (L,) i4, (O,) i8, (F,) u1, (O,) i8, (O, 2) i8, (F,) i8, (F,) i4 x 4, (O,) i4, bool -> i8
 def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first):
-    """A lower bound of the cost from the facts that hold (all others 0) to the goal; FAR: there is no way.
+    """A lower bound of the cost from the facts that hold (all others 0) to the goal; INFINITE_COST: it is out of reach.
 
-    `prices` are the costs of the relaxation's operators, FAR for those that must not be used. The first landmark is
-    that of the dearest goal, or of the nearest: its landmarks are small, and leave costs for those of the others. Either
-    way may give the better bound.
+    `prices` are the costs of the relaxation's operators, INFINITE_COST for those that must not be used. The first
+    landmark is that of the dearest goal, or of the nearest with `nearest_first`: its landmarks are small and leave costs
+    for those of the others. Either way may give the better bound.
     """
     for o in range(lm[OPERATORS]):
         price[o] = prices[o]
     costs_by_max(lm, holding, price, operator, cost, heap, place)
     goal, bound = lm[GOAL], 0
-    if cost[goal] >= FAR:
-        return FAR
+    if cost[goal] >= INFINITE_COST:
+        return INFINITE_COST
     last = lm[OPERATORS] - 1  # asks that all goals hold
     while cost[goal] > 0:
         dearest = operator[last, 1]
@@ -260,6 +260,6 @@ def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark
 def landmark_cut(
     lm, prices, states, row, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first
 ):
-    """The lower bound from a packed state, with what follows from goals that have to be given up."""
+    """The lower bound of the goal's cost from a packed state, which counts goals that have to be given up on the way."""
     facts_that_hold(lm, states, row, holding, stack)
     return bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first)

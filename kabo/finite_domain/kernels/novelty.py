@@ -1,8 +1,8 @@
-"""Novelty-guided best-first search over packed states [kabo.finite_domain.search.novelty_search, which is the plain twin].
+"""Novelty-guided best-first search over packed states [kabo.finite_domain.search.plain_novelty does the same in Python].
 
-`layout` names what states are compared by: at its head the numbers of variables and goals, and where the following
-begin: a test for each goal and what it allows, the goals before each goal, and of each variable word, shift, mask, first
-fact, and first fact among those that can change, or -1.
+`layout` describes goals and facts. It begins with the numbers of variables and goals, and the index of each table: the
+test of each goal with the values it allows; the goals ordered before each goal; and for each variable its word, shift,
+mask, first fact, and first fact among those that can change, or -1.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from kabo.finite_domain.kernels.seen import find
 from kabo.finite_domain.kernels.successors import applicable, apply, content, hashed
 
 VARIABLES, GOALS, TESTS, BEFORE_OF, BEFORE, PLACES, FACTS, CHANGING, OWNERS = 0, 1, 2, 3, 4, 5, 6, 7, 8
-# Columns of `rows`: parent, operator, open goals, facts reached, its relaxed plan, its partition, who is next in line.
+# Columns of `rows`: parent, operator, open goals, facts reached, its relaxed plan, its partition, the next in its queue.
 PARENT, OPERATOR, OPEN, REACHED, PLAN, PARTITION, AFTER = 0, 1, 2, 3, 4, 5, 6
 COUNT, EXPANDED, GENERATED, PLANS, PLAN_FACTS, PARTITIONS, GOAL = 0, 1, 2, 3, 4, 5, 6  # places of `progress`
 RUNNING, SOLVED, UNSOLVABLE, FULL = 0, 1, 2, 3
@@ -23,7 +23,7 @@ ONE = np.uint64(1)
 
 @lean_kernel  # (L,) i4, (S, W) u8, i8, (G,) i4 -> i8
 def _open_goals(layout, states, row, done):
-    """How many goals do not count as reached."""
+    """The number of goals that do not count as reached, along the goal agenda."""
     goals, tests = layout[GOALS], layout[TESTS]
     for k in range(goals):
         at = tests + 4 * k
@@ -40,7 +40,7 @@ def _open_goals(layout, states, row, done):
 
 @lean_kernel  # (L,) i4, (S, W) u8, (S, 7) i4, (S, 4) u8, i8, i8, (P, 2) i4, (Q,) i4, (F,) i4 -> i8
 def _inherit(layout, states, rows, reached, row, parent, plans, plan_facts, holding):
-    """Takes over the relaxed plan of the parent; how many of its facts have held since."""
+    """Takes over the parent's relaxed plan; returns how many of its facts have been true since it was made."""
     plan = rows[parent, PLAN]
     rows[row, PLAN] = plan
     count = rows[parent, REACHED]
@@ -58,7 +58,7 @@ def _inherit(layout, states, rows, reached, row, parent, plans, plan_facts, hold
 
 @lean_kernel  # (L,) i4, (S, 7) i4, (S, 4) u8, i8, (P, 2) i4, (Q,) i4, (X,) i8, relaxed plan's … -> bool
 def _plan(layout, rows, reached, row, plans, plan_facts, progress, table, scratch, true, goal, out, no_words):
-    """Finds a relaxed plan for the state whose facts are `true`; whether there is one."""
+    """Makes and keeps a relaxed plan for the state whose facts are `true`; returns whether there is one."""
     value = relaxed_plan(table, scratch, no_words, true, goal, out)
     plan, at = progress[PLANS], progress[PLAN_FACTS]
     count = 0
@@ -86,7 +86,7 @@ def _first_word(f):
 
 @lean_kernel  # (V,) i4, (V,) i4, i8, bool, (C,) u8, (Z,) u8 -> bool
 def _new_pair(now, before, count, same, bits, pairs):
-    """Remembers the pairs that the state shows; whether any is new. In the partition of its parent: of what changed."""
+    """Records the state's pairs of facts; returns whether any is new. With `same` only pairs with a changed fact count."""
     new = False
     for i in range(count):
         bits[now[i] >> 6] |= ONE << np.uint64(now[i] & 63)
@@ -117,7 +117,7 @@ def _new_pair(now, before, count, same, bits, pairs):
 
 @lean_kernel  # (L,) i4, (S, W) u8, (S, 7) i4, i8, i8, (Y, C) u1, (Z, D) u8, (2, V) i4, (C,) u8 -> i8
 def _novelty(layout, states, rows, row, parent, facts_seen, pairs_seen, changing, fact_bits):
-    """1, 2 or 3, after remembering what the state shows."""
+    """The state's novelty (3: above 2); records its facts and pairs of facts."""
     partition = rows[row, PARTITION]
     same = parent >= 0 and rows[parent, PARTITION] == partition
     now, before = changing[0], changing[1]
@@ -147,7 +147,7 @@ def _enter(
     layout, states, rows, reached, row, parent, operator, plans, plan_facts, numbered, facts_seen, pairs_seen,
     queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
 ):  # fmt: skip
-    """Keeps a new state and queues it, unless the goal is out of its reach; whether it fulfils the goal."""
+    """Keeps a new state, and queues it unless the goal is out of its reach; returns whether it fulfils the goal."""
     rows[row, PARENT], rows[row, OPERATOR], rows[row, AFTER] = parent, operator, -1
     goals = _open_goals(layout, states, row, done)
     rows[row, OPEN] = goals
@@ -210,9 +210,9 @@ def expand(
     queues, progress, table, scratch, true, holding, goal, out, no_words, done, changing, fact_bits,
     able, after, limit, most_pairs,
 ):  # fmt: skip
-    """Expands up to `limit` states more; says whether it goes on, is solved, unsolvable, or needs more room.
+    """Expands up to `limit` more states; returns RUNNING, SOLVED, UNSOLVABLE, or FULL where arrays must grow first.
 
-    There must be room for one state more, which the start takes.
+    There must be room for one more state, which the start takes.
     """
     if progress[COUNT] == 0:
         find(known, states, states, 0, hashed(states, 0), 0)

@@ -1,8 +1,8 @@
-"""Pairs of facts that may be true together, as rows of bits [kabo.finite_domain.mutexes, which is the plain twin].
+"""Pairs of facts that may be true together, as rows of bits [kabo.finite_domain.mutexes does the same in Python].
 
-`numbers` names everything by where it begins: a list of facts is its length and the facts; a list of conditions its
-length and the lists of facts; a group its length and pairs of conditions and facts; an operator its conditions, facts,
-number of groups, and the groups, of which the first is the facts on no condition.
+`numbers` names every part by the index at which it begins. A list of facts is its length and the facts; a list of
+conditions its length and the lists of facts; a group its length and pairs of conditions and facts; an operator its
+conditions, facts, number of groups, and the groups, of which the first has the unconditional facts.
 """
 
 import numpy as np
@@ -15,16 +15,16 @@ ONE, ALL = np.uint64(1), np.uint64(0xFFFFFFFFFFFFFFFF)
 
 @lean_kernel  # (W,) u8, i8 -> bool
 def _has(bits, f):
-    """Whether bit f is there."""
+    """Whether bit f is set."""
     return bits[f >> 6] >> np.uint64(f & 63) & ONE != 0
 
 
 @lean_kernel  # (T,) i4, (F, W) u8, i8, (W,) u8, (W,) u8 -> bool
 def _with_all(numbers, rows, conditions, known, result):
-    """Of the known facts those that may be true together with all conditions; whether all of these can hold."""
+    """Sets `result` to the known facts that may be true with all conditions; returns whether all conditions can hold."""
     words = result.shape[0]
     at, count = conditions + 1, numbers[conditions]
-    if count == 1 and numbers[at] == 1:  # most of all
+    if count == 1 and numbers[at] == 1:  # the most frequent case
         f = numbers[at + 1]
         if not _has(known, f):
             return False
@@ -51,7 +51,7 @@ def _with_all(numbers, rows, conditions, known, result):
 
 @lean_kernel  # (T,) i4, i8, (W,) u8 -> bool
 def _possible(numbers, conditions, known):
-    """Whether each condition has a fact among the known."""
+    """Whether each condition has a fact among the known ones."""
     at = conditions + 1
     for _ in range(numbers[conditions]):
         found = False
@@ -66,7 +66,7 @@ def _possible(numbers, conditions, known):
 
 @lean_kernel  # (T,) i4, i8, (F,) i8, i8 -> bool
 def _grew(numbers, conditions, grown, since):
-    """Whether what these conditions allow has grown since."""
+    """Whether the row of some fact of these conditions has grown since then."""
     at = conditions + 1
     for _ in range(numbers[conditions]):
         for i in range(at + 1, at + 1 + numbers[at]):
@@ -78,7 +78,7 @@ def _grew(numbers, conditions, grown, since):
 
 @lean_kernel  # (T,) i4, i8, (W,) u8
 def _forget(numbers, made, after):
-    """Takes all values away from the variables that are set."""
+    """Clears in `after` all facts of the variables that the facts of `made` set."""
     for i in range(made + 1, made + 1 + numbers[made]):
         v = numbers[numbers[VARIABLE] + numbers[i]]
         first, last = numbers[numbers[OFFSETS] + v], numbers[numbers[OFFSETS] + v + 1] - 1
@@ -94,7 +94,7 @@ def _forget(numbers, made, after):
 
 @lean_kernel  # (T,) i4, i8, (W,) u8
 def _put(numbers, made, after):
-    """Puts what is made."""
+    """Sets the facts of `made` in `after`."""
     for i in range(made + 1, made + 1 + numbers[made]):
         f = numbers[i]
         after[f >> 6] |= ONE << np.uint64(f & 63)
@@ -102,7 +102,7 @@ def _put(numbers, made, after):
 
 @lean_kernel  # (T,) i4, i8, (W,) u8, i8, (W,) u8
 def _put_others(numbers, o, known, but, after):
-    """Puts what the groups of operator o but one may make when only known facts are possible."""
+    """Sets in `after` the facts that all groups of operator o but one may achieve when only known facts are possible."""
     for g in range(numbers[o + 2]):
         group = numbers[o + 3 + g]
         if g == but:
@@ -114,9 +114,9 @@ def _put_others(numbers, o, known, but, after):
 
 @lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, i8, (W,) u8, (W,) u8, i8 -> i8
 def _meet(numbers, rows, grown, made, after, reached, time):
-    """What is made may be true together with all that is true after; returns the time, later if that was new.
+    """Notes that each fact of `made` may be true together with all of `after`; returns the time, later if that was new.
 
-    `reached` are the facts that can be true at all; the last place of `grown` says when there came one more.
+    `reached` are the facts that can be true at all; the last entry of `grown` is the time when one was added last.
     """
     for i in range(made + 1, made + 1 + numbers[made]):
         f = numbers[i]
@@ -143,7 +143,7 @@ def _meet(numbers, rows, grown, made, after, reached, time):
 
 @lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, i8, i8, i8, (4, W) u8, i8 -> i8
 def _do(numbers, rows, grown, o, group, k, scratch, time):
-    """Operator o with what one group makes on the conditions at k; scratch[1] is what its preconditions allow."""
+    """Applies operator o with one group's effect under the conditions at k; scratch[1] are the facts possible before."""
     possible, kept, after = scratch[1], scratch[2], scratch[3]
     if not _with_all(numbers, rows, numbers[k], possible, kept) or not _possible(numbers, numbers[o], kept):
         return time
@@ -159,7 +159,7 @@ def _do(numbers, rows, grown, o, group, k, scratch, time):
 
 @lean_kernel  # (T,) i4, i8, (F,) i8, i8 -> bool
 def _effects_grew(numbers, o, grown, since):
-    """Whether a condition of some effect allows more than it did."""
+    """Whether the row of some fact in the operator's effect conditions has grown since then."""
     for g in range(numbers[o + 2]):
         group = numbers[o + 3 + g]
         for k in range(group + 1, group + 1 + 2 * numbers[group], 2):
@@ -170,7 +170,7 @@ def _effects_grew(numbers, o, grown, since):
 
 @lean_kernel  # (T,) i4, (F, W) u8, (F,) i8, (O,) i8, (4, W) u8, i8 -> i8
 def grow(numbers, rows, grown, seen, scratch, time):
-    """Does operators as long as any row grows; returns the time, which counts growths.
+    """Applies operators as long as any row grows; returns the time, which counts growths.
 
     scratch[0] are the facts that can be true at all.
     """

@@ -1,10 +1,10 @@
 """Relaxed plans: what an operator deletes stays true, and the cheapest supporters by h_add reach the goal [FF, HSP].
 
-Facts are settled by rising cost, from a queue of buckets one unit wide. The last bucket takes all that is dearer, and
-there costs are corrected until none changes. The queue is first in, first out, so supporters are the same in every run
-and in the Python twin [kabo.finite_domain.heuristics.plain_relaxation].
+Facts are settled by rising cost, from a queue of buckets one unit wide. The last bucket takes all dearer facts, whose
+costs are corrected until none changes. The queue is first in, first out, so supporters are the same in every run and
+in plain Python [kabo.finite_domain.heuristics.plain_relaxation].
 
-`table` and `scratch` are one array each, since every array that Python hands over costs as much as settling ten facts.
+`table` and `scratch` are one array each, since passing an array from Python costs as much as settling ten facts.
 """
 
 from kabo.compilation import lean_kernel
@@ -36,7 +36,7 @@ def _remove(facts, ends, f, b):
 
 @lean_kernel  # (6F,) i4, (2K,) i4, i8, i8
 def _append(facts, ends, f, b):
-    """Puts fact f at the end of bucket b; where it stands there already, it stays."""
+    """Puts fact f at the end of bucket b, unless it is in that bucket already."""
     old = facts[COLUMNS * f + AT]
     if old == b:
         return
@@ -53,7 +53,7 @@ def _append(facts, ends, f, b):
 
 @lean_kernel  # (6F,) i4, (2K,) i4, (F,) i4, (O + 1,) i4, (A,) i4, i8 x 5 -> i8
 def _fire(facts, ends, cost, adds_of, adds, o, price, unit, last, top):
-    """Operator o, whose preconditions cost `price` with it, offers its adds; returns the last bucket in use."""
+    """Lowers the costs of the facts that operator o adds to `price`; returns the last bucket in use."""
     for i in range(adds_of[o], adds_of[o + 1]):
         f = adds[i]
         if price < cost[f]:
@@ -68,7 +68,7 @@ def _fire(facts, ends, cost, adds_of, adds, o, price, unit, last, top):
 
 @lean_kernel  # (T,) i4, (6F,) i4, (2K,) i4, (F,) i4, (2O,) i4, (O + 1,) i4, (A,) i4, (W,) u8, (N,) i4 -> i8
 def _begin(table, facts, ends, cost, waiting, adds_of, adds, words, true):
-    """Forgets the last task and reaches what is true, and what needs nothing; returns the last bucket in use."""
+    """Resets the arrays, queues the true facts and those of operators without preconditions; returns the last bucket."""
     for f in range(cost.shape[0]):
         cost[f] = UNREACHED
         facts[COLUMNS * f + AT] = -1
@@ -110,7 +110,7 @@ def _reach(table, facts, ends, cost, waiting, adds_of, adds, uses_of, uses, goal
             price, told = cost[f], facts[COLUMNS * f + SPREAD]
             facts[COLUMNS * f + SPREAD] = price
             less, change = 1, price
-            if told != UNREACHED:  # its users know it already, at a higher cost
+            if told != UNREACHED:  # the operators that need it have counted it before, at a higher cost
                 less, change = 0, price - told
             for i in range(uses_of[f], uses_of[f + 1]):
                 o = uses[i]
@@ -130,7 +130,7 @@ def _reach(table, facts, ends, cost, waiting, adds_of, adds, uses_of, uses, goal
 
 @lean_kernel  # (T,) i4, (6F,) i4, (F,) i4, (O,) i4, (2P,) i4, (F,) i4, (G,) i4, (R,) i4, i8 -> i8
 def _extract(table, facts, cost, used, owners, stack, goal, out, epoch):
-    """The cost of the supporters behind the goal; their owners that can go now and the facts they make go into out."""
+    """The cost of the goal's supporters; writes their owners that are applicable now, and their facts, into `out`."""
     depth, value, owned, needed = 0, 0, 0, 0
     for i in range(goal.shape[0]):
         f = goal[i]
@@ -178,14 +178,14 @@ def _extract(table, facts, cost, used, owners, stack, goal, out, epoch):
 
 @lean_kernel  # (T,) i4, (S,) i4, (W,) u8, (N,) i4, (G,) i4, (R,) i4 -> i8
 def relaxed_plan(table, scratch, words, true, goal, out):
-    """The cost of a relaxed plan, or -1: the goal is not even reached relaxed.
+    """The cost of a relaxed plan, or -1: the goal is out of reach even in the relaxation.
 
-    What is true are the bits of `words` and the facts of `true`. Fills `out`: how many owners could go now, how many
-    facts the plan makes, then from 2 on the owners, then from 2 + (number of owners) on the facts.
+    The true facts are the bits of `words` and the numbers in `true`. Fills `out`: the number of owners applicable now,
+    the number of facts that the plan achieves, from 2 on the owners, and from 2 + (number of all owners) on the facts.
     """
     n, m = table[FACTS], table[OPERATORS]
     scratch[0] += 1
-    if scratch[0] == 1 << 29:  # marks of half a milliard calls ago must not be taken for today's
+    if scratch[0] == 1 << 29:  # the counter of calls restarts: marks of earlier calls must go
         scratch[:] = 0
         scratch[0] = 1
         for b in range(2 * table[BUCKETS]):

@@ -1,7 +1,7 @@
-"""The set of states seen so far, in open addressing, at one visit to far memory for each look.
+"""The set of states seen so far, as a hash table with open addressing, at one access to main memory a look-up.
 
-A state of one word may lie in the table itself; else its row does, behind half of its hash. Growing runs through the
-old table in order, since the place of a state is the first bits of its hash: so the new one is filled in order, too.
+A state of one word may be stored in the table itself; else its row is, behind half of its hash. A table is enlarged in
+order, since the place of a state is the first bits of its hash: so the new table is filled in order, too.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ def place(mixed, size):
 
 @lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
 def find_row(table, states, candidates, r, mixed, new):
-    """The row of a candidate among the states, or -1: it was new, and enters as row `new`."""
+    """The row of a candidate among the states, or -1 if it was new; then it is entered as row `new`."""
     last, i, tag = table.shape[0] - 1, place(mixed, table.shape[0]), mixed & ROW
     while table[i] != EMPTY:
         if table[i] >> np.uint64(32) == tag:
@@ -38,7 +38,7 @@ def find_row(table, states, candidates, r, mixed, new):
 
 @lean_kernel  # (P,) u8, (S, W) u8, (R, W) u8, i8, u8, i8 -> i8
 def find(table, states, candidates, r, mixed, new):
-    """As `find_row`, but states of one word lie in the table themselves, and their rows are not known: 0 for any."""
+    """As `find_row`, but states of one word are stored in the table itself: their rows are not known, so 0 is returned."""
     if states.shape[1] > 1:
         return find_row(table, states, candidates, r, mixed, new)
     last, i, word = table.shape[0] - 1, place(mixed, table.shape[0]), candidates[r, 0]
@@ -52,7 +52,7 @@ def find(table, states, candidates, r, mixed, new):
 
 @lean_kernel  # (P,) u8, (Q,) u8, (S, W) u8, (1, W) u8, bool
 def move_table(old, larger, states, one, by_row):
-    """Enters all of an old table into a larger one, empty so far; `by_row`: it was filled by `find_row`."""
+    """Enters all states of a table into a larger, empty one; `by_row` says that the table was filled by `find_row`."""
     last = larger.shape[0] - 1
     for j in range(old.shape[0]):
         if old[j] != EMPTY:

@@ -1,4 +1,4 @@
-"""What can be done in a packed state, and what then is; plain_states.py is the same in plain Python.
+"""Applicable operators and successors of packed states; plain_states.py computes the same in plain Python.
 
 `numbers` and `bits` are the tables of a task [kabo.finite_domain.array_tables]. States are rows of words.
 """
@@ -15,13 +15,13 @@ FIRST_FACTOR, SECOND_FACTOR = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xD6E8FEB
 
 @lean_kernel  # (T,) i4, (S, W) u8, i8, i8 -> i8
 def content(numbers, states, row, at):
-    """The bits of a state of which `numbers` names word, shift and mask from `at` on."""
+    """The content of the bits of a state whose word, shift and mask stand in `numbers` from `at` on."""
     return np.int64(states[row, numbers[at]] >> np.uint64(numbers[at + 1])) & numbers[at + 2]
 
 
 @lean_kernel  # (T,) i4, (S, W) u8, i8, i8, i8 -> bool
 def passes(numbers, states, row, first, end):
-    """Whether all tests from first to end allow the state."""
+    """Whether the state passes all tests from `first` to `end`."""
     passing, at = True, first
     while passing and at < end:
         passing = numbers[numbers[at + 3] + content(numbers, states, row, at)] != 0
@@ -31,7 +31,7 @@ def passes(numbers, states, row, first, end):
 
 @lean_kernel  # (T,) i4, (B,) u8, (S, W) u8, i8, (G,) u8, (O,) i4 -> i8
 def applicable(numbers, bits, states, row, never, out):
-    """Fills `out` with the operators that can be done, in the order of the task; returns how many.
+    """Fills `out` with the applicable operators in the order of the task; returns how many.
 
     `never` has a bit for each operator that must not be used, 64 in a word.
     """
@@ -55,7 +55,7 @@ def applicable(numbers, bits, states, row, never, out):
 
 @lean_kernel  # (B,) u8, i8, (R, W) u8, i8
 def put(bits, at, results, r):
-    """Clears and puts the bits of the row that begins at `at`."""
+    """Clears and sets in a state the bits of the rows that begin at `at`."""
     words = results.shape[1]
     if words == 1:  # loops are made for many words, and cost much for one
         results[r, 0] = (results[r, 0] & ~bits[at]) | bits[at + 1]
@@ -66,7 +66,7 @@ def put(bits, at, results, r):
 
 @lean_kernel  # (T,) i4, (B,) u8, (S, W) u8, i8, i8, (R, W) u8, i8
 def apply(numbers, bits, states, row, o, results, r):
-    """Puts the state after operator o, which can be done in states[row], into results[r]."""
+    """Writes the state after operator o, which is applicable in states[row], into results[r]."""
     words = states.shape[1]
     results[r, 0] = states[row, 0]
     for w in range(1, words):
@@ -96,7 +96,7 @@ def at_goal(numbers, bits, states, row):
 
 @lean_kernel  # (S, W) u8, i8 -> u8
 def hashed(states, row):
-    """A number that spreads states evenly, in its high bits most of all."""
+    """A hash of the state, whose high bits spread states most evenly."""
     mixed = states[row, 0] * FIRST_FACTOR
     mixed ^= mixed >> np.uint64(32)
     for w in range(1, states.shape[1]):

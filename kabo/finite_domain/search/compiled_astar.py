@@ -1,11 +1,14 @@
-"""The compiled A*: its arrays, which grow with what is found [kabo.finite_domain.kernels.astar]."""
+"""The compiled A* with LM-cut: its arrays, which double when they are full.
+
+The loop over states is a kernel [kabo.finite_domain.kernels.astar].
+"""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never
+from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget
 from kabo.finite_domain.heuristics.landmarks import landmark_tables
 from kabo.finite_domain.kernels.astar import expand as _expand
 from kabo.finite_domain.kernels.seen import move_table
@@ -13,18 +16,18 @@ from kabo.finite_domain.mutexes import Mutexes, mutexes
 from kabo.finite_domain.result import SearchResult
 
 expand: Any = _expand
-SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # as in the kernel
-BETWEEN_LOOKS = 500_000  # operators and facts, times states, between two questions whether to stop
-FAR = 1 << 60
-EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
+SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # what the kernel returns when it does not simply go on
+WORK_BETWEEN_LOOKS = 500_000  # (operators + facts) x expansions after which the caller is asked whether to stop
+INFINITE_COST = 1 << 60  # above the cost of any plan
+EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)  # marks a free place of the hash table, as in the kernel
 
 
-def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> SearchResult:
-    """A* with LM-cut."""
-    memory = _Memory(compiled, start, never)
+def astar_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
+    """A plan of least cost, or why there is none."""
+    memory = _AstarArrays(compiled, start, never)
     size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:
-        limit = budget.left(int(memory.progress[1]), max(1, min(1000, BETWEEN_LOOKS // size)))
+        limit = budget.left(int(memory.progress[1]), max(1, min(1000, WORK_BETWEEN_LOOKS // size)))
         if not limit:
             return memory.without_plan("exhausted")
         if budget.stopped():
@@ -39,14 +42,17 @@ def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> 
 
 
 def valid_mutexes(compiled: CompiledTask, start: int) -> Mutexes:
-    """Pairs that are impossible from this start on: those of the task, if the start shows none of them."""
+    """The pairs of facts that are never true together from this start on.
+
+    They are those of the task unless the start itself has such a pair; then they are computed anew.
+    """
     facts = compiled.relaxed.of(compiled.packing.values(start))
     known = compiled.mutexes
     return known if known.allow(facts) else mutexes(compiled.fact_task, facts)
 
 
-class _Memory:
-    """The arrays of a search; those of states double when they are full."""
+class _AstarArrays:
+    """The arrays of one search; those of states double when they are full."""
 
     def __init__(self, compiled: CompiledTask, start: int, never: Never) -> None:
         self.compiled, self.never = compiled, never
@@ -67,10 +73,18 @@ class _Memory:
 
     def _bound(self, start: int) -> tuple[NDArray[Any], ...]:
         """The arguments of LM-cut."""
-        lm, relaxed = landmark_tables(self.compiled, valid_mutexes(self.compiled, start))
+        task = self.compiled
+        lm, relaxed = landmark_tables(
+            task.normal,
+            task.packing,
+            task.relaxed,
+            task.fact_task,
+            goals=task.goal_facts,
+            mutexes=valid_mutexes(task, start),
+        )
         facts, operators = int(lm[0]), len(relaxed)
         never = np.unpackbits(self.never.view(np.uint8), bitorder="little")
-        prices = [FAR if o.owner >= 0 and never[o.owner] else o.cost for o in relaxed]
+        prices = [INFINITE_COST if o.owner >= 0 and never[o.owner] else o.cost for o in relaxed]
         numbers = [np.empty(facts, np.int32) for _ in range(4)]
         return (
             lm,
@@ -84,7 +98,7 @@ class _Memory:
         )
 
     def arguments(self) -> tuple[Any, ...]:
-        """All but the limit, as the kernel wants them."""
+        """The arguments of the kernel but for the last one, the limit."""
         room = self.rooms
         numbers, bits = self.compiled.arrays
         return (
@@ -103,7 +117,7 @@ class _Memory:
         )
 
     def grow(self, most: int) -> bool:
-        """Makes room for another expansion; False: that would take more bytes than `most`."""
+        """Makes room for the successors of one more state; False if that would take more than `most` bytes."""
         count, waiting = int(self.progress[0]), int(self.progress[3])
         kept = self.known.nbytes + sum(array.nbytes for array in self.rooms.values())
         needed = {"states": count, "rows": count, "queue": waiting}
@@ -125,12 +139,12 @@ class _Memory:
         return True
 
     def without_plan(self, status: Any) -> SearchResult:
-        """A result that has none."""
+        """The result of a search that ended so."""
         count, expanded, generated = self.progress[:3].tolist()
         return SearchResult(status, None, None, expanded, generated, count, initial_estimate=self._start_bound())
 
     def with_plan(self) -> SearchResult:
-        """The way to the goal that was found."""
+        """The result with the plan that was found."""
         plan, row, rows = [], int(self.progress[4]), self.rooms["rows"]
         cost = int(rows[row, 2])
         while rows[row, 0] >= 0:
@@ -144,4 +158,4 @@ class _Memory:
 
     def _start_bound(self) -> int | None:
         bound = int(self.progress[6])
-        return bound if self.progress[5] and bound < FAR else None
+        return bound if self.progress[5] and bound < INFINITE_COST else None

@@ -1,28 +1,31 @@
-"""The compiled novelty search: its arrays, which grow with what is found [kabo.finite_domain.kernels.novelty]."""
+"""The compiled novelty search: its arrays, which grow as needed.
+
+The loop over states is a kernel [kabo.finite_domain.kernels.novelty].
+"""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never
+from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget
 from kabo.finite_domain.kernels.novelty import expand as _expand
 from kabo.finite_domain.kernels.seen import move_table
 from kabo.finite_domain.result import SearchResult
-from kabo.finite_domain.search.novelty_search import MOST_PLAN_FACTS, pair_partitions, pair_words
+from kabo.finite_domain.search.plain_novelty import MOST_PLAN_FACTS, pair_partitions, pair_words
 
 expand: Any = _expand
-SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # as in the kernel
-BETWEEN_LOOKS = 1_000_000  # operators and facts, times expansions, between two questions whether to stop
-EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)
+SOLVED, UNSOLVABLE, FULL = 1, 2, 3  # what the kernel returns when it does not simply go on
+WORK_BETWEEN_LOOKS = 1_000_000  # (operators + facts) x expansions after which the caller is asked whether to stop
+EMPTY = np.uint64(0xFFFFFFFFFFFFFFFF)  # marks a free place of the hash table, as in the kernel
 
 
-def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> SearchResult:
-    """The same search as the plain one."""
-    memory = _Memory(compiled, start)
+def bfws_compiled(compiled: CompiledTask, start: int, never: Never, budget: SearchBudget) -> SearchResult:
+    """A plan, or why there is none: the same answer as that of the search in plain Python."""
+    memory = _NoveltyArrays(compiled, start)
     size = len(compiled.relaxed.operators) + compiled.relaxed.all_facts
     while True:
-        limit = budget.left(int(memory.progress[1]), max(1, min(2000, BETWEEN_LOOKS // size)))
+        limit = budget.left(int(memory.progress[1]), max(1, min(2000, WORK_BETWEEN_LOOKS // size)))
         if not limit:
             return memory.without_plan("exhausted")
         if budget.stopped():
@@ -37,7 +40,7 @@ def search(compiled: CompiledTask, start: int, never: Never, budget: Budget) -> 
 
 
 def novelty_layout(compiled: CompiledTask) -> NDArray[np.int32]:
-    """What states are compared by, as the kernel reads it."""
+    """The goals, their orders and the facts that states are compared by, as one array for the kernel."""
     packing, offset, changing = compiled.packing, compiled.relaxed.offset, compiled.changing.offset
     goal, before = compiled.normal.goal, compiled.agenda.before
     flat = [0] * 9
@@ -75,14 +78,14 @@ def novelty_layout(compiled: CompiledTask) -> NDArray[np.int32]:
     return np.array(flat, np.int32)
 
 
-class _Memory:
-    """The arrays of a search, which double when they are full."""
+class _NoveltyArrays:
+    """The arrays of one search; those of states double when they are full."""
 
     def __init__(self, compiled: CompiledTask, start: int) -> None:
         self.compiled = compiled
         self.layout = novelty_layout(compiled)
         self.able = np.empty(len(compiled.task.operators), np.int32)
-        words, self.width = compiled.packing.words, len(self.able)  # at most so many states from one expansion
+        words, self.width = compiled.packing.words, len(self.able)  # one expansion gives at most `width` states
         room = max(1024, 2 * self.width)
         facts = compiled.changing.facts
         self.most_pairs = pair_partitions(facts)
@@ -109,7 +112,7 @@ class _Memory:
         self.after = np.empty((1, words), np.uint64)
 
     def arguments(self, never: Never) -> tuple[Any, ...]:
-        """All but the limits, as the kernel wants them."""
+        """The arguments of the kernel but for the last two, its limits."""
         room, relaxed = self.rooms, self.relaxed
         return (
             *self.compiled.arrays,
@@ -141,7 +144,7 @@ class _Memory:
         )
 
     def grow(self, most: int) -> bool:
-        """Makes room for another expansion; False: that would take more bytes than `most`."""
+        """Makes room for the successors of one more state; False if that would take more than `most` bytes."""
         count, _, _, plans, plan_facts, partitions, _ = self.progress.tolist()
         width = self.width
         needed = {
@@ -173,16 +176,16 @@ class _Memory:
         return True
 
     def bytes(self) -> int:
-        """What is kept of states; pairs have their own limit."""
+        """The bytes of all arrays of states; those of seen pairs have a limit of their own."""
         return self.known.nbytes + sum(array.nbytes for name, array in self.rooms.items() if name != "pairs_seen")
 
     def without_plan(self, status: Any) -> SearchResult:
-        """A result that has none."""
+        """The result of a search that ended so."""
         count, expanded, generated = self.progress[:3].tolist()
         return SearchResult(status, None, None, expanded, generated, count)
 
     def with_plan(self, compiled: CompiledTask) -> SearchResult:
-        """The way to the goal that was found."""
+        """The result with the plan that was found."""
         plan, row, rows = [], int(self.progress[6]), self.rooms["rows"]
         while row > 0:
             plan.append(int(rows[row, 1]))

@@ -1,4 +1,4 @@
-"""A* with LM-cut: the least cost, proven."""
+"""A* with LM-cut: a plan of least cost, proven."""
 
 from collections.abc import Sequence
 from heapq import heappop, heappush
@@ -6,10 +6,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from kabo.finite_domain.compiled_task import Budget, CompiledTask, Never, as_number
+from kabo import tuning
+from kabo.finite_domain import search
+from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget, as_number
 from kabo.finite_domain.result import SearchResult
-
-PLAIN_WORK = 5000  # generated states: less time in Python than loading the kernel takes
 
 
 def astar(
@@ -17,31 +17,32 @@ def astar(
     *,
     start: Sequence[int] | None = None,
     forbidden: Sequence[int] | NDArray[Any] | None = None,
-    budget: Budget | None = None,
-    plain_work: int = PLAIN_WORK,
+    budget: SearchBudget | None = None,
+    plain_work: int | None = None,
 ) -> SearchResult:
     """A plan of least cost; or the proof that there is none.
 
     Args:
         compiled: the task.
         start: values of all variables, instead of the task's initial ones.
-        forbidden: 1 for each operator that must not be used.
-        budget: how long; a search that it ends is "exhausted" or "stopped".
+        forbidden: (operators,) 1 for each operator that must not be used, 0 for all others.
+        budget: how long to search; the result is "exhausted" or "stopped" when it ends the search.
         plain_work: how many states plain Python generates, by rising cost and without a heuristic, before the compiled
-            search starts over; of several plans of least cost that may give another.
+            search starts over. Where several plans have least cost, the two may find different ones.
     """
-    budget = budget or Budget()
+    budget = budget or SearchBudget()
     packed, never = compiled.start(start), compiled.never(forbidden)
-    found = _plain(compiled, packed, never, budget, plain_work)
+    work = tuning.PLAIN_ASTAR_STATES if plain_work is None else plain_work
+    found = _plain(compiled, packed, never, budget, work)
     if found is None:
-        from kabo.finite_domain.search.compiled_astar import search
-
-        found = search(compiled, packed, never, budget)
+        found = search.astar_compiled(compiled, packed, never, budget)
     return found
 
 
-def _plain(compiled: CompiledTask, start: int, never: Never, budget: Budget, work: int) -> SearchResult | None:
-    """By rising cost in plain Python; None: it is larger than `work` generated states."""
+def _plain(
+    compiled: CompiledTask, start: int, never: Never, budget: SearchBudget, work: int
+) -> SearchResult | None:
+    """Uniform-cost search in plain Python; None once it has generated `work` states."""
     plain, banned, operators = compiled.plain, as_number(never), compiled.task.operators
     costs, parents = {start: 0}, dict[int, tuple[int, int]]()
     queue, found, done = [(0, 0, start)], 0, set[int]()

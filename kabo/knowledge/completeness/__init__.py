@@ -1,1 +1,1 @@
-"""Whether knowledge is complete for a problem: only then is a search that tried everything a proof."""
+"""Whether kabo's knowledge is complete for a problem; only then does an exhausted search prove that there is no plan."""

@@ -1,8 +1,8 @@
-"""What could be so, and what could be known of it, by any reasoning: an upper bound of all beliefs of a problem.
+"""An upper bound of all belief states of a problem: what may be true, and what any reasoner may come to know.
 
-The delete relaxation of `reachability.py` asks what *kabo* may come to know. This one asks what anybody could who
-remembers every possible world. So what cannot be known here is proven to be out of reach, also where kabo's own knowledge
-is not complete; and `gaps.py` looks for incompleteness only among what is possible here.
+The delete relaxation of `reachability.py` bounds what *kabo* may come to know. This one bounds what an agent may know
+that keeps the set of all possible worlds. So what cannot be known here is proven to be out of reach, even where kabo's
+own knowledge is incomplete; and `gaps.py` looks for incompleteness only in what is possible here.
 """
 
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim, ConjunctionBits, Group, NumberBits, TermBits, open_entries
 from kabo.knowledge.grounding.effects import WorldUpdate
 from kabo.knowledge.grounding.problem import Grounding, conjuncts
-from kabo.knowledge.grounding.schemas import Draft
+from kabo.knowledge.grounding.schemas import ActionInstance
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import Query, bits_of, conjunction, union
 from kabo.language.formulas import And, Comparison, Exists, Forall, Formula, Know, Or
@@ -23,7 +23,7 @@ from kabo.language.formulas import Claim as ClaimFormula
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition: what it asks of knowledge, and disjunctions about the world, of which any part may make it hold."""
+    """A condition: a query on knowledge, and disjunctions about the world, each of which holds if one of its parts does."""
 
     plain: Query
     choices: tuple[Query, ...] = ()
@@ -35,47 +35,47 @@ class Condition:
 
 
 class Beliefs:
-    """The bits that can be 1, those that can be 0, the groups that can be unknown, and which may depend on others.
+    """The bits that can be 1, those that can be 0, the groups that can be unknown, and how these may depend on each other.
 
-    A group is named by its `whether` bit. `links` joins groups of which one may tell about the other: members of
-    an entry, and what a world effect binds together while its condition is unknown.
+    A group is named by its `whether` bit. `links` joins groups where knowing one may reveal something of the other:
+    the members of an entry, and the groups that a world effect ties together while its condition is unknown.
     """
 
     def __init__(self, whole: Grounding) -> None:
         self.whole, self.compiler = whole, whole.compiler
         self.groups = {group.whether: group for group in self.compiler.fluents}
         self._home = {bit: group.whether for group in self.groups.values() for bit in bits_of(group.mask)}
-        self._names: dict[int, int] = {}  # found before: actions share many updates
+        self._names: dict[int, int] = {}  # answers of `names`, since actions share many updates
         self.ones, self.zeros = whole.initial, ~whole.initial
         self.unknown = union(name for name, group in self.groups.items() if not _is_known(group, whole.initial))
         self.links = Links()
-        self.entries: dict[Entry, tuple[Claim, ...]] = {}  # what is known of several together: members left
-        self.conditions = [self.condition(draft) for draft in whole.drafts]
-        self.learnt = 0  # groups about which something may be found out
+        self.entries: dict[Entry, tuple[Claim, ...]] = {}  # entries that a state may have, with the members left
+        self.conditions = [self.condition(instance) for instance in whole.instances]
+        self.learnt = 0  # groups about which something may be learned
         self._start()
         self._grow()
 
     # ------------------------------------------------------------------------------------------------ questions
     def names(self, mask: int) -> int:
-        """The groups that have some of these bits."""
+        """The groups to which some of these bits belong."""
         found = self._names.get(mask)
         if found is None:
             found = self._names[mask] = union({self._home[bit] for bit in bits_of(mask) if bit in self._home})
         return found
 
     def texts(self, names: int) -> list[str]:
-        """The groups as text, in the order of their first mention."""
+        """The text of each group, in the order in which the files mention them first."""
         return [self.groups[name].text for name in bits_of(names)]
 
     def possible(self, condition: Condition) -> bool:
-        """Whether the condition can hold."""
+        """Whether the condition can hold in some belief state."""
         return condition.plain.possible(self.ones, self.zeros) and all(
             choice.possible(self.ones, self.zeros) or self.names(choice.reads) & self.unknown
             for choice in condition.choices
         )
 
     def unknown_under(self, names: int, *queries: Query) -> int:
-        """Those of the groups that may be unknown while the queries hold."""
+        """Those of the groups that may be unknown in a state where all queries hold."""
         found = 0
         for name in bits_of(names & self.unknown):
             mask = self.groups[name].mask
@@ -84,16 +84,16 @@ class Beliefs:
                 found |= name
         return found
 
-    def condition(self, draft: Draft) -> Condition:
-        """What the preconditions of a ground action ask."""
+    def condition(self, instance: ActionInstance) -> Condition:
+        """The condition that the preconditions of a ground action state."""
         domain = self.compiler.problem.domain
-        formulas = domain.actions[draft.name].preconditions
+        formulas = domain.actions[instance.name].preconditions
         if not domain.worldly or not any(_has_choice(formula) for formula in formulas):
-            return Condition(draft.precondition)
-        return self.condition_of(formulas, {name: str(value) for name, value in draft.arguments.items()})
+            return Condition(instance.precondition)
+        return self.condition_of(formulas, {name: str(value) for name, value in instance.arguments.items()})
 
     def condition_of(self, formulas: Iterable[Formula], binding: Binding) -> Condition:
-        """What formulas about the world ask."""
+        """The condition that formulas about the world state."""
         plain: list[Query] = []
         choices: list[Query] = []
         for formula, bound in conjuncts(self.compiler, tuple(formulas), binding):
@@ -101,33 +101,35 @@ class Beliefs:
             (choices if isinstance(formula, Or | Exists) else plain).append(query)
         return Condition(conjunction(plain), tuple(choices))
 
-    def causes(self, world: WorldUpdate, draft: Draft) -> int | None:
-        """The groups of a world effect's condition that may be unknown when it happens; None if it never does."""
+    def causes(self, world: WorldUpdate, instance: ActionInstance) -> int | None:
+        """The groups in a world effect's condition that may be unknown when it happens; None if it never happens."""
         if not world.condition.possible(self.ones, self.zeros):
             return None
         known = [self.compiler.query(Know(claim), world.binding) for claim in world.effect.conditions]
         reads = union(self.names(query.reads) for query in known)
-        open_ = self.unknown_under(reads, draft.precondition if not self._worldly(draft) else world.condition)
+        open_ = self.unknown_under(
+            reads, instance.precondition if not self._worldly(instance) else world.condition
+        )
         for query in known:
             if not self.names(query.reads) & open_ and not query.possible(self.ones, self.zeros):
                 return None
         return open_
 
     def claimed(self, world: WorldUpdate) -> int:
-        """The groups that the condition of a world effect is about."""
+        """The groups that occur in the condition of a world effect."""
         claims = (self.compiler.query(Know(claim), world.binding) for claim in world.effect.conditions)
         return union(self.names(query.reads) for query in claims)
 
-    def _worldly(self, draft: Draft) -> bool:
-        return bool(self.conditions_of(draft).choices)
+    def _worldly(self, instance: ActionInstance) -> bool:
+        return bool(self.conditions_of(instance).choices)
 
-    def conditions_of(self, draft: Draft) -> Condition:
-        """The condition of a ground action."""
-        return self._by_draft[id(draft)]
+    def conditions_of(self, instance: ActionInstance) -> Condition:
+        """The condition under which a ground action is applicable."""
+        return self._by_instance[id(instance)]
 
     # ------------------------------------------------------------------------------------------------- fixpoint
     def _start(self) -> None:
-        self._by_draft = {id(d): c for d, c in zip(self.whole.drafts, self.conditions, strict=True)}
+        self._by_instance = {id(d): c for d, c in zip(self.whole.instances, self.conditions, strict=True)}
         initial = self.whole.initial
         for propagator in self.whole.closure.propagators:
             if isinstance(propagator, Entry) and (not propagator.active or propagator.active & initial):
@@ -137,7 +139,7 @@ class Beliefs:
         self.learnt |= tangled(self.entries.values())
 
     def _bind(self, entry: Entry, state: int = 0) -> None:
-        """Notes an entry; members that are known to be false in the state are none."""
+        """Records an entry without the members that are known to be false in the state."""
         members = tuple(member for member in entry.members if not state & member.fails)
         if entry in self.entries or any(state & member.holds for member in members) or _is_range(members, state):
             return
@@ -147,9 +149,9 @@ class Beliefs:
     def _grow(self) -> None:
         while True:
             before = self.ones, self.zeros, self.unknown, self.learnt, len(self.entries), self.links.joints
-            for draft, condition in zip(self.whole.drafts, self.conditions, strict=True):
+            for instance, condition in zip(self.whole.instances, self.conditions, strict=True):
                 if self.possible(condition):
-                    self._act(draft)
+                    self._act(instance)
             for rule in self.whole.rules:
                 self._follow(rule)
             for monitor in self.whole.closure.monitors:
@@ -167,12 +169,12 @@ class Beliefs:
             self.links.join(bits_of(groups))
             self.learnt |= groups
 
-    def _act(self, draft: Draft) -> None:
-        for update in draft.plain:
+    def _act(self, instance: ActionInstance) -> None:
+        for update in instance.plain:
             if not update.static and update.condition.possible(self.ones, self.zeros):
                 self._update(update)
-        for world in draft.worlds:
-            self._happen(world, draft)
+        for world in instance.worlds:
+            self._happen(world, instance)
 
     def _update(self, update: Update) -> None:
         self.ones, self.zeros = self.ones | update.make, self.zeros | update.clear
@@ -196,7 +198,7 @@ class Beliefs:
                 self.learnt |= union(member.group.whether for member in entry.members)
 
     def _find_out(self, name: int) -> None:
-        """The truth or value of a group will be known."""
+        """Records that the truth or value of a group may become known."""
         group = self.groups[name]
         if isinstance(group, ConjunctionBits):
             self.ones |= name
@@ -204,8 +206,8 @@ class Beliefs:
             self.learnt |= union(part.group.whether for part in group.parts)
         self.learnt |= name
 
-    def _happen(self, world: WorldUpdate, draft: Draft) -> None:
-        open_ = self.causes(world, draft)
+    def _happen(self, world: WorldUpdate, instance: ActionInstance) -> None:
+        open_ = self.causes(world, instance)
         if open_ is None:
             return
         for outcome in world.effect.outcomes:
@@ -220,7 +222,7 @@ class Beliefs:
                 self.links.join([group.whether, *bits_of(open_)])
 
     def outcome(self, world: WorldUpdate, outcome: ClaimFormula) -> Claim | NumberBits | None:
-        """The claim that comes about, or the number that is assigned; None if nothing can come of it."""
+        """The claim that a world effect makes true, or the number that it assigns; None if it can have no effect."""
         if isinstance(outcome, Comparison) and self.compiler.is_number(outcome.left):
             reads = self.names(self.compiler.query(Know(outcome), world.binding).reads)
             group = next((self.groups[name] for name in bits_of(reads)), None)
@@ -229,7 +231,7 @@ class Beliefs:
         return claim if isinstance(claim, Claim) and claim.group in self.compiler.fluents else None
 
     def _learn(self) -> None:
-        """What is found out of one group may tell everything about those that are linked to it."""
+        """Records that learning about one group may reveal everything about the groups linked to it."""
         told = self.links.closed(self.learnt)
         self.learnt |= told
         mask = union(self.groups[name].mask for name in bits_of(told & self.unknown))
@@ -241,10 +243,10 @@ class Links:
 
     def __init__(self) -> None:
         self.sets: list[int] = []
-        self.joints = 0  # how often two sets have become one
+        self.joints = 0  # how many times two sets were joined
 
     def join(self, names: Iterable[int]) -> None:
-        """These groups depend on each other from now on."""
+        """Joins the sets of these groups."""
         whole = union(names)
         apart = [each for each in self.sets if not each & whole]
         if len(self.sets) - len(apart) != 1 or any(whole & ~each for each in self.sets if each & whole):
@@ -252,12 +254,12 @@ class Links:
             self.sets = [*apart, whole | union(each for each in self.sets if each & whole)]
 
     def closed(self, names: int) -> int:
-        """The groups and all that depend on them."""
+        """The groups together with all groups in their sets."""
         return names | union(each for each in self.sets if each & names)
 
 
 def tangled(entries: Iterable[tuple[Claim, ...]]) -> int:
-    """The groups of entries that do not form a forest: unit propagation may overlook what follows from them."""
+    """The groups of entries that do not form a forest, where unit propagation may miss a consequence."""
     links, found, loops = Links(), 0, 0
     for members in entries:
         groups = [member.group.whether for member in members]
@@ -271,7 +273,7 @@ def tangled(entries: Iterable[tuple[Claim, ...]]) -> int:
 
 
 def _is_range(members: tuple[Claim, ...], state: int) -> bool:
-    """Whether the members only say that a term has one of the values that it can have."""
+    """Whether the members say no more than that a term has one of its possible values."""
     term = members[0].group if members else None
     if not isinstance(term, TermBits) or any(member.group is not term for member in members):
         return False

@@ -1,7 +1,7 @@
-"""Constructs of the language about what may be unknown, with their places: what knowledge cannot follow by its form.
+"""Language constructs whose very form kabo's knowledge cannot represent when they speak of unknown things, with places.
 
-Some constructs are beyond knowledge as soon as they speak of something unknown, whatever else is so: sums of unknown
-numbers, sensed numbers, copies of unknown values, terms inside of terms. Others are found on bits, and their places here.
+Some constructs go beyond kabo's knowledge whenever they speak of something unknown: sums of unknown numbers, sensed
+numbers, copies of unknown values, terms inside terms. Other gaps are found on bits; this file finds their places.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,7 +11,7 @@ from kabo.knowledge.binding import Binding, plain
 from kabo.knowledge.facts import NumberBits
 from kabo.knowledge.grounding.compiler import Compiler
 from kabo.knowledge.grounding.problem import conjuncts
-from kabo.knowledge.grounding.schemas import Draft
+from kabo.knowledge.grounding.schemas import ActionInstance
 from kabo.knowledge.grounding.symbols import pieces_of
 from kabo.knowledge.grounding.temporal import PREFIX
 from kabo.knowledge.queries import bits_of
@@ -39,14 +39,14 @@ from kabo.language.problem import Action
 
 @dataclass(frozen=True)
 class Construct:
-    """Something about what may be unknown: its place, and what it is."""
+    """A construct that speaks of something unknown: its place in the files, and what it is."""
 
     place: Place | None
     text: str
 
 
 class Constructs:
-    """The constructs of one problem about the groups `open` that may be unknown and matter."""
+    """The constructs of one problem that speak of relevant groups that may be unknown."""
 
     def __init__(self, compiler: Compiler, open_: int) -> None:
         self.compiler, self.problem = compiler, compiler.problem
@@ -59,7 +59,7 @@ class Constructs:
 
     # ------------------------------------------------------------------------------------------------ by form
     def of(self, actions: Iterable[str]) -> Iterator[Construct]:
-        """Those of the goal and of these actions that are beyond knowledge by their form."""
+        """The constructs in the goal and in these actions whose form goes beyond kabo's knowledge."""
         names = set(actions)
         for declared in self.problem.domain.actions.values():
             if declared.name in names:
@@ -106,7 +106,7 @@ class Constructs:
                 yield Construct(piece.place, f"{where} copies a value that may be unknown")
 
     def _inside(self, tree: object, where: str, known: tuple[Application, ...]) -> Iterator[Construct]:
-        """Sums, calls and terms inside of terms, and comparisons of two terms."""
+        """Sums, calls and terms inside terms, and comparisons of two terms."""
         for part in _parts(tree):
             place = getattr(part, "place", None)
             if isinstance(part, Arithmetic) and self._is_beyond(part, known):
@@ -121,7 +121,7 @@ class Constructs:
                     yield Construct(place, f"{where} compares two values that may be unknown")
 
     def _is_beyond(self, sum_: Arithmetic, known: tuple[Application, ...]) -> bool:
-        """Whether something may be known of a sum or product of unknown numbers: of x - x, say, but not of x + 1."""
+        """Whether the value of arithmetic on unknown numbers may be known all the same, as of x - x, but not of x + 1."""
         open_ = [self._is_open(plain(side), known) for side in (sum_.left, sum_.right)]
         return all(open_) or (sum_.operator in "*/" and any(open_))
 
@@ -141,7 +141,7 @@ class Constructs:
 
     # ------------------------------------------------------------------------------------------------- by place
     def change(self, action: str, names: int, *, together: bool = False) -> Place | None:
-        """Where an action changes one of the groups; `together`: adds knowledge of several."""
+        """The place where an action changes one of the groups, or with `together` adds an entry about several."""
         wanted = {self._symbol[name] for name in bits_of(names) if name in self._symbol}
         declared = self.problem.domain.actions[action]
         for piece in pieces_of(declared.effects):
@@ -152,7 +152,7 @@ class Constructs:
         return declared.place
 
     def together(self, names: int) -> Place | None:
-        """Where the start says something of several of the groups together."""
+        """The place where the initial knowledge says something of several of the groups together."""
         keys = {(self._symbol[name], self._arguments[name]) for name in bits_of(names) if name in self._symbol}
         wanted = {symbol for symbol, _ in keys}
         found: Place | None = None
@@ -167,14 +167,14 @@ class Constructs:
         return found
 
     # ---------------------------------------------------------------------------------------------- disjunctions
-    def choices(self, draft: Draft) -> Iterator[tuple[Place | None, Sequence[int]]]:
-        """The disjunctions in preconditions about the world: place, and the bits that each part reads."""
-        declared = self.problem.domain.actions[draft.name]
-        binding = {name: str(value) for name, value in draft.arguments.items()}
+    def choices(self, instance: ActionInstance) -> Iterator[tuple[Place | None, Sequence[int]]]:
+        """The disjunctions about the world in the preconditions: their place, and the bits that each part reads."""
+        declared = self.problem.domain.actions[instance.name]
+        binding = {name: str(value) for name, value in instance.arguments.items()}
         return self._choices(declared.preconditions, binding)
 
     def goal_choices(self) -> Iterator[tuple[Place | None, Sequence[int]]]:
-        """Those in the goal."""
+        """The disjunctions in the goal: their place, and the bits that each part reads."""
         return self._choices(self.problem.goal, {}) if self.problem.domain.worldly else iter(())
 
     def _choices(
@@ -193,7 +193,7 @@ class Constructs:
 
 
 def _known_terms(preconditions: Iterable[Formula]) -> Iterator[Application]:
-    """The terms whose value is known where the preconditions hold."""
+    """The terms whose value is known whenever the preconditions hold."""
     for formula in preconditions:
         if isinstance(formula, KnowValue):
             yield formula.term
@@ -205,7 +205,7 @@ def _known_terms(preconditions: Iterable[Formula]) -> Iterator[Application]:
 
 
 def _parts(tree: object) -> Iterator[object]:
-    """A formula, a fact or an effect, and everything inside."""
+    """A formula, a fact or an effect, and everything inside it."""
     if isinstance(tree, tuple):
         for part in tree:
             yield from _parts(part)
@@ -223,7 +223,7 @@ def _names(part: object) -> tuple[str, ...]:
 
 
 def _key(part: object) -> tuple[str, tuple[str, ...]] | None:
-    """Symbol and arguments of a ground atom or term."""
+    """The symbol and arguments of a ground atom or term; None for anything else."""
     if isinstance(part, Atom | Application) and all(isinstance(each, Constant) for each in part.arguments):
         return _names(part)[0], tuple(each.name for each in part.arguments if isinstance(each, Constant))
     return None

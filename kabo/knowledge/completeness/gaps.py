@@ -1,11 +1,11 @@
-"""Whether kabo's knowledge is complete for a task: only then is a search that has tried everything a proof.
+"""Whether kabo's knowledge is complete for a task; only then does an exhausted search prove that there is no plan.
 
-Knowledge, as kabo represents it, says of each atom and term what is known, and of a few together that exactly or at
-least one holds; it does not reason by cases. That loses nothing where what is unknown falls apart into groups that
-unit propagation decides, and where no action ties groups together or changes one of them while it is unknown (the
-"simple" contingent problems of Bonet and Geffner 2011, after Palacios and Geffner 2009). What breaks this is a
-*gap*; it is told with its place. Decided without search, on an upper bound of all beliefs, and only where a gap could
-matter for the goal.
+kabo's knowledge records what is known of each atom and term, and of some sets of claims that exactly one or at least one
+holds; it does not reason by cases. Nothing is lost where the unknown consists of independent sets of claims that unit
+propagation decides, and where no action ties such sets together or changes one of them while it is unknown (the "simple"
+contingent problems of Bonet and Geffner 2011, after Palacios and Geffner 2009). Whatever breaks this is a *gap*, which
+is reported with its place. Gaps are found without search, on an upper bound of all belief states, and only where they
+could matter for the goal.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,18 +20,18 @@ from kabo.knowledge.completeness.constructs import Constructs
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim
 from kabo.knowledge.grounding.problem import ground_whole
-from kabo.knowledge.grounding.schemas import Draft
+from kabo.knowledge.grounding.schemas import ActionInstance
 from kabo.knowledge.queries import bits_of, split, union
 from kabo.language.formulas import Place
 from kabo.language.problem import Problem
 
-MOST_CASES = 7  # atoms tied together by clauses of which every combination is tried
-SHOWN = 4  # atoms that one gap names
+MAX_TRIED_ATOMS = 7  # atoms tied together by clauses for which every combination of truth values is tried
+MAX_NAMED = 4  # atoms that the text of a gap names
 
 
 @dataclass(frozen=True)
 class Gap:
-    """Something that kabo's knowledge does not follow: where it stands in the files, and what it is."""
+    """Something that kabo's knowledge cannot represent: its place in the files, and what it is."""
 
     place: Place | None
     text: str
@@ -43,19 +43,22 @@ class Gap:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What an exhausted search means: `impossible` without any gap mattering, else proven if there are no `gaps`."""
+    """What an exhausted search means.
+
+    With `impossible` the goal is out of reach whatever the gaps; else there is no plan for certain if `gaps` is empty.
+    """
 
     impossible: bool
     gaps: tuple[Gap, ...]
 
     @property
     def is_proof(self) -> bool:
-        """Whether there is no plan if the search has found none."""
+        """Whether an exhausted search proves that there is no plan."""
         return self.impossible or not self.gaps
 
 
 def verdict_of(problem: Problem) -> Verdict:
-    """Whether a search on knowledge that has tried everything proves that there is no plan.
+    """Whether an exhausted search on knowledge proves that there is no plan, and the gaps because of which it does not.
 
     Raises:
         InputError: as `ground` does.
@@ -75,13 +78,15 @@ def verdict_of(problem: Problem) -> Verdict:
 
 
 class _Gaps:
-    """The gaps of one problem, with what may matter for its goal: the groups `relevant`, the actions `acting`."""
+    """The gaps of one problem; `relevant` are the groups and `acting` the actions that may matter for its goal."""
 
     def __init__(self, beliefs: Beliefs, goal: int) -> None:
         self.beliefs, self.whole = beliefs, beliefs.whole
-        self.drafts = [draft for draft in self.whole.drafts if beliefs.possible(beliefs.conditions_of(draft))]
+        self.instances = [
+            instance for instance in self.whole.instances if beliefs.possible(beliefs.conditions_of(instance))
+        ]
         self.relevant = beliefs.names(goal)
-        self.acting: list[Draft] = []
+        self.acting: list[ActionInstance] = []
         for rule in self.whole.rules:
             self.relevant |= beliefs.names(rule.condition.reads | rule.make | rule.clear)
         for monitor in self.whole.closure.monitors:
@@ -99,67 +104,67 @@ class _Gaps:
         return sorted(gaps.values(), key=lambda gap: order(gap.place) if gap.place else ("", 0, 0))
 
     def _all(self) -> Iterator[Gap]:
-        for draft in self.acting:
-            yield from self._worlds(draft)
-            yield from self._changes(draft)
-            yield from self._choices(draft)
+        for instance in self.acting:
+            yield from self._worlds(instance)
+            yield from self._changes(instance)
+            yield from self._choices(instance)
         yield from self._goal_choices()
         yield from self._clauses()
         yield from self._rules()
-        for construct in self.constructs.of({draft.name for draft in self.acting}):
+        for construct in self.constructs.of({instance.name for instance in self.acting}):
             yield Gap(construct.place, construct.text)
 
     # ---------------------------------------------------------------------------------------------- what matters
     def _spread(self) -> None:
-        """Relevant is what the goal asks, what actions ask that bring relevant things about, and what may tell of it."""
-        waiting, size = list(self.drafts), -1
+        """Collects the relevant groups: those that the goal or a relevant action reads, and those linked to them."""
+        waiting, size = list(self.instances), -1
         while size != (size := len(self.acting) + self.relevant.bit_count()):
             self.relevant = self.beliefs.links.closed(self.relevant)
-            still: list[Draft] = []
-            for draft in waiting:
-                (self.acting if self._matters(draft) else still).append(draft)
+            still: list[ActionInstance] = []
+            for instance in waiting:
+                (self.acting if self._matters(instance) else still).append(instance)
             waiting = still
-            for draft in self.acting:
-                self.relevant |= self._asked(draft)
+            for instance in self.acting:
+                self.relevant |= self._asked(instance)
 
-    def _matters(self, draft: Draft) -> bool:
-        return draft.call is not None or bool(self._brought_about(draft) & self.relevant)
+    def _matters(self, instance: ActionInstance) -> bool:
+        return instance.call is not None or bool(self._brought_about(instance) & self.relevant)
 
-    def _brought_about(self, draft: Draft) -> int:
+    def _brought_about(self, instance: ActionInstance) -> int:
         beliefs, found = self.beliefs, 0
-        for update in draft.plain:
+        for update in instance.plain:
             if not update.static and update.condition.possible(beliefs.ones, beliefs.zeros):
                 found |= beliefs.names(update.touch | update.writes)
                 found |= update.assignment.bits.whether if update.assignment else 0
                 found |= update.entry.whether if update.entry else 0
                 entries = (e for e in self.whole.closure.propagators if isinstance(e, Entry))
                 found |= union(m.group.whether for e in entries if e.active & update.make for m in e.members)
-        for group, _, _ in self._outcomes(draft):
+        for group, _, _ in self._outcomes(instance):
             found |= group
         return found
 
-    def _asked(self, draft: Draft) -> int:
-        """What decides whether the action can be done, and what comes of it that matters."""
+    def _asked(self, instance: ActionInstance) -> int:
+        """The groups that decide whether the action is applicable and which relevant effects it has."""
         beliefs = self.beliefs
-        names = beliefs.names(beliefs.conditions_of(draft).reads)
-        contested = self.whole.actions[self._number[id(draft)]].effects.contested
-        for update in draft.plain:
+        names = beliefs.names(beliefs.conditions_of(instance).reads)
+        contested = self.whole.actions[self._number[id(instance)]].effects.contested
+        for update in instance.plain:
             written = beliefs.names(update.touch | update.writes)
             if contested or written & self.relevant or update.assignment or update.entry:
                 names |= beliefs.names(update.reads)
-        for group, causes, reads in self._outcomes(draft):
+        for group, causes, reads in self._outcomes(instance):
             if contested or (group | causes) & self.relevant:
                 names |= group | reads
         return names
 
     @cached_property
     def _number(self) -> dict[int, int]:
-        return {id(draft): number for number, draft in enumerate(self.whole.drafts)}
+        return {id(instance): number for number, instance in enumerate(self.whole.instances)}
 
-    def _outcomes(self, draft: Draft) -> Iterator[tuple[int, int, int]]:
-        """The group of each outcome of a world effect, those of its condition that may be unknown, and all it asks."""
-        for world in draft.worlds:
-            causes = self.beliefs.causes(world, draft)
+    def _outcomes(self, instance: ActionInstance) -> Iterator[tuple[int, int, int]]:
+        """For each outcome of a world effect: its group, the groups that may be unknown in its condition, all it reads."""
+        for world in instance.worlds:
+            causes = self.beliefs.causes(world, instance)
             if causes is None:
                 continue
             reads = self.beliefs.names(world.condition.reads) | self.beliefs.claimed(world)
@@ -169,39 +174,40 @@ class _Gaps:
                     yield (made.group if isinstance(made, Claim) else made).whether, causes, reads
 
     # --------------------------------------------------------------------------------------------------- effects
-    def _worlds(self, draft: Draft) -> Iterator[Gap]:
-        """Conditional effects whose condition may be unknown."""
-        for world in draft.worlds:
-            causes = (self.beliefs.causes(world, draft) or 0) & self.open
+    def _worlds(self, instance: ActionInstance) -> Iterator[Gap]:
+        """Gaps by conditional effects whose condition may be unknown."""
+        for world in instance.worlds:
+            causes = (self.beliefs.causes(world, instance) or 0) & self.open
             if causes:
-                what = f'what `when` does in action "{draft.name}" depends on what may be unknown'
+                what = f'what `when` does in action "{instance.name}" depends on what may be unknown'
                 yield Gap(world.effect.place, f"{what}: {self._named(causes)}")
 
-    def _changes(self, draft: Draft) -> Iterator[Gap]:
-        """Changes of what is known together with others only, and such knowledge that an action adds."""
-        certain = union(self.beliefs.names(u.touch) for u in draft.plain if u.is_certain)
-        for name in bits_of(self._touched(draft, self._broken)):
+    def _changes(self, instance: ActionInstance) -> Iterator[Gap]:
+        """Gaps by changes of groups that are known only through entries, and by entries that an action adds."""
+        certain = union(self.beliefs.names(u.touch) for u in instance.plain if u.is_certain)
+        for name in bits_of(self._touched(instance, self._broken)):
             if not self._is_lossless(name, certain):
-                action = f'action "{draft.name}" may change {self._named(name)} while it is unknown'
-                place = self.constructs.change(draft.name, name)
+                action = f'action "{instance.name}" may change {self._named(name)} while it is unknown'
+                place = self.constructs.change(instance.name, name)
                 yield Gap(place, f"{action}, and tied to others by what is known of several together")
-        for update in draft.plain:
+        for update in instance.plain:
             for entry in self._added(update.make):
                 members = union(member.group.whether for member in entry.members)
                 if members & self.open:
-                    action = f'action "{draft.name}" adds knowledge of several together'
-                    place = self.constructs.change(draft.name, members, together=True)
+                    action = f'action "{instance.name}" adds knowledge of several together'
+                    place = self.constructs.change(instance.name, members, together=True)
                     yield Gap(place, f"{action}: {self._named(members)}")
 
-    def _touched(self, draft: Draft, broken: set[Entry]) -> int:
+    def _touched(self, instance: ActionInstance, broken: set[Entry]) -> int:
         """The groups that the action may change while they are unknown.
 
-        Where a member of "exactly one of these" must be known to hold all of them are known, unless it is `broken`.
+        Where a precondition requires that a member of a Kx entry is known to hold, all its members are known, unless the
+        entry is in `broken`.
         """
         beliefs, found = self.beliefs, 0
-        condition = beliefs.conditions_of(draft).plain
-        touched = [(beliefs.names(u.touch), u.condition) for u in draft.plain if u.is_possible]
-        touched += [(group, condition) for group, _, _ in self._outcomes(draft)]
+        condition = beliefs.conditions_of(instance).plain
+        touched = [(beliefs.names(u.touch), u.condition) for u in instance.plain if u.is_possible]
+        touched += [(group, condition) for group, _, _ in self._outcomes(instance)]
         for names, under in touched:
             holds = split(condition)[1] | split(under)[1]
             unknown = beliefs.unknown_under(names & self.open, condition, under)
@@ -213,10 +219,10 @@ class _Gaps:
 
     @cached_property
     def _broken(self) -> set[Entry]:
-        """The entries of which an action may change a member while it is unknown: they are gone after that."""
+        """The entries that are lost because an action may change a member of them while it is unknown."""
         broken: set[Entry] = set()
         while True:
-            touched = union(self._touched(draft, broken) for draft in self.acting)
+            touched = union(self._touched(instance, broken) for instance in self.acting)
             found = {
                 entry
                 for entry, members in self.beliefs.entries.items()
@@ -232,9 +238,9 @@ class _Gaps:
                 yield entry
 
     def _is_lossless(self, name: int, certain: int) -> bool:
-        """Whether nothing is left to know of the others once one group has changed; `certain` change as well.
+        """Whether nothing is lost about the linked groups when this group changes; `certain` are groups that change, too.
 
-        Nothing is, either, where nothing is ever found out about any of them.
+        Nothing is lost, either, where nothing can ever be learned about any of them.
         """
         if not self.beliefs.links.closed(name) & self.beliefs.learnt:
             return True
@@ -250,16 +256,16 @@ class _Gaps:
         return len(about) == 1 and (not entry.exactly or others.bit_count() <= 1)
 
     # ----------------------------------------------------------------------------------------------- disjunctions
-    def _choices(self, draft: Draft) -> Iterator[Gap]:
-        if self.beliefs.conditions_of(draft).choices:
-            where = f'the precondition of action "{draft.name}"'
-            yield from self._tied(self.constructs.choices(draft), where)
+    def _choices(self, instance: ActionInstance) -> Iterator[Gap]:
+        if self.beliefs.conditions_of(instance).choices:
+            where = f'the precondition of action "{instance.name}"'
+            yield from self._tied(self.constructs.choices(instance), where)
 
     def _goal_choices(self) -> Iterator[Gap]:
         yield from self._tied(self.constructs.goal_choices(), "the goal")
 
     def _tied(self, choices: Iterable[tuple[Place | None, Sequence[int]]], where: str) -> Iterator[Gap]:
-        """Disjunctions of which two parts may depend on each other: one may hold without any being known."""
+        """Gaps by disjunctions with dependent parts: the disjunction may be known to hold while none of its parts is."""
         for place, parts in choices:
             seen = 0
             for reads in parts:
@@ -273,7 +279,7 @@ class _Gaps:
 
     # ---------------------------------------------------------------------------------------------------- clauses
     def _clauses(self) -> Iterator[Gap]:
-        """What is known of several together and does not follow by unit propagation."""
+        """Gaps by entries with consequences that unit propagation does not find."""
         entries = {e: m for e, m in self.beliefs.entries.items() if any(x.group.whether & self.open for x in m)}
         left = tangled(entries.values())
         while left:
@@ -292,8 +298,8 @@ class _Gaps:
 
     def _named(self, names: int) -> str:
         texts = self.beliefs.texts(names)
-        more = f" and {len(texts) - SHOWN} more" if len(texts) > SHOWN else ""
-        return ", ".join(texts[:SHOWN]) + more
+        more = f" and {len(texts) - MAX_NAMED} more" if len(texts) > MAX_NAMED else ""
+        return ", ".join(texts[:MAX_NAMED]) + more
 
 
 def _connected(name: int, entries: Iterable[tuple[Claim, ...]]) -> int:
@@ -307,12 +313,12 @@ def _connected(name: int, entries: Iterable[tuple[Claim, ...]]) -> int:
 
 
 def _propagates(entries: dict[Entry, tuple[Claim, ...]]) -> bool:
-    """Whether unit propagation finds all that follows, whatever becomes known: tried for a few atoms."""
+    """Whether unit propagation finds every consequence, whatever becomes known; tried out if the atoms are few."""
     groups = list(
         {member.group.whether: member.group for members in entries.values() for member in members}.values()
     )
     atoms = [group for group in groups if isinstance(group, AtomBits)]
-    if len(atoms) > MOST_CASES or len(atoms) < len(groups):
+    if len(atoms) > MAX_TRIED_ATOMS or len(atoms) < len(groups):
         return False
     closure = Closure([Entry(entry.exactly, members) for entry, members in entries.items()])
     worlds = []

@@ -1,1 +1,1 @@
-"""From a problem to bits: schemas to instances, formulas to queries, effects to updates, what never changes settled."""
+"""From a problem to bits: schemas become instances, formulas queries, effects updates; static knowledge is evaluated."""

@@ -1,6 +1,6 @@
-"""Formula trees to queries on bits: variables bound, quantifiers unrolled, static knowledge settled.
+"""From formula trees to queries on bits: variables are bound, quantifiers unrolled, static knowledge is evaluated.
 
-`Compiler` is the dictionary between the two: it hands out bits on first mention and knows what is static.
+`Compiler` is the dictionary between the two: it allocates bits on first mention and knows which symbols are static.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -9,7 +9,7 @@ from itertools import product
 from kabo.knowledge.binding import Binding, object_of, plain
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.external import Externals
-from kabo.knowledge.facts import AtomBits, Claim, NumberBits, TermBits, Vocabulary
+from kabo.knowledge.facts import AtomBits, BitTable, Claim, NumberBits, TermBits
 from kabo.knowledge.grounding.symbols import Symbols
 from kabo.knowledge.numbers import Compare, NumberTerm, computed, stored
 from kabo.knowledge.queries import (
@@ -53,30 +53,30 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 
-Case = tuple[Query, str]  # under this condition the term is known to be this object
+Case = tuple[Query, str]  # a condition, and the object that the term is known to be under it
 
 
 class Compiler:
-    """Compiles the formulas of one problem; `static` is the knowledge of the symbols that never change."""
+    """Compiles the formulas of one problem; knowledge of symbols that never change is kept in it, not in states."""
 
     def __init__(self, problem: Problem, symbols: Symbols) -> None:
         self.problem = problem
         self.symbols = symbols
-        self.fluents = Vocabulary()
-        self.statics = Vocabulary()
+        self.fluents = BitTable()
+        self.statics = BitTable()
         self.static = 0
         self.entries: dict[tuple[bool, frozenset[int]], Entry] = {}
-        self.inferring = False  # while update rules are compiled: they change what is known, not the world
+        self.inferring = False  # True while update rules are compiled: they change what is known, not the world
         self.asked = 0  # the bits that conditions of effects read
         self._values: dict[str, tuple[str, ...]] = {}
         self._numeric: dict[str, bool] = {}
         self._types: dict[str, tuple[str, ...]] = {}
-        self.starting = False  # while initial knowledge is compiled: its entries may be permanent
-        self.temporal: Callable[[Temporal, Binding], Query] | None = None  # what a temporal goal asks
+        self.starting = False  # True while initial knowledge is compiled: its entries may be permanent
+        self.temporal: Callable[[Temporal, Binding], Query] | None = None  # compiles a temporal goal
 
     # ------------------------------------------------------------------------------------------------ formulas
     def query(self, formula: Formula, binding: Binding) -> Query:
-        """The query that the formula asks under the binding of its free variables."""
+        """The query of the formula, with its free variables bound."""
         match formula:
             case Truth(value=value):
                 return truth(value)
@@ -115,7 +115,7 @@ class Compiler:
         raise TypeError(f"not supported and not refused: {formula!r}")
 
     def instances(self, variables: tuple[Variable, ...], binding: Binding) -> Iterator[Binding]:
-        """The binding extended by all instances of the variables, in order of declaration."""
+        """The binding, extended by each combination of objects for the variables, in the order of declaration."""
         names = [variable.name for variable in variables]
         for values in product(*(self.of_type(variable.type) for variable in variables)):
             yield {**binding, **dict(zip(names, values, strict=True))}
@@ -150,7 +150,7 @@ class Compiler:
 
     def term(self, name: str, arguments: tuple[str, ...]) -> TermBits:
         """The bits of a ground term with a finite range."""
-        plain_name = name.rsplit(" ", 1)[-1]  # copies for temporal goals are called "initially f"
+        plain_name = name.rsplit(" ", 1)[-1]  # copies for temporal goals are named "initially f"
         if plain_name not in self._values:
             self._values[plain_name] = self.problem.values_of(plain_name) or ()
         values = self._values[plain_name]
@@ -160,18 +160,18 @@ class Compiler:
         """The bits of a ground term whose value is a number."""
         return self._home(name).number(name, arguments)
 
-    def _home(self, name: str) -> Vocabulary:
+    def _home(self, name: str) -> BitTable:
         return self.statics if self.is_static(name) else self.fluents
 
     def _settled(self, symbol: str, query: Query) -> Query:
-        """The query itself, or its truth if its symbol is static."""
+        """The query; a constant if its symbol is static."""
         return truth(query.holds(self.static)) if self.is_static(symbol) else query
 
     # --------------------------------------------------------------------------------------------------- claims
     def _each(
         self, arguments: tuple[Term, ...], binding: Binding, ask: Callable[[tuple[str, ...]], Query]
     ) -> Query:
-        """What is asked, for whatever objects the argument terms are known to be."""
+        """The query `ask(objects)` for whatever objects the arguments are known to be."""
         if all(isinstance(argument, Variable | Constant) for argument in arguments):
             return ask(tuple([object_of(argument, binding) for argument in arguments]))  # type: ignore[arg-type]
         return disjunction(
@@ -181,14 +181,14 @@ class Compiler:
     def argument_cases(
         self, arguments: tuple[Term, ...], binding: Binding
     ) -> Iterator[tuple[Query, tuple[str, ...]]]:
-        """All tuples of objects that the terms may be known to be, each with the condition for it."""
+        """All tuples of objects that the terms may be known to be, and the condition for each."""
         for combination in product(*(self.cases(argument, binding) for argument in arguments)):
             condition = conjunction(case[0] for case in combination)
             if condition != FALSE:
                 yield condition, tuple(case[1] for case in combination)
 
     def cases(self, term: Term, binding: Binding) -> list[Case]:
-        """The objects that the term may be known to be, each with the condition for it."""
+        """The objects that the term may be known to be, and the condition for each."""
         match term:
             case Constant(name=name):
                 return [(TRUE, name)]
@@ -244,7 +244,7 @@ class Compiler:
         return self._different(claim.left, claim.right, binding)
 
     def _equal(self, left: Term, right: Term, binding: Binding) -> Query:
-        """K(left = right): both are known to be the same object."""
+        """K(left = right), which holds if both are known to be the same object."""
         for one, other in ((left, right), (right, left)):
             if isinstance(one, Application) and isinstance(other, Variable | Constant):
                 return self._has_value(one, object_of(other, binding), binding)
@@ -265,7 +265,7 @@ class Compiler:
         return self._each(term.arguments, binding, ask)
 
     def _different(self, left: Term, right: Term, binding: Binding) -> Query:
-        """K(left != right): one is known, and the other is known not to be that."""
+        """K(left != right), which holds if one is known and the other is known not to be that object."""
         known_left = [
             conjunction([condition, self._is_not(right, name, binding)])
             for condition, name in self.cases(left, binding)
@@ -296,7 +296,7 @@ class Compiler:
 
     # ------------------------------------------------------------------------------------- claims and entries
     def claim(self, claim: Literal | Comparison, binding: Binding) -> Claim | bool:
-        """The bits of a ground literal or `f = v`; its truth if a value is meant that the term cannot have."""
+        """The claim of a ground literal or `f = v`; True or False if the term can never have this value."""
         if isinstance(claim, Literal):
             names = tuple(self.cases(argument, binding)[0][1] for argument in claim.atom.arguments)
             return self.atom(claim.atom.predicate, names).claim(claim.positive)
@@ -311,9 +311,9 @@ class Compiler:
         return bits.claim(name, claim.operator == "=")
 
     def entry(self, exactly: bool, members: Iterable[Claim], *, given: bool = False) -> Entry:
-        """The entry of Kx or Kor with these members; the same one whenever it is asked for.
+        """The entry of Kx or Kor with these members; always the same object for the same members.
 
-        One that is `given` at the start is permanent if no action can change what it is about.
+        An entry that is `given` in the initial knowledge is permanent if no action can change its members.
         """
         members = tuple(dict.fromkeys(members))
         key = exactly, frozenset(member.holds for member in members)
@@ -329,7 +329,7 @@ class Compiler:
 
     # -------------------------------------------------------------------------------------------------- numbers
     def number(self, term: Term, binding: Binding) -> NumberTerm:
-        """How to read the value of a number term from a state."""
+        """The number term, compiled to a function that reads its value from a state."""
         match plain(term):
             case Number(value=value):
                 return NumberTerm(0, lambda _state: value)

@@ -1,4 +1,4 @@
-"""Initial knowledge that nothing can agree with: refused with every place that takes part in it, and the remedy."""
+"""Initial knowledge that contradicts itself: refused with every place that takes part in it, and the remedy."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -25,23 +25,23 @@ from kabo.language.formulas import (
 )
 from kabo.language.problem import Problem
 
-MOST_WORLDS = (
-    4096  # of atoms and terms that are tied together: beyond that only unit propagation finds contradictions
+MAX_WORLDS = (
+    4096  # worlds of atoms and terms tied together; of more only unit propagation looks for contradictions
 )
 _ONE_TIME = "the initial knowledge holds all at once: remove one of the two, or write del(Kf, …) between them"
 _Key = tuple[str, tuple[Term, ...]]
 
 
 def refuse_opposites(problem: Problem) -> None:
-    """Refuses two facts about one atom or term that exclude each other; later ones do not silently win.
+    """Refuses two initial facts about one atom or term that exclude each other, so that no fact wins silently.
 
-    What is said of all instances at once (`forall …`) is a default that single facts may replace.
+    A fact about all instances (`forall …`) is a default, which facts about single instances may replace.
 
     Raises:
         InputError: names both places of each such pair.
     """
     if problem.domain.worldly:
-        return  # PDDL's falsehoods come first, and its reader compares what is said
+        return  # in PDDL what is false comes first, and its reader has compared the facts
     said: dict[_Key, Literal | Comparison] = {}
     found: list[Diagnostic] = []
     for piece in problem.initial:
@@ -62,11 +62,11 @@ def refuse_opposites(problem: Problem) -> None:
 
 
 def explained(problem: Problem, contradicts: Callable[[Problem], bool]) -> InputError:
-    """The error for initial knowledge that contradicts itself: the last part of it that does, and what it is at odds with.
+    """The error for initial knowledge that contradicts itself, with the part that does so and the parts it contradicts.
 
     Args:
-        problem: whose initial knowledge does.
-        contradicts: whether that of another problem does.
+        problem: the problem whose initial knowledge contradicts itself.
+        contradicts: whether the initial knowledge of a problem contradicts itself.
     """
     pieces = [piece for effect in problem.initial for piece in _pieces(effect)]
 
@@ -89,11 +89,11 @@ def explained(problem: Problem, contradicts: Callable[[Problem], bool]) -> Input
 
 
 def has_world(state: int, entries: Iterable[tuple[Entry, tuple[Claim, ...]]]) -> bool:
-    """Whether some world agrees with entries tied together; True also where there are too many to look at.
+    """Whether some world agrees with entries that share members; True, too, if there are too many worlds to try.
 
     Args:
         state: what is known.
-        entries: each with the members that are not known to fail.
+        entries: each entry with its members that are not known to be false.
     """
     waiting = list(entries)
     while waiting:
@@ -116,7 +116,7 @@ def _agrees(state: int, entries: list[tuple[Entry, tuple[Claim, ...]]], groups: 
     for group in groups:
         ranges.append(_range(group, state))
         count *= len(ranges[-1])
-        if count > MOST_WORLDS:
+        if count > MAX_WORLDS:
             return True
     for values in product(*ranges):
         world = union(values)
@@ -126,7 +126,7 @@ def _agrees(state: int, entries: list[tuple[Entry, tuple[Claim, ...]]], groups: 
 
 
 def _range(group: Group, state: int) -> list[int]:
-    """What may be so of an atom or a term, each as all bits that are known then."""
+    """The possible truths or values of an atom or a term, each as the bits that are set when it is known."""
     if isinstance(group, AtomBits):
         return [group.claim(value).makes for value in (False, True) if not state & group.claim(value).fails]
     assert isinstance(group, TermBits)
@@ -145,7 +145,7 @@ def _single(facts: tuple[Fact, ...]) -> Iterator[Fact]:
 
 
 def _key(fact: Fact) -> _Key | None:
-    """The ground atom or term that a fact is about."""
+    """The ground atom or term of a fact; None if it is about several."""
     about: object = fact.atom if isinstance(fact, Literal) else fact.left if isinstance(fact, Comparison) else None
     if isinstance(about, Atom | Application) and all(isinstance(each, Constant) for each in about.arguments):
         return (about.predicate if isinstance(about, Atom) else about.function), about.arguments
@@ -177,7 +177,7 @@ def _diagnostic(place: Place | None, message: str, hint: str, path: str) -> Diag
 
 # --------------------------------------------------------------------------------------------- several facts together
 def _pieces(effect: Effect) -> Iterator[Effect]:
-    """An initial update as one for each of its facts, if it is about single facts."""
+    """An initial update, split into one for each fact where it is about single facts."""
     if isinstance(effect, Change) and effect.database == "Kf":
         for fact in effect.facts:
             yield replace(effect, facts=(fact,), place=fact.place or effect.place)
@@ -186,12 +186,12 @@ def _pieces(effect: Effect) -> Iterator[Effect]:
 
 
 def _takes_part(effect: Effect) -> bool:
-    """Whether the update says something; what forgets, or is said of all instances at once, is kept but not blamed."""
+    """Whether the update can be part of a contradiction: it adds, and is not about all instances at once."""
     return isinstance(effect, Change) and effect.operation == "add"
 
 
 def _needed(pieces: list[Effect], is_enough: Callable[[list[Effect]], bool]) -> list[Effect]:
-    """The pieces without those that can go while the rest is enough: larger parts are tried first."""
+    """A minimal part of the pieces that is still enough: pieces are left out as long as it is, larger parts first."""
     size = max(1, len(pieces) // 2)
     while True:
         start = 0

@@ -1,4 +1,4 @@
-"""Effect trees to updates on bits: what add and del mean for each database [docs/knowledge.md, PKS]."""
+"""From effect trees to updates on bits: the meaning of add and del for each database [docs/knowledge.md, PKS]."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -35,7 +35,7 @@ Sensed = Atom | Application
 
 @dataclass(frozen=True)
 class WorldUpdate:
-    """A ground `when C then E`; `causes` are the claims of C, None if one of them is about a number."""
+    """A ground `when C then E`: the condition around it, the effect, and the binding of its variables."""
 
     condition: Query
     effect: WorldEffect
@@ -45,7 +45,7 @@ class WorldUpdate:
 def compile_effects(
     compiler: Compiler, effects: Iterable[Effect], binding: Binding, condition: Query = TRUE
 ) -> Iterator[Update | WorldUpdate]:
-    """The updates of effects, quantifiers unrolled, each under the conjunction of its conditions."""
+    """The updates of the effects with their quantifiers unrolled, each under the conjunction of its conditions."""
     for effect in effects:
         match effect:
             case ForEach(variables=variables, effects=inner):
@@ -63,13 +63,13 @@ def compile_effects(
 
 
 def compile_sensing(compiler: Compiler, sensed: Sensed, binding: Binding) -> Update:
-    """The update of one entry of `sense`: its truth or value will be known at run time."""
+    """The update of one entry of `sense`, whose truth or value will be known at run time."""
     group = group_of(compiler, sensed, binding)
     return Update(TRUE, 0, group.whether, entry=group)
 
 
 def group_of(compiler: Compiler, thing: Sensed, binding: Binding) -> Group:
-    """The bits of an atom or of a function term, its variables bound."""
+    """The bits of an atom or of a function term with its variables bound."""
     names = tuple(_name(compiler, argument, binding) for argument in thing.arguments)
     if isinstance(thing, Atom):
         return compiler.atom(thing.predicate, names)
@@ -83,13 +83,13 @@ def _name(compiler: Compiler, term: Term, binding: Binding) -> str:
 
 
 class _Databases:
-    """The updates of one `add` or `del` under a binding and a condition."""
+    """Compiles one `add` or `del` under a binding and a condition."""
 
     def __init__(self, compiler: Compiler, binding: Binding, condition: Query) -> None:
         self.compiler, self.binding, self.condition = compiler, binding, condition
 
     def change(self, change: Change) -> Iterator[Update]:
-        """All updates of the change."""
+        """The updates of the change."""
         adds = change.operation == "add"
         if change.database in ("Kx", "Kor"):
             members = [claim for fact in change.facts for claim in self._members(fact)]
@@ -105,7 +105,7 @@ class _Databases:
                 yield self._at_run_time(fact, adds)
 
     def inside(self, binding: Binding) -> "_Databases":
-        """The same condition under another binding."""
+        """A compiler with the same condition under another binding."""
         return _Databases(self.compiler, binding, self.condition)
 
     # ------------------------------------------------------------------------------------------------------ Kf
@@ -125,7 +125,7 @@ class _Databases:
                 yield from self._value(fact, adds)
 
     def _learned(self, claim: Claim, adds: bool) -> Iterator[Update]:
-        """Adding removes the complement and what was open; deleting forgets, and drops entries in any case."""
+        """Adding a claim forgets its complement and its open Kw or Kv; deleting forgets it, and removes its entries."""
         mask = claim.group.mask
         assert isinstance(claim.group, AtomBits)
         if adds:
@@ -136,13 +136,13 @@ class _Databases:
         yield self._uncertain(claim.group)
 
     def _uncertain(self, group: AtomBits | TermBits) -> Update:
-        """The world may have changed here: what was sensed and not known yet is worth nothing any more."""
+        """The update that removes an open Kw or Kv: the world may have changed since it was sensed."""
         known = group.known if isinstance(group, AtomBits) else group.settled
         unknown = conjunction([self.condition, AllOf(known, 0)])
         return self._world(group, unknown, 0 if self.compiler.inferring else group.whether)
 
     def _world(self, group: Group, condition: Query, clear: int, make: int = 0) -> Update:
-        """An update of what is known of one group because the world changes there."""
+        """An update of one group because the world changes there."""
         return Update(condition, clear, make, group.mask, static=group not in self.compiler.fluents)
 
     def _value(self, fact: Comparison, adds: bool) -> Iterator[Update]:
@@ -156,7 +156,7 @@ class _Databases:
             yield from self._equal(term, value, adds)
 
     def _equal(self, term: Application, value: Term, adds: bool) -> Iterator[Update]:
-        """`f = v`; with a term for v, its value in the state before, and nothing known of f if that is unknown."""
+        """`f = v`, where a term v has its value in the state before; if that is unknown, f is unknown."""
         bits = self._term(term)
         cases = [case for case in self.compiler.cases(value, self.binding) if case[1] in bits.equal]
         for case, name in cases:
@@ -174,7 +174,7 @@ class _Databases:
             yield self._world(bits, unknown, bits.mask & ~later, later)
 
     def _unequal(self, term: Application, value: Term, adds: bool) -> Iterator[Update]:
-        """`f != v`: what was known to be v is now something else, unknown, and no run-time value is left."""
+        """`f != v`: if f was known to be v it is now unknown, and no run-time value of f is left."""
         bits = self._term(term)
         name = _name(self.compiler, value, self.binding)
         if name not in bits.equal:
@@ -204,7 +204,7 @@ class _Databases:
 
     # ------------------------------------------------------------------------------------------------- Kw and Kv
     def _at_run_time(self, fact: Fact, adds: bool) -> Update:
-        """An entry of Kw or Kv comes or goes; what is known is not forgotten."""
+        """Adds or removes an entry of Kw or Kv; no knowledge is forgotten."""
         if isinstance(fact, FactAll | FactForall):
             return self._conjunction(fact, adds)
         thing = fact.term if isinstance(fact, TermFact) else fact.atom  # type: ignore[union-attr]
@@ -224,7 +224,7 @@ class _Databases:
         known = conjunction(AllOf(claim.holds, claim.holds) for claim in claims)
         false = disjunction(AllOf(claim.fails, claim.fails) for claim in claims)
         open_ = conjunction([self.condition, negation(known), negation(false)])
-        self.compiler.entry(False, [claim.denied for claim in claims])  # what follows if it turns out false
+        self.compiler.entry(False, [claim.denied for claim in claims])  # the inference if it turns out to be false
         return Update(open_, 0, group.whether, entry=group)
 
     def _conjuncts(self, fact: Fact) -> Iterator[tuple[Literal | Comparison, Binding]]:
@@ -255,7 +255,7 @@ class _Databases:
         return Update(self.condition, entry.mask)
 
     def _local_closed_world(self, fact: Fact, adds: bool) -> Iterator[Update]:
-        """All true instances are known: so in each other instance something is false."""
+        """LCW: all true instances are known, so of every other instance some literal is false."""
         if isinstance(fact, FactForall):
             for instance in self.compiler.instances(fact.variables, self.binding):
                 yield from self.inside(instance)._local_closed_world(fact.body, adds)

@@ -1,4 +1,4 @@
-"""From a problem to a grounded task: only actions that could ever apply, only facts that are mentioned."""
+"""From a problem to a grounded task with only the actions that could ever apply and the facts that are mentioned."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -6,13 +6,13 @@ from math import prod
 
 from kabo.knowledge.actions import Branching, GroundAction, branching_of
 from kabo.knowledge.binding import Binding
-from kabo.knowledge.closure import Closure, Monitor, Propagator, Rule
+from kabo.knowledge.closure import AlwaysMonitor, Closure, Rule, UnitPropagator
 from kabo.knowledge.entries import Entry, LastValue
 from kabo.knowledge.facts import Claim, ConjunctionBits, TermBits, open_entries
 from kabo.knowledge.grounding.compiler import Compiler
 from kabo.knowledge.grounding.contradictions import explained, has_world, refuse_opposites
 from kabo.knowledge.grounding.effects import compile_effects
-from kabo.knowledge.grounding.schemas import Draft, drafts
+from kabo.knowledge.grounding.schemas import ActionInstance, action_instances
 from kabo.knowledge.grounding.symbols import Symbols, pieces_of, symbols_of
 from kabo.knowledge.grounding.temporal import TemporalGoals
 from kabo.knowledge.grounding.unsupported import refuse_unsupported
@@ -20,7 +20,7 @@ from kabo.knowledge.progression import Lexicon, Update, effects_of
 from kabo.knowledge.queries import FALSE, TRUE, Query, bits_of, conjunction, tested_for_zero, union
 from kabo.knowledge.reachability import Reach, relaxed_reach
 from kabo.knowledge.relevance import Relevance
-from kabo.knowledge.task import GoalPart, Task
+from kabo.knowledge.task import GoalPart, GroundedTask
 from kabo.language import spell_bound
 from kabo.language.formulas import And, Change, Forall, Formula, WorldEffect
 from kabo.language.problem import Problem
@@ -28,9 +28,9 @@ from kabo.language.problem import Problem
 
 @dataclass(frozen=True)
 class Grounding:
-    """A grounded problem with what can never happen in it: what explanations are about.
+    """A grounded problem that still has what can never happen in it, for explanations.
 
-    `actions` are all whose static preconditions hold; `asked` the bits that conditions of effects read.
+    `actions` are all actions whose static preconditions hold; `asked` are the bits that conditions of effects read.
     """
 
     compiler: Compiler
@@ -39,22 +39,22 @@ class Grounding:
     goal: tuple[GoalPart, ...]
     rules: tuple[Rule, ...]
     closure: Closure
-    splits: Mapping[int, Branching]  # every atom and term that could be branched on
+    splits: Mapping[int, Branching]  # on every atom and term that allows branching
     branchings: Mapping[int, Branching]  # those that one of `actions` can open
     reach: Reach
     asked: int
-    drafts: tuple[Draft, ...]  # of `actions`, in the same order
+    instances: tuple[ActionInstance, ...]  # what each of `actions` was compiled from, in the same order
 
 
-def ground(problem: Problem) -> Task:
+def ground(problem: Problem) -> GroundedTask:
     """Grounds a problem whose names have been checked.
 
-    Actions keep the order of the file, their arguments the order of declaration; what the delete relaxation
-    cannot reach is left out.
+    Actions are in the order of the file, then of the declaration of their arguments. Actions and facts that the delete
+    relaxation cannot reach are left out.
 
     Raises:
-        InputError: the problem uses what this planner does not support (names every such place), its initial
-            knowledge contradicts itself, or its update rules do not settle.
+        InputError: the problem uses something that kabo does not support (with every such place), its initial
+            knowledge contradicts itself, or its update rules do not reach a fixpoint.
     """
     whole = ground_whole(problem, by_layers=False)
     compiler, closure, goal, actions = whole.compiler, whole.closure, whole.goal, whole.actions
@@ -62,7 +62,7 @@ def ground(problem: Problem) -> Task:
         actions = tuple(replace(action, index=index) for index, action in enumerate(whole.reach.actions))
     branchings = _open(whole.splits, compiler.fluents.whether, whole.initial, actions, whole.rules)
     query = conjunction(part.query for part in goal)
-    return Task(
+    return GroundedTask(
         initial=whole.initial,
         actions=actions,
         goal=goal,
@@ -84,7 +84,7 @@ def ground(problem: Problem) -> Task:
 
 
 def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
-    """Grounds a problem and leaves in what the delete relaxation cannot reach; that is quicker not `by_layers`.
+    """Grounds a problem without leaving out what the delete relaxation cannot reach; it is quicker without `by_layers`.
 
     Raises:
         InputError: as `ground` does.
@@ -100,7 +100,7 @@ def ground_whole(problem: Problem, *, by_layers: bool = True) -> Grounding:
 def _ground(problem: Problem, by_layers: bool) -> Grounding:
     compiler = Compiler(problem, _symbols(problem))
     state, permanent = _initial_state(compiler)
-    found = list(drafts(compiler, problem))
+    found = list(action_instances(compiler, problem))
     asked = compiler.asked
     rules = tuple(_rules(compiler))
     temporal = TemporalGoals(compiler)
@@ -111,7 +111,7 @@ def _ground(problem: Problem, by_layers: bool) -> Grounding:
     if initial is None or not has_world(initial, _tied(closure, initial)):
         raise _Contradiction
     lexicon = Lexicon.of(compiler.fluents, compiler.entries.values())
-    actions = tuple(_action(draft, index, lexicon, closure) for index, draft in enumerate(found))
+    actions = tuple(_action(instance, index, lexicon, closure) for index, instance in enumerate(found))
     splits = _branchings(compiler, closure)
     branchings = _open(splits, compiler.fluents.whether, initial, actions, rules)
     reach = relaxed_reach(initial, actions, branchings, closure, by_layers=by_layers)
@@ -121,7 +121,7 @@ def _ground(problem: Problem, by_layers: bool) -> Grounding:
 
 
 def _symbols(problem: Problem) -> Symbols:
-    """What changes; conditions of world effects do not count if they are known from the beginning, all of them."""
+    """The symbols that change; conditions of world effects do not if every instance is known from the beginning."""
     symbols = symbols_of(problem)
     candidates = symbols.causes - symbols.changing
     if candidates:
@@ -144,25 +144,25 @@ def _is_complete(compiler: Compiler, name: str) -> bool:
     return known == prod(len(problem.of_type(kind)) for kind in kinds)
 
 
-def _action(draft: Draft, index: int, lexicon: Lexicon, closure: Closure) -> GroundAction:
-    effects = effects_of(draft.updates, lexicon)
+def _action(instance: ActionInstance, index: int, lexicon: Lexicon, closure: Closure) -> GroundAction:
+    effects = effects_of(instance.updates, lexicon)
     return GroundAction(
-        draft.name,
-        draft.arguments,
-        draft.call,
-        draft.sense,
-        draft.precondition,
+        instance.name,
+        instance.arguments,
+        instance.call,
+        instance.sense,
+        instance.precondition,
         effects,
         closure,
         index,
-        draft.cost,
+        instance.cost,
     )
 
 
 def _initial_state(compiler: Compiler) -> tuple[int, list[Entry]]:
-    """Empty knowledge after the updates of `initial`, one after the other, not closed yet; and permanent entries.
+    """The state after the updates of `initial`, one after the other and not closed yet, and the permanent entries.
 
-    Entries about what actions never change are permanent. Static knowledge is kept apart, in the compiler.
+    Entries whose members no action changes are permanent. Static knowledge is kept in the compiler, not in the state.
     """
     state = 0
     deletes = any(
@@ -173,7 +173,7 @@ def _initial_state(compiler: Compiler) -> tuple[int, list[Entry]]:
     for effect in compiler.problem.initial:
         updates = list(compile_effects(compiler, [effect], {}))
         if any(isinstance(update, Update) and update.condition != TRUE for update in updates):
-            state = _closed(compiler, state)  # a local closed world asks what is known, inferences included
+            state = _closed(compiler, state)  # a local closed world depends on what is known, inferences included
         for update in updates:
             assert isinstance(update, Update), "the language allows no world effect here"
             if update.static:
@@ -203,7 +203,7 @@ def _applied(state: int, update: Update) -> int:
 
 
 class _Contradiction(Exception):
-    """Nothing can be as the initial knowledge says; never leaves this module."""
+    """Raised within this file when the initial knowledge contradicts itself."""
 
 
 def _contradicts(problem: Problem) -> bool:
@@ -219,7 +219,7 @@ def _contradicts(problem: Problem) -> bool:
 
 
 def _tied(closure: Closure, initial: int) -> Iterator[tuple[Entry, tuple[Claim, ...]]]:
-    """What is known of several together at the start, without members that are known to fail."""
+    """The entries of the initial state, each with its members that are not known to be false."""
     for entry in closure.propagators:
         if isinstance(entry, Entry) and (not entry.active or entry.active & initial):
             members = tuple(member for member in entry.members if not initial & member.fails)
@@ -228,16 +228,16 @@ def _tied(closure: Closure, initial: int) -> Iterator[tuple[Entry, tuple[Claim, 
 
 
 def _closure(
-    compiler: Compiler, permanent: Iterable[Entry], rules: Iterable[Rule], monitors: Iterable[Monitor]
+    compiler: Compiler, permanent: Iterable[Entry], rules: Iterable[Rule], monitors: Iterable[AlwaysMonitor]
 ) -> Closure:
-    propagators: list[Propagator] = [*permanent, *(e for e in compiler.entries.values() if e.active)]
+    propagators: list[UnitPropagator] = [*permanent, *(e for e in compiler.entries.values() if e.active)]
     propagators += [LastValue(g) for g in compiler.fluents if isinstance(g, TermBits) and g.unequal]
     exclusive = {m: None for ms in Lexicon.of(compiler.fluents).contradictions.values() for m in ms}
     return Closure(propagators, list(rules), list(monitors), exclusive)
 
 
 def _rules(compiler: Compiler) -> Iterator[Rule]:
-    """The update rules, ground; those that can never fire left out."""
+    """The ground update rules without those that can never fire."""
     compiler.inferring = True
     compiled = [
         (effect, list(compile_effects(compiler, [effect], {}))) for effect in compiler.problem.domain.update_rules
@@ -260,7 +260,7 @@ def _open(
     actions: Iterable[GroundAction],
     rules: Iterable[Rule],
 ) -> dict[int, Branching]:
-    """The branchings that are open at the start, or that an action can open."""
+    """The branchings on entries that the initial state has or that an action or rule may add."""
     entered = open_entries(initial, whether)
     updates = {id(update): update for action in actions for update in action.effects.updates}  # actions share many
     entered |= union(open_entries(update.make, whether) for update in updates.values())
@@ -270,13 +270,13 @@ def _open(
 
 
 def _learned(branchings: Mapping[int, Branching], closure: Closure) -> int:
-    """The bits that an outcome may set."""
+    """The bits that outcomes of branchings may set."""
     made = union(choice.make for split in branchings.values() for choice in split.choices)
     return made & ~union(branchings) | closure.makes if branchings else 0
 
 
 def _denied(actions: Iterable[GroundAction], goal: Query, closure: Closure) -> int:
-    """The bits that must not be set for something to hold."""
+    """The bits that may have to be 0 for a precondition, rule, monitor or goal to hold, and those that inference clears."""
     asked = [goal, *(action.precondition for action in actions)]
     asked += [rule.condition for rule in closure.rules] + [monitor.condition for monitor in closure.monitors]
     return union(tested_for_zero(query) for query in asked) | closure.clears
@@ -290,7 +290,7 @@ def _goal_parts(compiler: Compiler, goal: tuple[Formula, ...], binding: Binding)
 def conjuncts(
     compiler: Compiler, formulas: tuple[Formula, ...], binding: Binding
 ) -> Iterator[tuple[Formula, Binding]]:
-    """Formulas with conjunctions and universal quantifiers at the top taken apart."""
+    """The conjuncts of formulas: outermost conjunctions and universal quantifiers are taken apart."""
     for formula in formulas:
         match formula:
             case And(parts=parts):

@@ -1,7 +1,7 @@
-"""Instances of action schemas: parameters bound one after the other, and pruned as soon as a precondition is settled.
+"""Instances of action schemas: parameters are bound one after the other, and pruned as soon as a precondition is false.
 
-What does not depend on a parameter is compiled once for all its values: `forall(object o) (K(one_below(this) = o) =>
-add(Kf, highest(o)))` is compiled once for each `this`, not once for each pair of arguments.
+Parts that do not depend on a parameter are compiled once for all its values: `forall(object o) (K(one_below(this) = o)
+=> add(Kf, highest(o)))` is compiled once for each `this`, not once for each pair of arguments.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
@@ -23,10 +23,10 @@ from kabo.language.problem import Action, Problem
 Result = TypeVar("Result")
 
 
-class Draft(NamedTuple):
-    """A ground action before its effects are sorted.
+class ActionInstance(NamedTuple):
+    """An instance of an action schema before its effects are sorted.
 
-    `updates` are all of them; `plain` are those of knowledge, `worlds` what the rest was compiled from.
+    `updates` are all its updates; `plain` are those made from changes of knowledge, the others are made from `worlds`.
     """
 
     name: str
@@ -40,8 +40,8 @@ class Draft(NamedTuple):
     worlds: tuple[WorldUpdate, ...] = ()
 
 
-class Schema:
-    """One action schema and what has been compiled of it."""
+class ActionSchema:
+    """One action schema, and the parts of it that have been compiled so far."""
 
     def __init__(self, compiler: Compiler, statics: StaticFacts, action: Action) -> None:
         self.compiler, self.statics, self.declared = compiler, statics, action
@@ -52,19 +52,19 @@ class Schema:
             for part in (*self.action.preconditions, *self.action.effects, *self.action.sense, self.action.cost)
         }
 
-    def instances(self) -> Iterator[Draft]:
-        """All instances whose static preconditions hold, arguments in the order of declaration."""
+    def instances(self) -> Iterator[ActionInstance]:
+        """All instances whose static preconditions hold, in the order in which their arguments are declared."""
         names = [parameter.name for parameter in self.action.parameters]
         objects = [self._places(parameter.type) for parameter in self.action.parameters]
         joins, ready = self._preconditions_by_parameter()
 
-        def bind(position: int, binding: dict[str, str], known: Query) -> Iterator[Draft]:
+        def bind(position: int, binding: dict[str, str], known: Query) -> Iterator[ActionInstance]:
             queries = [self._query(formula, binding) for formula in ready[position]]
             known = conjunction([known, *queries]) if queries else known
             if known == FALSE:
                 return
             if position == len(names):
-                yield self._draft(binding, known)
+                yield self._instance(binding, known)
                 return
             name = names[position]
             allowed = [self.statics.values(literal, name, binding) for literal in joins[position]]
@@ -74,13 +74,13 @@ class Schema:
         return bind(0, {}, TRUE)
 
     def _places(self, kind: str) -> Mapping[str, int]:
-        """The objects of a type, each with its place in the order of declaration."""
+        """The objects of a type, each with its position in the order of declaration."""
         return {name: place for place, name in enumerate(self.compiler.of_type(kind))}
 
     def _preconditions_by_parameter(self) -> tuple[list[list[Literal]], list[list[Formula]]]:
-        """Preconditions by how many parameters must be bound before they can be compiled; static ones apart.
+        """Preconditions by the number of parameters that must be bound first: static literals, and others.
 
-        A static literal tells the values of the last of its parameters.
+        A static literal lists the possible values of the last of its parameters.
         """
         places = {parameter.name: number for number, parameter in enumerate(self.action.parameters, start=1)}
         ready: list[list[Formula]] = [[] for _ in range(len(places) + 1)]
@@ -97,7 +97,7 @@ class Schema:
     def _once(
         self, part: Effect | Formula | Sensed | Term, binding: Binding, compile_: Callable[[], Result]
     ) -> Result:
-        """What was compiled before for the same values of the part's own variables, or what is compiled now."""
+        """The compiled part; it is compiled once for the same values of its own variables."""
         key = id(part), tuple([binding[name] for name in self._free[id(part)] if name in binding])
         if key not in self._memo:
             self._memo[key] = compile_()
@@ -106,7 +106,7 @@ class Schema:
     def _query(self, formula: Formula, binding: Binding) -> Query:
         return self._once(formula, binding, lambda: self.compiler.query(formula, binding))
 
-    def _draft(self, binding: Binding, precondition: Query) -> Draft:
+    def _instance(self, binding: Binding, precondition: Query) -> ActionInstance:
         action, compiler = self.action, self.compiler
         updates, sense, plain, worlds = self._effects(binding)
         call = None if action.geometry is None else action.geometry.ground(binding)
@@ -118,12 +118,12 @@ class Schema:
             action.cost, binding, lambda: compiler.number(action.cost, binding).value(compiler.static)
         )
         cost = 1.0 if cost is None else cost
-        return Draft(action.name, arguments, call, sense, precondition, updates, cost, plain, worlds)
+        return ActionInstance(action.name, arguments, call, sense, precondition, updates, cost, plain, worlds)
 
     def _effects(
         self, binding: Binding
     ) -> tuple[tuple[Update, ...], tuple[str, ...], tuple[Update, ...], tuple[WorldUpdate, ...]]:
-        """All updates, what is sensed as text, updates of knowledge and of the world; equal parts are shared."""
+        """All updates, the sensed facts as text, the updates of knowledge, the world effects; equal parts are shared."""
         compiler = self.compiler
         parts: list[Update | WorldUpdate] = []
         for effect in self.action.effects:
@@ -141,15 +141,15 @@ class Schema:
         return self._memo[key]  # type: ignore[no-any-return]
 
 
-def drafts(compiler: Compiler, problem: Problem) -> Iterator[Draft]:
-    """The ground actions of a problem: schemas in the order of the file."""
+def action_instances(compiler: Compiler, problem: Problem) -> Iterator[ActionInstance]:
+    """The instances of all action schemas of a problem, in the order of the file."""
     statics = StaticFacts(compiler)
     for action in problem.domain.actions.values():
-        yield from Schema(compiler, statics, action).instances()
+        yield from ActionSchema(compiler, statics, action).instances()
 
 
 def _common(objects: Mapping[str, int], allowed: Sequence[Mapping[str, None]]) -> Iterable[str]:
-    """The objects that all joins allow, in their order; found from the join that allows fewest."""
+    """The objects that all joins allow, in the order of declaration; it begins with the join that allows fewest."""
     if not allowed:
         return objects
     fewest = min(allowed, key=len)
@@ -158,7 +158,7 @@ def _common(objects: Mapping[str, int], allowed: Sequence[Mapping[str, None]]) -
 
 
 def free_variables(tree: object) -> tuple[str, ...]:
-    """The names of all variables anywhere in a tree, each once, in order."""
+    """The names of all variables in a tree, each once, in the order of their first occurrence."""
     return tuple(dict.fromkeys(_variables(tree)))
 
 

@@ -1,6 +1,6 @@
-"""Static facts as tables: which objects can stand at a place of a literal that never changes, others given.
+"""Static facts as tables: the objects that one argument of a static literal can be when its others are given.
 
-Binding parameters by these joins keeps grounding from trying pairs of cells that are not adjacent.
+Binding parameters by these joins spares grounding, for example, all pairs of cells that are not adjacent.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ class StaticFacts:
         self._tables: dict[tuple[str, tuple[bool, ...]], dict[Arguments, dict[str, None]]] = {}
 
     def join(self, formula: Formula) -> Literal | None:
-        """The literal, if the formula asks for one that never changes and holds for listed objects only."""
+        """The literal, if the formula is one whose symbol is static and which holds for listed objects only; else None."""
         if not isinstance(formula, Know) or not isinstance(formula.claim, Literal) or not formula.claim.positive:
             return None
         atom = formula.claim.atom
@@ -33,7 +33,7 @@ class StaticFacts:
         return formula.claim if plain and atom.arguments and self._compiler.is_static(atom.predicate) else None
 
     def values(self, literal: Literal, variable: str, binding: Binding) -> Mapping[str, None]:
-        """The objects that the variable can stand for; all other variables of the literal are bound."""
+        """The objects that the variable can be; all other variables of the literal are bound."""
         places, given = [], []
         for argument in literal.atom.arguments:
             is_open = isinstance(argument, Variable) and argument.name == variable

@@ -1,6 +1,6 @@
-"""What can ever change: the symbols that actions and initial entries touch; all others are static.
+"""The predicates and functions whose knowledge can change: those in effects and initial entries; all others are static.
 
-Static knowledge is settled while grounding and takes no room in the states.
+Static knowledge is evaluated while grounding and takes no bits of states.
 """
 
 from collections.abc import Iterable, Iterator
@@ -30,9 +30,9 @@ from kabo.language.problem import Problem
 class Symbols:
     """Names of predicates and functions.
 
-    `changing`: knowledge about them may change; `excludable`: functions of which `f != v` may be known while f is
-    not; `written`: what actions may change in the world, or what may be forgotten (what else changes is only learned,
-    once and for all); `causes`: what world effects depend on, which may be learned by postdiction.
+    `changing`: knowledge about them may change. `excludable`: functions of which `f != v` may be known while f is
+    not. `written`: actions may change them in the world, or forget them; other changing symbols are only learned, once
+    and for all. `causes`: world effects depend on them, so they may be learned by postdiction.
     """
 
     changing: frozenset[str]
@@ -42,7 +42,7 @@ class Symbols:
 
 
 def symbols_of(problem: Problem) -> Symbols:
-    """Reads all effects of a problem; what actions sense counts as changed."""
+    """The symbols of a problem, from all its effects; what actions sense counts as changing."""
     actions = problem.domain.actions.values()
     sensed = {_name(sensed) for action in actions for sensed in action.sense}
     acting = [piece for action in actions for piece in pieces_of(action.effects)]
@@ -61,7 +61,7 @@ def symbols_of(problem: Problem) -> Symbols:
 
 
 def pieces_of(effects: Iterable[Effect]) -> Iterator[Change | WorldEffect]:
-    """Every database update and world effect inside the effects, however deep."""
+    """Every database update and world effect inside the effects, at any depth."""
     for effect in effects:
         match effect:
             case Change() | WorldEffect():
@@ -71,12 +71,12 @@ def pieces_of(effects: Iterable[Effect]) -> Iterator[Change | WorldEffect]:
 
 
 def _is_open(piece: Change | WorldEffect) -> bool:
-    """Whether an initial effect leaves something to be learned."""
+    """Whether something may still be learned about the symbols of an initial effect."""
     return isinstance(piece, WorldEffect) or piece.database != "Kf" or piece.operation == "del"
 
 
 def _takes_away(piece: Change | WorldEffect) -> bool:
-    """Whether knowledge is forgotten, or an entry withdrawn."""
+    """Whether the effect forgets knowledge or removes an entry."""
     return isinstance(piece, Change) and piece.operation == "del" and piece.database not in ("Kw", "Kv")
 
 

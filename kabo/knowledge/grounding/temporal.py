@@ -1,8 +1,8 @@
 """Goals about other states: `initially(φ)` (K⁰, after postdiction) and `always(φ)` (K*) [P, temporally extended goals].
 
-What φ says about the initial state is asked of *copies* of its atoms, which nothing changes: a copy is bound to its
-original by an entry "exactly one of copy and not original" until an action touches the original. What is learned
-later then reaches back through these entries, and through copies of what was known of the initial state.
+`initially(φ)` is evaluated on *copies* of the atoms of φ, which no action changes. An entry "exactly one of copy and not
+original" binds a copy to its original until an action changes the original. Through these entries, and through copies of
+the initial entries, what is learned later is also learned about the initial state.
 """
 
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from kabo.knowledge.binding import Binding
-from kabo.knowledge.closure import Monitor
+from kabo.knowledge.closure import AlwaysMonitor
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim, Group, NumberBits, TermBits
 from kabo.knowledge.grounding.compiler import Compiler
@@ -21,18 +21,18 @@ PREFIX = "initially "
 
 
 class TemporalGoals:
-    """What the temporal goals of one problem need beside the queries that they become."""
+    """The temporal goals of one problem: their queries, and the monitors and copies that these need."""
 
     def __init__(self, compiler: Compiler) -> None:
         self.compiler = compiler
-        self.monitors: list[Monitor] = []
+        self.monitors: list[AlwaysMonitor] = []
         compiler.temporal = self.query
 
     def query(self, formula: Temporal, binding: Binding) -> Query:
-        """The query on the present state that a temporal goal asks."""
+        """The query on the present state that is equivalent to a temporal goal."""
         if formula.kind == "always":
             bit = self.compiler.fluents.bit()
-            self.monitors.append(Monitor(self.compiler.query(formula.body, binding), bit))
+            self.monitors.append(AlwaysMonitor(self.compiler.query(formula.body, binding), bit))
             return AllOf(bit, bit)
         return self.compiler.query(self._of_copies(formula.body), binding)
 
@@ -51,10 +51,10 @@ class TemporalGoals:
         return replace(tree, **changed)
 
     def bind(self, state: int) -> tuple[int, list[Entry]]:
-        """The initial state with its copies: what they know, and the entries that bind them to their originals.
+        """Adds to the initial state what is known of the copies, and the entries that bind them to their originals.
 
         Returns:
-            the state, and permanent entries beside those that the compiler has.
+            the state, and the permanent entries that the compiler does not have.
         """
         copies = _Copies(self.compiler, state)
         return copies.state, copies.entries
@@ -110,7 +110,7 @@ class _Copies:
         return PREFIX + member.group.text in self._copied
 
     def _claim(self, member: Claim) -> Claim:
-        """The claim about the copy; the claim itself if nothing changes what it is about."""
+        """The same claim about the copy; the claim itself if no action changes its group."""
         name, arguments = self.compiler.fluents.key_of(member.group)
         if name not in self.compiler.symbols.written:
             return member
@@ -123,7 +123,7 @@ class _Copies:
 
 
 def _pairs(copy: Group, original: Group) -> Iterator[tuple[Claim, Claim]]:
-    """The positive claims about a copy and its original."""
+    """The pairs of positive claims about a copy and its original."""
     if isinstance(copy, AtomBits) and isinstance(original, AtomBits):
         yield copy.claim(True), original.claim(True)
     elif isinstance(copy, TermBits) and isinstance(original, TermBits):
@@ -132,7 +132,7 @@ def _pairs(copy: Group, original: Group) -> Iterator[tuple[Claim, Claim]]:
 
 
 def _moved(state: int, original: Group, copy: Group) -> int:
-    """What is known of the original, as bits of the copy."""
+    """The bits of the copy that say of it what is known of the original."""
     if isinstance(original, NumberBits) and isinstance(copy, NumberBits):
         value = original.decode(state)
         return 0 if value is None else copy.encode(value)

@@ -1,4 +1,4 @@
-"""What this planner does not support, refused by name and place: nothing is dropped silently."""
+"""Refuses what kabo does not support, by name and place, so that nothing is ignored silently."""
 
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -33,7 +33,7 @@ _Refusal = tuple[str, Place | None]
 
 
 def refuse_unsupported(problem: Problem) -> None:
-    """Raises an InputError with a Diagnostic for everything in the problem that is not supported."""
+    """Raises an InputError with a diagnostic for each thing in the problem that is not supported."""
     where = str(problem.domain.path or problem.path)
     found = [_diagnostic(f"{what} not supported", place, where) for what, place in _refusals(problem)]
     found += [_diagnostic(what, place, where) for what, place in _unanswered(problem)]
@@ -49,7 +49,7 @@ def _diagnostic(what: str, place: Place | None, file: str) -> Diagnostic:
 
 
 def _unanswered(problem: Problem) -> Iterator[_Refusal]:
-    """Values that nobody can be asked for; each procedure where it is declared."""
+    """Refuses values of procedures without a function, each at the procedure's declaration."""
     given = frozenset() if problem.answers is None else problem.answers.given
     domain = problem.domain
     if not domain.procedures:
@@ -77,7 +77,7 @@ def _refusals(problem: Problem) -> Iterator[_Refusal]:
 
 
 def _in_rule(rule: Effect, problem: Problem) -> Iterator[_Refusal]:
-    """Rules infer: they compute no numbers and ask nobody."""
+    """Refuses numbers and external procedures in update rules, which only infer."""
     match rule:
         case Change(facts=facts):
             for external in _externals(facts):
@@ -113,7 +113,7 @@ def _externals(tree: object) -> Iterator[External]:
 
 
 def _parts(tree: object) -> Iterator[object]:
-    """The tree and all that is in it."""
+    """The tree and every part inside it."""
     waiting = [tree]
     while waiting:
         part = waiting.pop()
@@ -128,7 +128,7 @@ def _parts(tree: object) -> Iterator[object]:
 
 @cache
 def _parts_of(kind: type) -> tuple[str, ...] | None:
-    """The fields of a kind of formula, the last first; None if it is none."""
+    """The fields of a class of formulas, the last first; None if it is no such class."""
     fields = getattr(kind, "__dataclass_fields__", None)
     return None if fields is None else tuple(name for name in fields if name != "place")[::-1]
 

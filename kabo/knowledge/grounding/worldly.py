@@ -1,8 +1,8 @@
-"""World effects `when C then E`: what an action does to the world, whatever the agent knows, and what follows for it.
+"""World effects `when C then E`: an action changes the world whether or not the agent knows C, and its knowledge follows.
 
-C known: E is known. C not known false: E may have come about, so what contradicts it is forgotten; and since E now
-tells about C, entries of Kx and Kor are made from which *postdiction* follows by the closure alone [P, postdiction]:
-E found after and not before: C held; E found false: C was false.
+If C is known, E is known. If C is not known to be false, E may have come about: knowledge that contradicts E is
+forgotten. Since E then reveals C, entries of Kx and Kor are added from which the closure draws *postdictions* [P,
+postdiction]: if E is true after and was not before, C held; if E is false after, C did not hold.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -30,7 +30,7 @@ class _Cause:
 
     @property
     def reads(self) -> int:
-        """The bits that it depends on."""
+        """The bits on which the condition depends."""
         return self.known.reads | self.possible.reads
 
 
@@ -41,13 +41,13 @@ def _complement(claim: f.Claim) -> f.Claim:
 
 
 def _claims(compiler: Compiler, conditions: Iterable[f.Claim], update: WorldUpdate) -> tuple[Claim, ...] | None:
-    """The bits of the conditions; None if a number is among them."""
+    """The claims of the conditions; None if one of them is about a number."""
     found = []
     for condition in conditions:
         if isinstance(condition, f.Comparison) and compiler.is_number(condition.left):
             return None
         if _is_static(compiler, condition):
-            continue  # known from the beginning: true, or the effect never happens
+            continue  # static: it is true, or the effect never happens
         claim = compiler.claim(condition, update.binding)
         if isinstance(claim, Claim):
             found.append(claim)
@@ -64,7 +64,7 @@ def _is_static(compiler: Compiler, claim: f.Claim) -> bool:
 def compile_world_effects(
     compiler: Compiler, worlds: Sequence[WorldUpdate], updates: Sequence[Update]
 ) -> Iterator[Update]:
-    """The updates of all world effects of one action; `updates` are its other ones, in whose light they are read."""
+    """The updates of all world effects of one action; `updates` are its other ones, which may touch the same groups."""
     numbers: list[tuple[_Cause, f.Claim, WorldUpdate]] = []
     claimed: dict[tuple[int, int], tuple[_Cause, Claim]] = {}
     for number, world in enumerate(worlds):
@@ -86,13 +86,13 @@ def compile_world_effects(
         yield from _forgotten(cause, claim)
         others = _Others(cause, claim, pairs, updates)
         if others.quiet(claim.group.mask, along=claim) != TRUE:
-            compiler.asked |= cause.reads  # to know more of it may be a contradiction
+            compiler.asked |= cause.reads  # more knowledge of it may lead to a contradiction
         if cause.claims:
             yield from _postdiction(compiler, cause, claim, others)
 
 
 class _Others:
-    """The other effects of the action, as far as they happen to touch what one world effect is about."""
+    """The other effects of the action, as far as they touch the groups of one world effect."""
 
     def __init__(
         self,
@@ -106,7 +106,7 @@ class _Others:
         self._rivals = [(claim, c.known, c.possible) for c, claim in claimed if c is not cause or claim != own]
 
     def quiet(self, group: int, along: Claim | None = None) -> Query:
-        """That nothing touches the group, but for world effects `along` the same direction if that is given."""
+        """The query that no other effect touches the group, except world effects that make the claim `along` true."""
         touching = [condition for touch, condition in self._updates if touch & group]
         for claim, known, possible in self._rivals:
             if claim.group.mask & group and (along is None or claim.holds != along.holds):
@@ -114,7 +114,7 @@ class _Others:
         return conjunction(negation(condition) for condition in touching)
 
     def still(self, group: int) -> Query:
-        """That no effect of the action touches the group at all."""
+        """The query that no effect of the action touches the group."""
         touching = [condition for touch, condition in self._updates if touch & group]
         for claim, known, possible in self._worlds:
             if claim.group.mask & group:
@@ -123,14 +123,14 @@ class _Others:
 
 
 def _known_outcome(cause: _Cause, claim: Claim, pairs: Sequence[tuple[_Cause, Claim]]) -> Iterator[Update]:
-    """What comes about for certain is known, unless another world effect may bring about something else there."""
+    """The update by which a certain outcome is known, unless another world effect may make something else true there."""
     group = claim.group.mask
     rivals = [c for c, other in pairs if other.group is claim.group and other.holds != claim.holds]
     alone = conjunction([cause.known, *(negation(rival.possible) for rival in rivals)])
     yield Update(alone, group & ~claim.makes, claim.makes, group)
     if rivals:
         yield Update(conjunction([cause.known, disjunction(r.possible for r in rivals)]), group, 0, group)
-        certain = disjunction(rival.known for rival in rivals)  # then both are made: a contradiction
+        certain = disjunction(rival.known for rival in rivals)  # then both are made true, which is a contradiction
         yield Update(conjunction([cause.known, certain]), 0, claim.makes, group)
 
 
@@ -145,13 +145,13 @@ def _is_number(compiler: Compiler, claim: f.Claim) -> bool:
 
 
 def _forgotten(cause: _Cause, claim: Claim) -> Iterator[Update]:
-    """The outcome may have come about: its complement is not known any more, nor what was sensed of it."""
+    """The updates for an outcome that may have come about: its complement and what was sensed of it are forgotten."""
     group = claim.group
     condition = conjunction([cause.possible, negation(AllOf(claim.holds, claim.holds))])
     if isinstance(group, TermBits):
         value = next(value for value, bit in group.equal.items() if bit == claim.holds)
         for other, equal in group.equal.items():
-            if other != value:  # it was `other`: now it is one of the two
+            if other != value:  # if it was `other`, it is now one of the two
                 kept = group.unequal[value] | group.unequal[other]
                 was = conjunction([condition, AllOf(equal, equal)])
                 yield Update(was, equal | group.settled | group.whether | kept, 0, group.mask)
@@ -162,9 +162,9 @@ def _forgotten(cause: _Cause, claim: Claim) -> Iterator[Update]:
 
 
 def _postdiction(compiler: Compiler, cause: _Cause, claim: Claim, others: _Others) -> Iterator[Update]:
-    """What the outcome tells about the cause, as entries that the closure works on.
+    """The entries from which the closure infers the cause from the outcome.
 
-    A part of the cause that the action changes itself tells nothing afterwards, unless it was known before.
+    A part of the cause that the action itself changes cannot be inferred afterwards, unless it was known before.
     """
     assert cause.claims is not None
     open_ = conjunction([cause.possible, negation(AllOf(claim.holds, claim.holds))])
@@ -181,7 +181,7 @@ def _postdiction(compiler: Compiler, cause: _Cause, claim: Claim, others: _Other
 def _entries(
     compiler: Compiler, condition: Query, claim: Claim, causes: tuple[Claim, ...], others: _Others
 ) -> Iterator[Update]:
-    """Entries that bind the outcome to these parts of its cause, if nothing else makes or prevents it."""
+    """The entries that bind the outcome to these parts of its cause, if no other effect makes or prevents it."""
     group = claim.group.mask
     sufficient = conjunction([condition, others.quiet(group, along=claim)])
     necessary = conjunction([condition, others.quiet(group), AllOf(claim.fails, claim.fails)])

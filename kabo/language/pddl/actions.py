@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction, disjunction
 from kabo.language.pddl.conditions import read_condition
-from kabo.language.pddl.conflicts import Surroundings, additions_win, may_be_same
+from kabo.language.pddl.conflicts import ConflictContext, additions_win, may_be_same
 from kabo.language.pddl.declarations import read_variables
 from kabo.language.pddl.dialect import read_atom, resolver_of
-from kabo.language.pddl.effects import Piece, read_effects
-from kabo.language.pddl.forms import Document, Form, Node, Word
+from kabo.language.pddl.effects import ConditionalEffect, read_effects
+from kabo.language.pddl.forms import Document, Form, Node, Token
 from kabo.language.pddl.updates import updates_of
 from kabo.language.problem import Action, Parameter
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.tree_algebra import symbols
 from kabo.language.types import types_of
 from kabo.language.vocabulary import Symbol, Vocabulary
@@ -29,43 +29,43 @@ _REFUSED_PARTS = (":duration", ":condition", ":vars", ":only-in-expansions", ":e
 
 
 @dataclass
-class Schema:
+class ActionSchema:
     """An action as it was read."""
 
     name: str  # kabo's
-    here: Resolver
+    resolver: NameResolver
     parameters: list[Symbol] = field(default_factory=list)
     preconditions: list[f.Formula] = field(default_factory=list)
-    pieces: list[Piece] = field(default_factory=list)
+    pieces: list[ConditionalEffect] = field(default_factory=list)
     sensed: list[f.Atom] = field(default_factory=list)
     place: f.Place | None = None
 
 
-def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: str) -> Schema:
+def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: str) -> ActionSchema:
     """The parts of `(:action name …)`; what is wrong is reported and left out."""
     parts = _parts_of(document, form)
-    shown = form.items[1].text if isinstance(form.items[1], Word) else name
+    shown = form.items[1].text if isinstance(form.items[1], Token) else name
     where = f'in action "{shown}"'
-    schema = Schema(name, resolver_of(document, vocabulary, where), place=document.place(form.items[1]))
+    schema = ActionSchema(name, resolver_of(document, vocabulary, where), place=document.place(form.items[1]))
     parameters = parts.get(":parameters")
     if isinstance(parameters, Form):
-        bound = read_variables(schema.here, parameters.items, split=False)[0]
+        bound = read_variables(schema.resolver, parameters.items, split=False)[0]
         schema.parameters = list(bound.values())
-        schema.here = schema.here.inside(bound)
+        schema.resolver = schema.resolver.inside(bound)
     elif parameters is not None:
         document.report(parameters, f'expected "(?x - type …)" as the parameters of action "{shown}"')
     for each in schema.parameters:
         schema.preconditions += _membership(each)
     if ":precondition" in parts:
-        condition = read_condition(schema.here, parts[":precondition"])
+        condition = read_condition(schema.resolver, parts[":precondition"])
         if condition is not None:
             flat = conjunction([condition])
             schema.preconditions += flat.parts if isinstance(flat, f.And) else [flat]
             schema.preconditions = [each for each in schema.preconditions if each != f.Truth(True)]
     if ":effect" in parts:
-        schema.pieces = read_effects(schema.here, parts[":effect"])
+        schema.pieces = read_effects(schema.resolver, parts[":effect"])
     if ":observe" in parts:
-        schema.sensed = list(_sensed(schema.here, parts[":observe"]))
+        schema.sensed = list(_sensed(schema.resolver, parts[":observe"]))
     return schema
 
 
@@ -75,7 +75,7 @@ def _parts_of(document: Document, form: Form) -> dict[str, Node]:
     waiting = form.items[2:][::-1]
     while waiting:
         key = waiting.pop()
-        word = key.text if isinstance(key, Word) else ""
+        word = key.text if isinstance(key, Token) else ""
         if word not in _PARTS:
             if word in _REFUSED_PARTS:
                 document.report(key, f'"{word}" of an action is not supported')
@@ -86,7 +86,7 @@ def _parts_of(document: Document, form: Form) -> dict[str, Node]:
                 continue
         elif word in found:
             document.report(key, f'"{word}" stands twice in this action')
-        if not waiting or (isinstance(waiting[-1], Word) and waiting[-1].text.startswith(":")):
+        if not waiting or (isinstance(waiting[-1], Token) and waiting[-1].text.startswith(":")):
             document.report(key, f'"{word}" has no value')
             continue
         value = waiting.pop()
@@ -108,7 +108,7 @@ def _membership(bound: Symbol) -> Iterator[f.Formula]:
     yield disjunction(one_of, variable.place)
 
 
-def _sensed(here: Resolver, node: Node) -> Iterator[f.Atom]:
+def _sensed(here: NameResolver, node: Node) -> Iterator[f.Atom]:
     """The atoms of `:observe`: one, its negation, or several joined by `and`."""
     head = node.head if isinstance(node, Form) else ""
     if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
@@ -149,12 +149,12 @@ class Surmise:
         return not self.unknown & symbols(tree)
 
 
-def build_action(schema: Schema, surmise: Surmise) -> Action:
+def build_action(schema: ActionSchema, surmise: Surmise) -> Action:
     """The action; what cannot be expressed is reported."""
-    here, vocabulary = schema.here, surmise.vocabulary
+    here, vocabulary = schema.resolver, surmise.vocabulary
     sorts: Mapping[str, str] = vocabulary.types_of_objects()
 
-    def report(piece: Piece, fatal: bool) -> None:
+    def report(piece: ConditionalEffect, fatal: bool) -> None:
         message = "this effect may meet one that adds the same atom, and nobody knows whether it does"
         if fatal:
             _report(here, piece, f"{message}: not supported {here.where}")
@@ -163,7 +163,7 @@ def build_action(schema: Schema, surmise: Surmise) -> Action:
 
     cost = [each for each in schema.pieces if each.symbol == surmise.cost]
     pieces = [each for each in schema.pieces if not (surmise.cost_only and each.symbol == surmise.cost)]
-    around = Surroundings(vocabulary.types, sorts, tuple(schema.preconditions), surmise.known, report)
+    around = ConflictContext(vocabulary.types, sorts, tuple(schema.preconditions), surmise.known, report)
     pieces = summed(here, pieces)
     _warn_of_meeting_numbers(here, pieces, around)
     effects = updates_of(here, additions_win(pieces, around), surmise.known)
@@ -177,9 +177,9 @@ def build_action(schema: Schema, surmise: Surmise) -> Action:
     )  # fmt: skip
 
 
-def summed(here: Resolver, pieces: list[Piece]) -> list[Piece]:
+def summed(here: NameResolver, pieces: list[ConditionalEffect]) -> list[ConditionalEffect]:
     """The pieces with several changes of one number made one: PDDL adds them up."""
-    found: list[Piece] = []
+    found: list[ConditionalEffect] = []
     joined: dict[int, int] = {}  # how many changes are one now, by where it is
     numbers: dict[object, int] = {}  # term and condition -> where its first change is
     for piece in pieces:
@@ -202,9 +202,9 @@ def summed(here: Resolver, pieces: list[Piece]) -> list[Piece]:
     return found
 
 
-def _warn_of_meeting_numbers(here: Resolver, pieces: list[Piece], around: Surroundings) -> None:
+def _warn_of_meeting_numbers(here: NameResolver, pieces: list[ConditionalEffect], around: ConflictContext) -> None:
     """Warns of changes of one function's values that may turn out to be of the same value."""
-    changed: dict[str, list[Piece]] = {}
+    changed: dict[str, list[ConditionalEffect]] = {}
     for piece in pieces:
         if isinstance(piece.outcome, f.Comparison):
             rivals = changed.setdefault(piece.symbol, [])
@@ -214,21 +214,21 @@ def _warn_of_meeting_numbers(here: Resolver, pieces: list[Piece], around: Surrou
             rivals.append(piece)
 
 
-def _is_sum(piece: Piece) -> bool:
+def _is_sum(piece: ConditionalEffect) -> bool:
     right = piece.outcome.right if isinstance(piece.outcome, f.Comparison) else None
     return isinstance(right, f.Arithmetic) and right.operator in "+-"
 
 
-def _joined(first: Piece, second: Piece) -> Piece:
+def _joined(first: ConditionalEffect, second: ConditionalEffect) -> ConditionalEffect:
     assert isinstance(first.outcome, f.Comparison) and isinstance(second.outcome, f.Comparison)
     change = second.outcome.right
     assert isinstance(change, f.Arithmetic)
     right = f.Arithmetic(change.operator, first.outcome.right, change.right, change.place)
     outcome = f.Comparison("=", first.outcome.left, right, first.outcome.place)
-    return Piece((), f.Truth(True), outcome, True, first.place)
+    return ConditionalEffect((), f.Truth(True), outcome, True, first.place)
 
 
-def _cost(here: Resolver, pieces: Iterable[Piece], surmise: Surmise) -> f.Term:
+def _cost(here: NameResolver, pieces: Iterable[ConditionalEffect], surmise: Surmise) -> f.Term:
     """What the action adds to the cost; 1 if no cost is minimised."""
     if surmise.cost is None:
         return f.Number(1.0)
@@ -245,6 +245,6 @@ def _cost(here: Resolver, pieces: Iterable[Piece], surmise: Surmise) -> f.Term:
     return total
 
 
-def _report(here: Resolver, tree: Piece | f.Atom, message: str, *, warning: bool = False) -> None:
+def _report(here: NameResolver, tree: ConditionalEffect | f.Atom, message: str, *, warning: bool = False) -> None:
     place = tree.place or f.Place(here.source.name, 1, 1)
     here.findings.add(place, message, None, warning=warning)

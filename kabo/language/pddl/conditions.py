@@ -11,7 +11,7 @@ from kabo.language.connectives import OPPOSITE, conjunction, denied, disjunction
 from kabo.language.pddl.declarations import read_variables
 from kabo.language.pddl.dialect import read_atom, read_comparison
 from kabo.language.pddl.forms import Form, Node
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.vocabulary import Symbol
 
 _REFUSED = {
@@ -26,7 +26,7 @@ _REFUSED = {
 }  # fmt: skip
 
 
-def read_condition(here: Resolver, node: Node, *, positive: bool = True) -> f.Formula | None:
+def read_condition(here: NameResolver, node: Node, *, positive: bool = True) -> f.Formula | None:
     """The query that a condition (or with `positive` False its negation) asks; None after a report."""
     head = node.head if isinstance(node, Form) else ""
     if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
@@ -44,7 +44,7 @@ def read_condition(here: Resolver, node: Node, *, positive: bool = True) -> f.Fo
     return None if atom is None else f.Know(f.Literal(atom, positive, atom.place), atom.place)
 
 
-def _comparison(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
+def _comparison(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     claim = read_comparison(here, form)
     if claim is None:
         return None
@@ -53,34 +53,34 @@ def _comparison(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
     return f.Know(claim if positive else denied(claim), here.place(form))
 
 
-def _all(here: Resolver, nodes: Iterable[Node], positive: bool) -> list[f.Formula] | None:
+def _all(here: NameResolver, nodes: Iterable[Node], positive: bool) -> list[f.Formula] | None:
     parts = [read_condition(here, node, positive=positive) for node in nodes]
     whole = [part for part in parts if part is not None]
     return whole if len(whole) == len(parts) else None
 
 
-def _and(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
+def _and(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     parts = _all(here, form.rest, positive)
     if parts is None:
         return None
     return (conjunction if positive else disjunction)(parts, here.place(form))
 
 
-def _or(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
+def _or(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     parts = _all(here, form.rest, positive)
     if parts is None:
         return None
     return (disjunction if positive else conjunction)(parts, here.place(form))
 
 
-def _not(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
+def _not(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     if len(form.items) != 2:
         here.report(form, f'"not" takes one condition, not {len(form.items) - 1}')
         return None
     return read_condition(here, form.items[1], positive=not positive)
 
 
-def _imply(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
+def _imply(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     if len(form.items) != 3:
         here.report(form, f'"imply" takes two conditions, not {len(form.items) - 1}')
         return None
@@ -91,7 +91,7 @@ def _imply(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
     return (disjunction if positive else conjunction)([first, second], here.place(form))
 
 
-def _quantified(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
+def _quantified(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     universal = (form.head == "forall") == positive
     place = here.place(form)
     parts: list[f.Formula] = []
@@ -109,7 +109,7 @@ def _quantified(here: Resolver, form: Form, positive: bool) -> f.Formula | None:
     return (conjunction if universal else disjunction)(parts, place)
 
 
-def quantified_variables(here: Resolver, form: Form) -> list[dict[str, Symbol]]:
+def quantified_variables(here: NameResolver, form: Form) -> list[dict[str, Symbol]]:
     """The variables of `(forall (?x - t) body)`, see `read_variables`; none after a report."""
     variables = form.items[1] if len(form.items) == 3 else None
     if not isinstance(variables, Form):
@@ -118,6 +118,6 @@ def quantified_variables(here: Resolver, form: Form) -> list[dict[str, Symbol]]:
     return read_variables(here, variables.items)
 
 
-_CONNECTIVES: dict[str, Callable[[Resolver, Form, bool], f.Formula | None]] = {
+_CONNECTIVES: dict[str, Callable[[NameResolver, Form, bool], f.Formula | None]] = {
     "and": _and, "or": _or, "not": _not, "imply": _imply, "forall": _quantified, "exists": _quantified,
 }  # fmt: skip

@@ -3,17 +3,17 @@
 from collections.abc import Iterator
 from typing import Literal
 
-from kabo.language.pddl.forms import Form, Node, Word
-from kabo.language.resolver import Resolver
+from kabo.language.pddl.forms import Form, Node, Token
+from kabo.language.resolver import NameResolver
 from kabo.language.types import ANY, NUMBER, NUMBERS, OBJECT, Kind, type_of, types_of
 from kabo.language.vocabulary import Symbol
 
 _MOST_ALTERNATIVES = 64
 
 
-def typed_list(here: Resolver, nodes: list[Node]) -> Iterator[tuple[Word, Node | None]]:
+def typed_list(here: NameResolver, nodes: list[Node]) -> Iterator[tuple[Token, Node | None]]:
     """Every name of `a b - t c` with its type; the type is None where none is written."""
-    waiting: list[Word] = []
+    waiting: list[Token] = []
     position = 0
     while position < len(nodes):
         node = nodes[position]
@@ -36,18 +36,18 @@ def typed_list(here: Resolver, nodes: list[Node]) -> Iterator[tuple[Word, Node |
         yield word, None
 
 
-def read_types(here: Resolver, section: Form | None) -> None:
+def read_types(here: NameResolver, section: Form | None) -> None:
     """Declares the types of `(:types …)`; `object` is there always, and the parent of what has none."""
     types = here.vocabulary.types
     written = [] if section is None else list(typed_list(here, section.rest))
     types.declare(OBJECT, None)
-    declared: dict[str, Word] = {}
+    declared: dict[str, Token] = {}
     for word, _ in written:
         if word.text != OBJECT and word.text not in types.known:
             types.declare(word.text, here.place(word))
             declared[word.text] = word
     for _, kind in written:  # what stands only behind a hyphen is a type as well
-        if isinstance(kind, Word) and kind.text not in types.known:
+        if isinstance(kind, Token) and kind.text not in types.known:
             types.declare(kind.text, here.place(kind))
             declared[kind.text] = kind
     parents: dict[str, str] = {}
@@ -67,16 +67,16 @@ def read_types(here: Resolver, section: Form | None) -> None:
             types.parents[types.known[name]] = types.known[OBJECT]
 
 
-def _parent(here: Resolver, kind: Node | None) -> str | None:
+def _parent(here: NameResolver, kind: Node | None) -> str | None:
     if isinstance(kind, Form):
-        if kind.head == "either" and len(kind.items) == 2 and isinstance(kind.items[1], Word):
+        if kind.head == "either" and len(kind.items) == 2 and isinstance(kind.items[1], Token):
             return kind.items[1].text
         here.report(kind, "a type with several supertypes (either …) is not supported", "kabo's types form a tree")
         return None
     return None if kind is None else kind.text
 
 
-def read_kinds(here: Resolver, node: Node | None) -> Kind | None:
+def read_kinds(here: NameResolver, node: Node | None) -> Kind | None:
     """The types that a type specifier allows: one, or those of `(either a b)`; None after a report."""
     types = here.vocabulary.types
     if node is None:
@@ -89,7 +89,7 @@ def read_kinds(here: Resolver, node: Node | None) -> Kind | None:
         words = node.rest
     kinds: list[str] = []
     for word in words:
-        if not isinstance(word, Word):
+        if not isinstance(word, Token):
             here.report(word, "expected the name of a type")
             return None
         if word.text not in types.known:
@@ -101,13 +101,13 @@ def read_kinds(here: Resolver, node: Node | None) -> Kind | None:
 
 
 # ------------------------------------------------------------------------------------------ predicates, functions
-def read_predicates(here: Resolver, section: Form | None) -> None:
+def read_predicates(here: NameResolver, section: Form | None) -> None:
     """Declares the predicates of `(:predicates …)`."""
     for node in [] if section is None else section.rest:
         _declare(here, node, "predicate")
 
 
-def read_functions(here: Resolver, section: Form | None) -> None:
+def read_functions(here: NameResolver, section: Form | None) -> None:
     """Declares the functions of `(:functions …)`: numbers, or objects of the type behind the hyphen."""
     waiting: list[Node] = []
     nodes = [] if section is None else section.rest
@@ -123,19 +123,19 @@ def read_functions(here: Resolver, section: Form | None) -> None:
             continue
         kind = nodes[position]
         position += 1
-        number = isinstance(kind, Word) and kind.text == NUMBER
+        number = isinstance(kind, Token) and kind.text == NUMBER
         value: Kind | None = NUMBERS if number else read_kinds(here, kind)
         _declare_functions(here, waiting, value or NUMBERS)
         waiting = []
     _declare_functions(here, waiting, NUMBERS)
 
 
-def _declare_functions(here: Resolver, nodes: list[Node], value: Kind) -> None:
+def _declare_functions(here: NameResolver, nodes: list[Node], value: Kind) -> None:
     for node in nodes:
         _declare(here, node, "function", value)
 
 
-def _declare(here: Resolver, node: Node, role: Literal["predicate", "function"], value: Kind = ANY) -> None:
+def _declare(here: NameResolver, node: Node, role: Literal["predicate", "function"], value: Kind = ANY) -> None:
     vocabulary = here.vocabulary
     if not isinstance(node, Form) or not node.head:
         here.report(node, f'unexpected "{here.quote(node)}", expected "(name ?x - type …)" for a {role}')
@@ -153,7 +153,7 @@ def _declare(here: Resolver, node: Node, role: Literal["predicate", "function"],
 
 
 # -------------------------------------------------------------------------------------------- objects, variables
-def read_objects(here: Resolver, section: Form | None, what: str) -> None:
+def read_objects(here: NameResolver, section: Form | None, what: str) -> None:
     """Declares the objects of `(:objects …)` or `(:constants …)`."""
     objects = here.vocabulary.objects
     for word, kind in typed_list(here, [] if section is None else section.rest):
@@ -170,7 +170,7 @@ def read_objects(here: Resolver, section: Form | None, what: str) -> None:
             objects[word.text] = Symbol("object", name, place, kinds, original=word.text, type=type_of(kinds))
 
 
-def read_variables(here: Resolver, nodes: list[Node], *, split: bool = True) -> list[dict[str, Symbol]]:
+def read_variables(here: NameResolver, nodes: list[Node], *, split: bool = True) -> list[dict[str, Symbol]]:
     """The variables of a parameter list or quantifier, by their names in the file.
 
     Args:

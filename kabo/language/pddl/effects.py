@@ -11,7 +11,7 @@ from kabo.language.connectives import conjunction
 from kabo.language.pddl.conditions import quantified_variables, read_condition
 from kabo.language.pddl.dialect import read_atom, read_number, read_term
 from kabo.language.pddl.forms import Form, Node
-from kabo.language.resolver import Resolver, one_of
+from kabo.language.resolver import NameResolver, one_of
 from kabo.language.tree_algebra import rebound
 from kabo.language.types import NUMBERS, Kind
 
@@ -26,7 +26,7 @@ Outcome = f.Literal | f.Comparison
 
 
 @dataclass(frozen=True)
-class Piece:
+class ConditionalEffect:
     """One outcome of an action.
 
     Attributes:
@@ -60,14 +60,14 @@ class Piece:
         return self.outcome.left.arguments
 
 
-def read_effects(here: Resolver, node: Node) -> list[Piece]:
+def read_effects(here: NameResolver, node: Node) -> list[ConditionalEffect]:
     """All pieces of an effect; those that are wrong are reported and left out."""
     return list(_pieces(here, node, (), f.Truth(True)))
 
 
 def _pieces(
-    here: Resolver, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
+    here: NameResolver, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
     head = node.head if isinstance(node, Form) else ""
     if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
         if head == "and" or not node.items:
@@ -96,8 +96,8 @@ def _pieces(
 
 
 def _conditional(
-    here: Resolver, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
+    here: NameResolver, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
     if len(form.items) != 3:
         here.report(form, 'expected "(when condition effect)"')
         return
@@ -109,8 +109,8 @@ def _conditional(
 
 
 def _literal(
-    here: Resolver, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
+    here: NameResolver, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
     positive = not (isinstance(node, Form) and node.head == "not" and not here.vocabulary.is_predicate("not"))
     inner = node
     if isinstance(node, Form) and not positive:
@@ -121,12 +121,12 @@ def _literal(
     atom = read_atom(here, inner)
     if atom is not None:
         place = here.place(node)
-        yield Piece(variables, condition, f.Literal(atom, positive, place), False, place)
+        yield ConditionalEffect(variables, condition, f.Literal(atom, positive, place), False, place)
 
 
 def _assignment(
-    here: Resolver, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
+    here: NameResolver, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
     if len(form.items) != 3:
         here.report(form, f'expected "({form.head} (f …) value)"')
         return
@@ -144,10 +144,10 @@ def _assignment(
     changes = form.head in _CHANGES
     if changes:
         right = f.Arithmetic(_CHANGES[form.head], term, right, place)  # type: ignore[arg-type]
-    yield Piece(variables, condition, f.Comparison("=", term, right, place), changes, place)
+    yield ConditionalEffect(variables, condition, f.Comparison("=", term, right, place), changes, place)
 
 
-def _value(here: Resolver, form: Form, kind: Kind) -> f.Term | None:
+def _value(here: NameResolver, form: Form, kind: Kind) -> f.Term | None:
     """The right side of an assignment, of a type that the function's value may have."""
     node = form.items[2]
     if kind == NUMBERS:

@@ -13,7 +13,7 @@ from kabo.language import formulas as f
 from kabo.language.pddl.conditions import read_condition
 from kabo.language.pddl.dialect import read_term
 from kabo.language.pddl.forms import Form, Node
-from kabo.language.resolver import Resolver, one_of
+from kabo.language.resolver import NameResolver, one_of
 from kabo.language.types import NUMBERS
 from kabo.language.vocabulary import Symbol, Vocabulary
 
@@ -37,7 +37,7 @@ class Initial:
         return {atom.predicate for atom in self.unknown}
 
 
-def read_initial(here: Resolver, section: Form | None) -> Initial:
+def read_initial(here: NameResolver, section: Form | None) -> Initial:
     """What `(:init …)` says: a plain list, or one `(and …)`."""
     initial = Initial()
     members: list[f.Literal] = []
@@ -54,7 +54,7 @@ def read_initial(here: Resolver, section: Form | None) -> Initial:
     return initial
 
 
-def _read_entry(here: Resolver, initial: Initial, node: Node, members: list[f.Literal]) -> None:
+def _read_entry(here: NameResolver, initial: Initial, node: Node, members: list[f.Literal]) -> None:
     head = node.head if isinstance(node, Form) else ""
     if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
         if head == "and" or not node.items:
@@ -83,7 +83,7 @@ def _head(node: Node) -> str:
     return node.head if isinstance(node, Form) else ""
 
 
-def _literal(here: Resolver, node: Node) -> f.Literal | None:
+def _literal(here: NameResolver, node: Node) -> f.Literal | None:
     """A ground literal."""
     formula = read_condition(here, node)
     if formula is None:
@@ -98,7 +98,7 @@ def _literal(here: Resolver, node: Node) -> f.Literal | None:
     return None
 
 
-def _add_fact(here: Resolver, initial: Initial, node: Node, literal: f.Literal) -> None:
+def _add_fact(here: NameResolver, initial: Initial, node: Node, literal: f.Literal) -> None:
     earlier = initial.facts.setdefault(literal.atom, literal)
     if earlier.positive != literal.positive:
         here.report(node, f'"{here.quote(node)}" contradicts what stands before', _other(earlier))
@@ -110,7 +110,7 @@ def _other(earlier: f.Claim) -> str | None:
     return None if place is None else f"remove this one, or the one at {place.file}:{place.line}:{place.column}"
 
 
-def _unknown(here: Resolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+def _unknown(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
     if len(form.items) < 2:
         here.report(form, 'expected "(unknown (p …))"')
     for node in form.rest:
@@ -119,7 +119,7 @@ def _unknown(here: Resolver, initial: Initial, form: Form, members: list[f.Liter
             initial.unknown.setdefault(literal.atom, literal)
 
 
-def _oneof(here: Resolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+def _oneof(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
     conjunctions: list[list[f.Literal]] = []
     for node in form.rest:
         both = _head(node) == "and" and not here.vocabulary.is_predicate("and")
@@ -144,7 +144,7 @@ def _oneof(here: Resolver, initial: Initial, form: Form, members: list[f.Literal
 
 
 def _case(
-    here: Resolver, initial: Initial, form: Form, parts: list[f.Literal], members: list[f.Literal]
+    here: NameResolver, initial: Initial, form: Form, parts: list[f.Literal], members: list[f.Literal]
 ) -> f.Literal:
     """A literal that holds where all of the parts do: the only one, or an atom of its own, tied to them by clauses."""
     if len(parts) == 1:
@@ -162,7 +162,7 @@ def _case(
     return case
 
 
-def _or(here: Resolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+def _or(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
     formula = read_condition(here, form)
     if formula is None:
         return
@@ -215,7 +215,7 @@ def _clauses(formula: f.Formula) -> list[tuple[f.Literal, ...]]:
     return [tuple(literal for clause in combination for literal in clause) for combination in product(*sides)]
 
 
-def _value(here: Resolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+def _value(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
     """`(= (f a) 3)` or `(= (f a) b)`."""
     if len(form.items) != 3:
         here.report(form, f'"=" compares two things, not {len(form.items) - 1}')

@@ -6,15 +6,15 @@ from kabo.language import formulas as f
 from kabo.language.definitions import Definition
 from kabo.language.findings import Findings
 from kabo.language.names import Names
-from kabo.language.pddl.actions import Schema, Surmise, build_action, read_action
+from kabo.language.pddl.actions import ActionSchema, Surmise, build_action, read_action
 from kabo.language.pddl.conditions import read_condition
 from kabo.language.pddl.declarations import read_functions, read_objects, read_predicates, read_types
 from kabo.language.pddl.dialect import resolver_of
-from kabo.language.pddl.forms import Form, Node, Word, read_forms
+from kabo.language.pddl.forms import Form, Node, Token, read_forms
 from kabo.language.pddl.initial import Initial, build_initial, read_initial
 from kabo.language.pddl.sections import PddlDefinition, definitions_of
 from kabo.language.problem import Domain, Problem
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.source import SourceFile
 from kabo.language.tree_algebra import nodes, symbols
 from kabo.language.types import NUMBERS
@@ -91,11 +91,11 @@ def _required(problem: PddlDefinition, keyword: str) -> Form | None:
     return section
 
 
-def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[Schema]:
+def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[ActionSchema]:
     names, seen, schemas = Names(), set(), []
     for form in domain.actions:
         word = form.items[1]
-        assert isinstance(word, Word)
+        assert isinstance(word, Token)
         if word.text in seen:
             domain.document.report(word, f'the action "{word.text}" is defined twice')
             continue
@@ -104,7 +104,9 @@ def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[Schema]:
     return schemas
 
 
-def _build(vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[Schema], surmise: Surmise) -> Domain:
+def _build(
+    vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[ActionSchema], surmise: Surmise
+) -> Domain:
     actions = {schema.name: build_action(schema, surmise) for schema in schemas}
     mentioned = {node.name for node in nodes(tuple(actions.values())) if isinstance(node, f.Constant)}
     constants = {}
@@ -129,7 +131,7 @@ def _position(place: f.Place) -> tuple[int, int]:
     return place.line, place.column
 
 
-def may_be_unknown(schemas: Iterable[Schema], from_start: set[str]) -> frozenset[str]:
+def may_be_unknown(schemas: Iterable[ActionSchema], from_start: set[str]) -> frozenset[str]:
     """The predicates and functions of which something may be unknown: at the start, or made so by an effect.
 
     An effect makes its outcome unknown if its condition is about what may be.
@@ -151,7 +153,7 @@ def may_be_unknown(schemas: Iterable[Schema], from_start: set[str]) -> frozenset
 
 
 # ------------------------------------------------------------------------------------------------- goal and metric
-def _goal(here: Resolver, section: Form | None) -> tuple[f.Formula, ...]:
+def _goal(here: NameResolver, section: Form | None) -> tuple[f.Formula, ...]:
     if section is None:
         return ()
     if len(section.items) != 2:
@@ -165,12 +167,12 @@ def _conjuncts(formula: f.Formula) -> tuple[f.Formula, ...]:
     return formula.parts if isinstance(formula, f.And) else (formula,)
 
 
-def _cost(here: Resolver, section: Form | None) -> str | None:
+def _cost(here: NameResolver, section: Form | None) -> str | None:
     """The function (by kabo's name) whose value at the end is to be minimised."""
     if section is None:
         return None
     sense = section.items[1] if len(section.items) == 3 else None
-    if not isinstance(sense, Word) or sense.text not in ("minimize", "maximize"):
+    if not isinstance(sense, Token) or sense.text not in ("minimize", "maximize"):
         here.report(section, 'expected "(:metric minimize (total-cost))"')
         return None
     what: Node = section.items[2]
@@ -186,7 +188,7 @@ def _cost(here: Resolver, section: Form | None) -> str | None:
     return None
 
 
-def _asks_for(symbol: str, schemas: Iterable[Schema], goal: tuple[f.Formula, ...]) -> bool:
+def _asks_for(symbol: str, schemas: Iterable[ActionSchema], goal: tuple[f.Formula, ...]) -> bool:
     """Whether a condition or another function's value reads the symbol."""
     if symbol in symbols(goal):
         return True
@@ -200,7 +202,7 @@ def _asks_for(symbol: str, schemas: Iterable[Schema], goal: tuple[f.Formula, ...
 
 # ---------------------------------------------------------------------------------------------------------- checks
 def _warn_of_disjunctions(
-    here: Resolver, schemas: Iterable[Schema], goal: tuple[f.Formula, ...], surmise: Surmise
+    here: NameResolver, schemas: Iterable[ActionSchema], goal: tuple[f.Formula, ...], surmise: Surmise
 ) -> None:
     """Warns of conditions that ask for more knowledge than PDDL does: `a or b` may be known when neither is."""
     message = "of what may be unknown, one part must be known here: PDDL asks only that some part holds"

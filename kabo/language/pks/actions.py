@@ -17,14 +17,14 @@ from kabo.language.pks.expressions import Broken, tokens_of, typed_names
 from kabo.language.pks.formulas import read_formula
 from kabo.language.pks.markup import Element, Markup
 from kabo.language.problem import Action, Parameter
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.tree_algebra import nodes
 from kabo.language.types import NUMBERS
 from kabo.language.vocabulary import Symbol
 
 
 def read_action(
-    here: Resolver,
+    here: NameResolver,
     markup: Markup,
     element: Element,
     name: str,
@@ -59,7 +59,7 @@ def read_action(
             yield from _variant(inner, action, variable, more, term, names, asked_at)
 
 
-def _parameters(here: Resolver, markup: Markup, element: Element) -> dict[str, Symbol]:
+def _parameters(here: NameResolver, markup: Markup, element: Element) -> dict[str, Symbol]:
     found: dict[str, Symbol] = {}
     for part in element.all("params"):
         try:
@@ -87,7 +87,7 @@ def _asked_for_values(
 
 
 def _sources(
-    here: Resolver, action: Action, variable: Symbol
+    here: NameResolver, action: Action, variable: Symbol
 ) -> Iterator[tuple[tuple[Parameter, ...], f.Application]]:
     """The terms whose value the variable may be, with the parameters that they need beside the action's own.
 
@@ -122,7 +122,7 @@ def _is_fixed(term: f.Term, parameters: set[str]) -> bool:
 
 
 def _variant(
-    here: Resolver,
+    here: NameResolver,
     action: Action,
     variable: Symbol,
     more: tuple[Parameter, ...],

@@ -1,8 +1,10 @@
 """The words in which PKS files are told what is wrong with names and types, and how their variables are bound."""
 
+from collections.abc import Sequence
+
 from kabo.language.expressions import Expression
 from kabo.language.pks.markup import Markup
-from kabo.language.resolver import Dialect, Resolver
+from kabo.language.resolver import Dialect, NameResolver
 from kabo.language.types import ANY, OBJECT, Kind
 from kabo.language.vocabulary import Symbol, Vocabulary
 
@@ -12,7 +14,7 @@ class PksDialect(Dialect):
 
     only_numbers = True
 
-    def unknown_term(self, here: Resolver, node: Expression) -> None:
+    def unknown_term(self, here: NameResolver, node: Expression) -> None:
         """An unknown variable, function or constant, or what is no term."""
         vocabulary, word = here.vocabulary, node.text
         if node.kind == "variable":
@@ -29,7 +31,7 @@ class PksDialect(Dialect):
         else:
             here.report(node, f'unexpected "{here.quote(node)}" {here.where}, expected a term')
 
-    def no_atom(self, here: Resolver, node: Expression, symbol: Symbol | None) -> None:
+    def no_atom(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
         """A function, an unknown predicate, or no atom at all."""
         if symbol is not None:
             remedy = f"compare it: {here.quote(node)} = value"
@@ -46,12 +48,12 @@ PKS = PksDialect()
 
 def resolver_of(
     markup: Markup, vocabulary: Vocabulary, where: str, free: dict[str, Symbol] | None = None
-) -> Resolver:
+) -> NameResolver:
     """The resolver of a part of a file, without variables; `free` collects those that nobody binds."""
-    return Resolver(markup.source, markup.text, vocabulary, where, PKS, free=free)
+    return NameResolver(markup.source, markup.text, vocabulary, where, PKS, free=free)
 
 
-def bind(here: Resolver, variables: list[tuple[Expression, Expression | None]]) -> dict[str, Symbol]:
+def bind(here: NameResolver, variables: Sequence[tuple[Expression, Expression | None]]) -> dict[str, Symbol]:
     """The variables of a parameter list or quantifier, by their names in the file."""
     vocabulary, found = here.vocabulary, dict[str, Symbol]()
     for word, kind_word in variables:
@@ -65,7 +67,7 @@ def bind(here: Resolver, variables: list[tuple[Expression, Expression | None]]) 
     return found
 
 
-def _kind_of(here: Resolver, word: Expression | None) -> Kind:
+def _kind_of(here: NameResolver, word: Expression | None) -> Kind:
     """The type that a word names; `object` if there is none, ANY after a report."""
     types = here.vocabulary.types
     name = OBJECT if word is None else word.text

@@ -1,6 +1,6 @@
 """PKS effects as kabo's updates: databases, conditions of knowledge, quantifiers, assignments of numbers."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -9,7 +9,7 @@ from kabo.language.connectives import conjunction
 from kabo.language.expressions import COMPARISONS, Expression
 from kabo.language.pks.dialect import bind
 from kabo.language.pks.formulas import read_formula
-from kabo.language.resolver import Resolver, one_of
+from kabo.language.resolver import NameResolver, one_of
 from kabo.language.tree_algebra import rebound
 from kabo.language.types import NUMBERS
 from kabo.language.vocabulary import Symbol
@@ -18,7 +18,7 @@ _DATABASES = ("Kf", "Kw", "Kv", "Kx", "LCW")
 
 
 @dataclass(frozen=True)
-class _Piece:
+class _GuardedUpdate:
     """One update, with the variables and conditions around it."""
 
     variables: tuple[f.Variable, ...]
@@ -27,7 +27,7 @@ class _Piece:
     place: f.Place
 
 
-def read_effects(here: Resolver, node: Expression, *, conditional: bool = True) -> list[f.Effect]:
+def read_effects(here: NameResolver, node: Expression, *, conditional: bool = True) -> list[f.Effect]:
     """The updates of an expression, as kabo writes them: `forall(…) (query => updates)`.
 
     Args:
@@ -48,9 +48,9 @@ def read_effects(here: Resolver, node: Expression, *, conditional: bool = True) 
     return updates
 
 
-def _groups(pieces: Iterable[_Piece]) -> Iterator[list[_Piece]]:
+def _groups(pieces: Iterable[_GuardedUpdate]) -> Iterator[list[_GuardedUpdate]]:
     """Neighbours under the same variables and condition."""
-    group: list[_Piece] = []
+    group: list[_GuardedUpdate] = []
     for piece in pieces:
         if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
             yield group
@@ -61,12 +61,12 @@ def _groups(pieces: Iterable[_Piece]) -> Iterator[list[_Piece]]:
 
 
 def _pieces(
-    here: Resolver,
+    here: NameResolver,
     node: Expression,
     variables: tuple[f.Variable, ...],
     condition: f.Formula,
     conditional: bool,
-) -> Iterator[_Piece]:
+) -> Iterator[_GuardedUpdate]:
     if node.kind in ("and", "group"):
         for part in node.parts:
             yield from _pieces(here, part, variables, condition, conditional)
@@ -85,10 +85,10 @@ def _pieces(
     else:
         change = _change(here, node)
         if change is not None:
-            yield _Piece(variables, condition, change, here.place(node))
+            yield _GuardedUpdate(variables, condition, change, here.place(node))
 
 
-def _change(here: Resolver, node: Expression) -> f.Change | None:
+def _change(here: NameResolver, node: Expression) -> f.Change | None:
     """add(…), del(…), or `f(c) = expression`, which is short for add(Kf, …)."""
     place = here.place(node)
     if node.kind == "=":
@@ -110,7 +110,7 @@ def _change(here: Resolver, node: Expression) -> f.Change | None:
     return f.Change("add" if node.text == "add" else "del", name, tuple(facts), place) if facts else None
 
 
-def _facts(here: Resolver, database: str, nodes: list[Expression]) -> list[f.Fact]:
+def _facts(here: NameResolver, database: str, nodes: Sequence[Expression]) -> list[f.Fact]:
     """The facts of an update; none if one of them is wrong."""
     if database == "Kx":
         nodes = [part for node in nodes for part in (node.parts if node.kind in ("or", "xor") else [node])]
@@ -120,7 +120,7 @@ def _facts(here: Resolver, database: str, nodes: list[Expression]) -> list[f.Fac
     return [] if None in facts else [fact for fact in facts if fact is not None]
 
 
-def _fact(here: Resolver, database: str, node: Expression) -> f.Fact | None:
+def _fact(here: NameResolver, database: str, node: Expression) -> f.Fact | None:
     place = here.place(node)
     if database == "LCW":
         return _complete(here, node)
@@ -143,13 +143,13 @@ def _fact(here: Resolver, database: str, node: Expression) -> f.Fact | None:
     return _claim(here, node, ("=", "!=") if database == "Kf" else ("=",))
 
 
-def _conjunction(here: Resolver, node: Expression) -> f.Fact | None:
+def _conjunction(here: NameResolver, node: Expression) -> f.Fact | None:
     parts = [_claim(here, part, ("=",)) for part in node.parts]
     whole = tuple(part for part in parts if part is not None)
     return f.FactAll(whole, here.place(node)) if len(whole) == len(parts) else None
 
 
-def _complete(here: Resolver, node: Expression) -> f.Fact | None:
+def _complete(here: NameResolver, node: Expression) -> f.Fact | None:
     """A formula of LCW: its variables that nobody binds stand for all instances."""
     if node.kind == "forall":
         bound = bind(here, node.variables)
@@ -163,7 +163,7 @@ def _complete(here: Resolver, node: Expression) -> f.Fact | None:
     return f.FactForall(tuple(each.variable for each in free.values()), fact, here.place(node))
 
 
-def _term(here: Resolver, node: Expression) -> f.Fact | None:
+def _term(here: NameResolver, node: Expression) -> f.Fact | None:
     found = here.term(node)
     if found is None:
         return None
@@ -173,7 +173,7 @@ def _term(here: Resolver, node: Expression) -> f.Fact | None:
     return None
 
 
-def _claim(here: Resolver, node: Expression, operators: tuple[str, ...]) -> f.Literal | f.Comparison | None:
+def _claim(here: NameResolver, node: Expression, operators: tuple[str, ...]) -> f.Literal | f.Comparison | None:
     """A literal, or a function and a value that it can take."""
     if node.kind == "!" and node.parts[0].kind == "=":
         node = Expression("!=", "!=", node.start, node.end, node.parts[0].parts)
@@ -186,7 +186,7 @@ def _claim(here: Resolver, node: Expression, operators: tuple[str, ...]) -> f.Li
     return claim if isinstance(claim, f.Literal) else None
 
 
-def _comparison(here: Resolver, node: Expression) -> f.Comparison | None:
+def _comparison(here: NameResolver, node: Expression) -> f.Comparison | None:
     left = here.term(node.parts[0])
     if left is None:
         return None

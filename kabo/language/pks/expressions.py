@@ -59,7 +59,7 @@ def place_of(markup: Markup, piece: Span) -> Place:
 
 def statements(markup: Markup, start: int, end: int) -> Iterator[Expression]:
     """The statements between two offsets; what follows a broken one up to the next `;` is left out."""
-    parser = _Parser(tokens_of(markup, start, end))
+    parser = _ExpressionParser(tokens_of(markup, start, end))
     while parser.skip_separators().kind != "end":
         try:
             expression = parser.expression(0)
@@ -71,7 +71,7 @@ def statements(markup: Markup, start: int, end: int) -> Iterator[Expression]:
         yield expression
 
 
-class _Parser:
+class _ExpressionParser:
     def __init__(self, tokens: list[Expression]) -> None:
         self._tokens, self._at, self._depth = tokens, 0, 0
 
@@ -123,7 +123,7 @@ class _Parser:
             if length > MAX_DEPTH:
                 raise Broken(self._next, f"at most {MAX_DEPTH} signs in one chain")
             right = self.expression(own if operator == "=>" else own + 1)
-            if left.kind == operator and operator in ("and", "or"):
+            if left.kind == operator and operator in ("and", "or") and isinstance(left.parts, list):
                 left.parts.append(right)
                 left.end = right.end
             else:

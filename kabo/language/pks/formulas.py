@@ -6,12 +6,12 @@ from kabo.language import formulas as f
 from kabo.language.connectives import conjunction, disjunction
 from kabo.language.expressions import COMPARISONS, Expression
 from kabo.language.pks.dialect import bind
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 
 _TEMPORAL = {"K0": "initially", "K*": "always", "Kn": None}
 
 
-def read_formula(here: Resolver, node: Expression, *, goal: bool = False) -> f.Formula | None:
+def read_formula(here: NameResolver, node: Expression, *, goal: bool = False) -> f.Formula | None:
     """The query of an expression; with `goal`, K0(…), K*(…) and Kn(…) may stand in it. None after a report."""
     place = here.place(node)
     if node.kind in ("and", "group"):
@@ -47,7 +47,7 @@ def denial(body: f.Formula, place: f.Place | None) -> f.Formula:
     return f.Truth(not body.value, place) if isinstance(body, f.Truth) else f.Not(body, place)
 
 
-def _all(here: Resolver, node: Expression, goal: bool) -> list[f.Formula] | None:
+def _all(here: NameResolver, node: Expression, goal: bool) -> list[f.Formula] | None:
     parts = [read_formula(here, part, goal=goal) for part in node.parts]
     whole = [part for part in parts if part is not None]
     return whole if len(whole) == len(parts) else None
@@ -57,7 +57,7 @@ def _implication(first: f.Formula, second: f.Formula, place: f.Place) -> f.Formu
     return disjunction([denial(first, first.place), second], place)
 
 
-def _quantified(here: Resolver, node: Expression, goal: bool) -> f.Formula | None:
+def _quantified(here: NameResolver, node: Expression, goal: bool) -> f.Formula | None:
     bound = bind(here, node.variables)
     body = read_formula(here.inside(bound), node.parts[0], goal=goal)
     variables = tuple(each.variable for each in bound.values())
@@ -66,19 +66,19 @@ def _quantified(here: Resolver, node: Expression, goal: bool) -> f.Formula | Non
     return (f.Forall if node.kind == "forall" else f.Exists)(variables, body, here.place(node))
 
 
-def _only(here: Resolver, node: Expression) -> Expression | None:
+def _only(here: NameResolver, node: Expression) -> Expression | None:
     if len(node.parts) == 1:
         return node.parts[0]
     here.report(node, f"{node.text}(…) takes one claim, not {len(node.parts) or 'none'}")
     return None
 
 
-def _know(here: Resolver, node: Expression) -> f.Formula | None:
+def _know(here: NameResolver, node: Expression) -> f.Formula | None:
     inner = _only(here, node)
     return None if inner is None else _known(here, inner)
 
 
-def _known(here: Resolver, inner: Expression) -> f.Formula | None:
+def _known(here: NameResolver, inner: Expression) -> f.Formula | None:
     """K of a claim; of a conjunction, K of each part. K of anything else is more than K of its parts."""
     place = here.place(inner)
     if inner.kind == "and":
@@ -94,7 +94,7 @@ def _known(here: Resolver, inner: Expression) -> f.Formula | None:
     return claim if claim is None or isinstance(claim, f.Truth) else f.Know(claim, place)
 
 
-def _whether(here: Resolver, node: Expression) -> f.Formula | None:
+def _whether(here: NameResolver, node: Expression) -> f.Formula | None:
     inner = _only(here, node)
     if inner is None:
         return None
@@ -102,7 +102,7 @@ def _whether(here: Resolver, node: Expression) -> f.Formula | None:
     return None if atom is None else f.KnowWhether(atom, here.place(node))
 
 
-def _value(here: Resolver, node: Expression) -> f.Formula | None:
+def _value(here: NameResolver, node: Expression) -> f.Formula | None:
     inner = _only(here, node)
     found = None if inner is None else here.term(inner)
     if found is None:
@@ -116,7 +116,7 @@ def _value(here: Resolver, node: Expression) -> f.Formula | None:
     return None
 
 
-def _temporal(here: Resolver, node: Expression, goal: bool) -> f.Formula | None:
+def _temporal(here: NameResolver, node: Expression, goal: bool) -> f.Formula | None:
     body = _know(here, node)
     if body is None:
         return None
@@ -129,12 +129,12 @@ def _temporal(here: Resolver, node: Expression, goal: bool) -> f.Formula | None:
     return f.Temporal("initially" if kind == "initially" else "always", body, here.place(node))
 
 
-_QUERIES: dict[str, Callable[[Resolver, Expression], f.Formula | None]] = {
+_QUERIES: dict[str, Callable[[NameResolver, Expression], f.Formula | None]] = {
     "K": _know, "Kw": _whether, "Kv": _value,
 }  # fmt: skip
 
 
-def _report_no_query(here: Resolver, node: Expression) -> None:
+def _report_no_query(here: NameResolver, node: Expression) -> None:
     written = here.quote(node)
     if node.kind in ("name", "call") and here.vocabulary.is_predicate(node.text):
         here.report(node, f'"{written}" is a claim, and a query is about knowledge', f"write K({written})")

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from kabo.language import formulas as f
 from kabo.language.expressions import Expression
-from kabo.language.resolver import Resolver
-from kabo.language.task_description import Property, spell_signature
+from kabo.language.resolver import NameResolver
+from kabo.language.task_description import ProcedureProperty, spell_signature
 from kabo.language.types import TEST
 from kabo.language.vocabulary import Symbol
 
@@ -13,7 +13,7 @@ TRUTH = ("true", "false")
 _FORMS = {"name": "a name", "number": "a number", "boolean": "true or false"}
 
 
-def read_test(here: Resolver, node: Expression, symbol: Symbol) -> f.External | None:
+def read_test(here: NameResolver, node: Expression, symbol: Symbol) -> f.External | None:
     """A call of an external procedure inside a formula, where only tests stand by themselves."""
     if symbol.kind != TEST:
         hint = f"compare it: K({here.quote(node)} = …)"
@@ -23,7 +23,7 @@ def read_test(here: Resolver, node: Expression, symbol: Symbol) -> f.External | 
     return None if arguments is None else f.External(node.text, arguments, here.place(node))
 
 
-def read_call(here: Resolver, node: Expression) -> f.ProcedureCall | None:
+def read_call(here: NameResolver, node: Expression) -> f.ProcedureCall | None:
     """A call as `geometry:` has it: the procedure's name, and arguments that it has room for."""
     name, procedures = node.text, here.vocabulary.procedures
     symbol = here.find(name)
@@ -43,7 +43,7 @@ def read_call(here: Resolver, node: Expression) -> f.ProcedureCall | None:
     return f.ProcedureCall(name, tuple(given), here.place(node))
 
 
-def _external_call(here: Resolver, node: Expression, symbol: Symbol) -> f.ProcedureCall | None:
+def _external_call(here: NameResolver, node: Expression, symbol: Symbol) -> f.ProcedureCall | None:
     """A declared test in the place of a procedure of geometry."""
     name = node.text
     if symbol.kind != TEST:
@@ -60,7 +60,7 @@ def _external_call(here: Resolver, node: Expression, symbol: Symbol) -> f.Proced
     return f.ProcedureCall(name, tuple(each for each in given if each), here.place(node))
 
 
-def _argument(here: Resolver, node: Expression) -> f.Argument | None:
+def _argument(here: NameResolver, node: Expression) -> f.Argument | None:
     if node.kind not in ("argument", "name", "number"):  # in a test inside a formula there are other terms
         here.report(node, "an argument of a procedure is a parameter, a name or a number")
         return None
@@ -88,7 +88,7 @@ def _argument(here: Resolver, node: Expression) -> f.Argument | None:
 
 
 def _check_properties(
-    here: Resolver, node: Expression, properties: Sequence[Property], given: Sequence[f.Argument]
+    here: NameResolver, node: Expression, properties: Sequence[ProcedureProperty], given: Sequence[f.Argument]
 ) -> bool:
     signature = spell_signature(node.text, tuple(properties))
     positional = [argument for argument in given if argument.name is None]
@@ -99,7 +99,7 @@ def _check_properties(
             if number >= len(positional):
                 here.report(piece, "arguments by position stand before those by name")
                 return False
-            wanted: Property | None = properties[number] if number < len(properties) else None
+            wanted: ProcedureProperty | None = properties[number] if number < len(properties) else None
         else:
             wanted = by_name.get(argument.name)
             if wanted is None:
@@ -120,7 +120,7 @@ def _check_properties(
     return True
 
 
-def _fits(here: Resolver, piece: Expression, wanted: Property, argument: f.Argument) -> bool:
+def _fits(here: NameResolver, piece: Expression, wanted: ProcedureProperty, argument: f.Argument) -> bool:
     """Whether an argument may fill a property, as far as its form tells; reports if not."""
     given = "name"
     if isinstance(argument.value, f.Number):

@@ -11,15 +11,15 @@ from kabo.language import formulas as f
 from kabo.language.expressions import Expression
 from kabo.language.findings import Findings
 from kabo.language.problem import Action, Domain, Function, Parameter, Procedure
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.types import ANY, NUMBER, NUMBERS, TEST, Kind, Values, type_of
 from kabo.language.vocabulary import Symbol, Vocabulary
 from kabo.language.yaml.calls import read_call
 from kabo.language.yaml.dialect import YAML, report_unknown
-from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
 from kabo.language.yaml.effects import read_effects
 from kabo.language.yaml.expressions import expression_of
-from kabo.language.yaml.procedures import Procedures
+from kabo.language.yaml.procedures import ProcedureSignatures
 from kabo.language.yaml.queries import read_formula
 from kabo.language.yaml.syntax import parse
 from kabo.language.yaml.values import Reader
@@ -40,7 +40,7 @@ class DomainReading:
     findings: Findings
     reader: Reader
     vocabulary: Vocabulary
-    tasks: Procedures  # of geometry
+    tasks: ProcedureSignatures  # of geometry
     constants: dict[str, str] = field(default_factory=dict)
     predicates: dict[str, tuple[str, ...]] = field(default_factory=dict)
     functions: dict[str, Function] = field(default_factory=dict)
@@ -53,7 +53,7 @@ def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None
 
     `within`: if given, no task file outside of this folder is opened.
     """
-    procedures = Procedures(os.path.dirname(root.source.name), findings, within)
+    procedures = ProcedureSignatures(os.path.dirname(root.source.name), findings, within)
     reading = DomainReading(findings, Reader(findings), Vocabulary(findings, procedures=procedures), procedures)
     reader = reading.reader
     reader.keys(root, DOMAIN_KEYS, "a domain")
@@ -73,12 +73,12 @@ def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None
 
 
 # -------------------------------------------------------------------------------------------------- declarations
-def _is_null(node: Node) -> bool:
+def _is_null(node: YamlNode) -> bool:
     """Whether a tool for YAML wrote `null` where nothing follows: a type without subtypes."""
     return isinstance(node, Scalar) and not node.style and node.text in {"null", "~"}
 
 
-def _read_types(reading: DomainReading, node: Node | None, parent: str | None) -> None:
+def _read_types(reading: DomainReading, node: YamlNode | None, parent: str | None) -> None:
     if isinstance(node, Mapping):
         for _, key, value in reading.reader.entries(node, "types"):
             name = _declare_type(reading, key, parent)
@@ -115,7 +115,7 @@ def named(scalar: Scalar, role: Literal["constant", "object"], kind: str | None)
 
 
 def read_named_things(
-    reader: Reader, vocabulary: Vocabulary, node: Node | None, what: str
+    reader: Reader, vocabulary: Vocabulary, node: YamlNode | None, what: str
 ) -> Iterator[tuple[Scalar, str | None]]:
     """Name and type of every entry of `{type: [names]}`; the type is None if there is no such one."""
     for kind, key, value in reader.entries(node, f"the {what}s"):
@@ -125,13 +125,13 @@ def read_named_things(
                 yield item, kind if known else None
 
 
-def _read_constants(reading: DomainReading, node: Node | None) -> None:
+def _read_constants(reading: DomainReading, node: YamlNode | None) -> None:
     for scalar, kind in read_named_things(reading.reader, reading.vocabulary, node, "constant"):
         if reading.vocabulary.declare(named(scalar, "constant", kind)) and kind is not None:
             reading.constants[scalar.text] = kind
 
 
-def _read_predicates(reading: DomainReading, node: Node | None) -> None:
+def _read_predicates(reading: DomainReading, node: YamlNode | None) -> None:
     for name, key, value in reading.reader.entries(node, "the predicates"):
         kinds = _argument_types(reading, value, f'of the predicate "{name}"')
         if reading.reader.check_name(key, "a predicate") and reading.vocabulary.declare(
@@ -141,7 +141,7 @@ def _read_predicates(reading: DomainReading, node: Node | None) -> None:
 
 
 def _argument_types(
-    reading: DomainReading, node: Node | None, where: str, *, numbers: bool = False
+    reading: DomainReading, node: YamlNode | None, where: str, *, numbers: bool = False
 ) -> tuple[Kind, ...]:
     kinds: list[Kind] = []
     for item in reading.reader.items(node, f"the arguments {where}"):
@@ -166,7 +166,7 @@ def _range(kind: Kind) -> tuple[str | None, tuple[str, ...] | None]:
     return (None if kind in (ANY, NUMBERS, TEST) else type_of(kind)), None
 
 
-def _read_functions(reading: DomainReading, node: Node | None) -> None:
+def _read_functions(reading: DomainReading, node: YamlNode | None) -> None:
     for name, key, value in reading.reader.entries(node, "the functions"):
         mapping = reading.reader.mapping(value, f'the function "{name}"')
         if mapping is None:
@@ -183,7 +183,7 @@ def _read_functions(reading: DomainReading, node: Node | None) -> None:
             reading.functions[name] = Function(name, _names(kinds), *_range(kind))
 
 
-def _read_procedures(reading: DomainReading, node: Node | None) -> None:
+def _read_procedures(reading: DomainReading, node: YamlNode | None) -> None:
     """External procedures: as functions, but a value is not needed, and arguments may be numbers."""
     for name, key, value in reading.reader.entries(node, "the procedures"):
         what = f'the procedure "{name}"'
@@ -203,7 +203,7 @@ def _read_procedures(reading: DomainReading, node: Node | None) -> None:
             reading.procedures[name] = Procedure(name, _names(kinds), kind == TEST, *_range(kind), key.place)
 
 
-def _value_kind(reading: DomainReading, node: Node | None, what: str) -> Kind:
+def _value_kind(reading: DomainReading, node: YamlNode | None, what: str) -> Kind:
     if isinstance(node, Sequence):
         return _enumeration(reading, node, what)
     scalar = reading.reader.scalar(node, f"the value of {what}")
@@ -237,19 +237,19 @@ def read_parsed(
     start: str,
     vocabulary: Vocabulary,
     where: str,
-    read: Callable[[Resolver, Expression], _Read],
+    read: Callable[[NameResolver, Expression], _Read],
     scope: MappingType[str, Symbol] | None = None,
 ) -> _Read | None:
     """What `read` makes of the formula in `scalar`, with the variables in `scope`; None if it does not parse."""
     parsed = parse(scalar, start, vocabulary.findings)
     if parsed is None:
         return None
-    here = Resolver(scalar.source, scalar.source.text, vocabulary, where, YAML, scope or {})
+    here = NameResolver(scalar.source, scalar.source.text, vocabulary, where, YAML, scope or {})
     return read(here, expression_of(parsed, parsed.tree))
 
 
-def _read_rules(reading: DomainReading, node: Node | None) -> tuple[f.Effect, ...]:
-    def read(here: Resolver, node: Expression) -> tuple[f.Effect, ...]:
+def _read_rules(reading: DomainReading, node: YamlNode | None) -> tuple[f.Effect, ...]:
+    def read(here: NameResolver, node: Expression) -> tuple[f.Effect, ...]:
         return read_effects(here, node, world=False)
 
     scalars = reading.reader.formulas(node, "an update rule")
@@ -257,7 +257,7 @@ def _read_rules(reading: DomainReading, node: Node | None) -> tuple[f.Effect, ..
     return tuple(effect for group in rules for effect in group or ())
 
 
-def _read_actions(reading: DomainReading, node: Node | None) -> dict[str, Action]:
+def _read_actions(reading: DomainReading, node: YamlNode | None) -> dict[str, Action]:
     actions: dict[str, Action] = {}
     for name, key, value in reading.reader.entries(node, "the actions"):
         reading.reader.check_name(key, "an action")
@@ -276,7 +276,7 @@ def _read_action(reading: DomainReading, name: str, key: Scalar, mapping: Mappin
     of_action = f'of action "{name}"'
 
     def read_as(
-        scalar: Scalar, start: str, where: str, read: Callable[[Resolver, Expression], _Read]
+        scalar: Scalar, start: str, where: str, read: Callable[[NameResolver, Expression], _Read]
     ) -> _Read | None:
         return read_parsed(scalar, start, reading.vocabulary, where, read, scope)
 
@@ -303,7 +303,7 @@ def _read_action(reading: DomainReading, name: str, key: Scalar, mapping: Mappin
 
 
 def _read_parameters(
-    reading: DomainReading, action: str, node: Node | None
+    reading: DomainReading, action: str, node: YamlNode | None
 ) -> tuple[tuple[Parameter, ...], dict[str, Symbol]]:
     bound: dict[str, Symbol] = {}
     parameters: list[Parameter] = []
@@ -337,12 +337,12 @@ def _read_run_time_variable(
     scalar = reading.reader.scalar(reading.reader.require(mapping, "value_of", what), "`value_of`")
     if scalar is None:
         return ANY, None
-    term = read_parsed(scalar, "value", reading.vocabulary, where, Resolver.application, scope)
+    term = read_parsed(scalar, "value", reading.vocabulary, where, NameResolver.application, scope)
     symbol = None if term is None else scope.get(term.function) or reading.vocabulary.symbols.get(term.function)
     return (ANY if symbol is None else symbol.kind), term
 
 
-def _read_sensed(here: Resolver, node: Expression) -> f.Atom | f.Application | None:
+def _read_sensed(here: NameResolver, node: Expression) -> f.Atom | f.Application | None:
     symbol = here.find(node.text) if node.kind in ("name", "call") else None
     if symbol is None and node.kind in ("name", "call"):
         report_unknown(here, node, "predicate or function", "predicate", "function")
@@ -350,7 +350,7 @@ def _read_sensed(here: Resolver, node: Expression) -> f.Atom | f.Application | N
     return here.application(node) if symbol is not None and symbol.role == "function" else here.atom(node)
 
 
-def _read_cost(here: Resolver, node: Expression) -> f.Term | None:
+def _read_cost(here: NameResolver, node: Expression) -> f.Term | None:
     found = here.term(node)
     if found is not None and found[1] not in (NUMBERS, ANY):
         here.report(node, "a cost must be a number")

@@ -5,7 +5,7 @@ from typing import cast
 
 from kabo.language import formulas as f
 from kabo.language.expressions import Expression
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.types import ANY, NUMBERS, Kind
 from kabo.language.yaml.dialect import with_article
 from kabo.language.yaml.queries import read_formula, read_variables
@@ -21,7 +21,7 @@ _TAKES = {
 
 
 def read_effects(
-    here: Resolver, node: Expression, *, world: bool = True, conditional: bool = True
+    here: NameResolver, node: Expression, *, world: bool = True, conditional: bool = True
 ) -> tuple[f.Effect, ...]:
     """The effects of one string; those that are wrong are reported and left out.
 
@@ -52,7 +52,7 @@ def read_effects(
     return () if condition is None or not updates else (f.Conditional(condition, updates, place),)
 
 
-def _outside_of_condition(here: Resolver, condition: Expression) -> Resolver:
+def _outside_of_condition(here: NameResolver, condition: Expression) -> NameResolver:
     """The resolver of the right side: names bound only on the left get the form that was meant as a remedy."""
     hints = dict(here.hints)
     for name, kind in condition.variables if condition.kind == "forall" else ():
@@ -61,7 +61,7 @@ def _outside_of_condition(here: Resolver, condition: Expression) -> Resolver:
     return replace(here, hints=hints)
 
 
-def _world_effect(here: Resolver, node: Expression, allowed: bool) -> tuple[f.Effect, ...]:
+def _world_effect(here: NameResolver, node: Expression, allowed: bool) -> tuple[f.Effect, ...]:
     if not allowed:
         here.report(node, f"`when … then …` is an effect of actions and may not stand {here.where}")
         return ()
@@ -73,7 +73,7 @@ def _world_effect(here: Resolver, node: Expression, allowed: bool) -> tuple[f.Ef
 
 
 # --------------------------------------------------------------------------------------------------- databases
-def _change(here: Resolver, node: Expression) -> f.Change | None:
+def _change(here: NameResolver, node: Expression) -> f.Change | None:
     operation, database = node.text.split()
     inside = replace(here, in_update=True)
     facts = [_fact(inside, piece, database) for piece in node.parts]
@@ -83,7 +83,7 @@ def _change(here: Resolver, node: Expression) -> f.Change | None:
     return f.Change("add" if operation == "add" else "del", cast(f.Database, database), whole, here.place(node))
 
 
-def _fact(here: Resolver, node: Expression, database: str, *, inner: bool = False) -> f.Fact | None:
+def _fact(here: NameResolver, node: Expression, database: str, *, inner: bool = False) -> f.Fact | None:
     place = here.place(node)
     if node.kind in ("fact_forall", "exactly_one"):
         if database not in (("Kf", "Kw", "LCW") if node.kind == "fact_forall" else ("Kx",)):
@@ -102,7 +102,7 @@ def _fact(here: Resolver, node: Expression, database: str, *, inner: bool = Fals
     return _simple_fact(here, node, database, alone=True)
 
 
-def _simple_fact(here: Resolver, node: Expression, database: str, *, alone: bool) -> f.Fact | None:
+def _simple_fact(here: NameResolver, node: Expression, database: str, *, alone: bool) -> f.Fact | None:
     place, is_term = here.place(node), node.kind in ("name", "call")
     if database == "Kv":
         if not is_term:
@@ -118,12 +118,12 @@ def _simple_fact(here: Resolver, node: Expression, database: str, *, alone: bool
     return _claim(here, node, {"Kf": ("=", "!="), "Kw": ()}.get(database, ("=",)))
 
 
-def _misplaced(here: Resolver, node: Expression, database: str, hint: str | None = None) -> f.Fact | None:
+def _misplaced(here: NameResolver, node: Expression, database: str, hint: str | None = None) -> f.Fact | None:
     here.report(node, f"{database} takes {_TAKES[database]}, not this", hint)
     return None
 
 
-def _claim(here: Resolver, node: Expression, operators: tuple[str, ...]) -> f.Claim | None:
+def _claim(here: NameResolver, node: Expression, operators: tuple[str, ...]) -> f.Claim | None:
     """A literal, or a function and a value that it can take, with one of the operators (none: for Kw)."""
     claim = here.claim(node)
     if not isinstance(claim, f.Comparison):
@@ -146,7 +146,7 @@ def _claim(here: Resolver, node: Expression, operators: tuple[str, ...]) -> f.Cl
     return claim
 
 
-def _kind_of(here: Resolver, term: f.Term) -> Kind:
+def _kind_of(here: NameResolver, term: f.Term) -> Kind:
     if isinstance(term, f.Number | f.Arithmetic):
         return NUMBERS
     if isinstance(term, f.External):

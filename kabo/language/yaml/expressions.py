@@ -18,10 +18,16 @@ def expression_of(parsed: Parsed, tree: Tree) -> Expression:
 
 def _plain(parsed: Parsed, tree: Tree, start: int, end: int) -> Expression:
     """Words of the rule become its text, rules inside its parts; variables are kept apart."""
-    words = [str(child) for child in tree.children if isinstance(child, lark.Token)]
-    inner = [child for child in tree.children if isinstance(child, lark.Tree)]
-    variables = [each for child in inner if child.data == "variables" for each in _variables(parsed, child)]
-    parts = [expression_of(parsed, child) for child in inner if child.data != "variables"]
+    words: list[str] = []
+    parts: list[Expression] = []
+    variables: list[tuple[Expression, Expression | None]] = []
+    for child in tree.children:
+        if isinstance(child, lark.Token):
+            words.append(str(child))
+        elif child.data == "variables":
+            variables = _variables(parsed, child)
+        else:
+            parts.append(expression_of(parsed, child))
     rule = str(tree.data)
     return Expression(_OF_RULES.get(rule, rule), " ".join(words), start, end, parts, variables)
 

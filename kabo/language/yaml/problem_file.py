@@ -9,11 +9,12 @@ from kabo.language import formulas as f
 from kabo.language.expressions import Expression
 from kabo.language.findings import Findings, spell_place
 from kabo.language.problem import Problem
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.spelling import spell
-from kabo.language.task_description import FAMILIES, THINGS, Property, Signature
+from kabo.language.task_description import FAMILIES, THINGS, ProcedureProperty, Signature
+from kabo.language.tree_algebra import nodes
 from kabo.language.vocabulary import Vocabulary
-from kabo.language.yaml.documents import Mapping, Node
+from kabo.language.yaml.documents import Mapping, YamlNode
 from kabo.language.yaml.domain_file import DomainReading, named, read_named_things, read_parsed
 from kabo.language.yaml.effects import read_effects
 from kabo.language.yaml.queries import read_formula
@@ -66,11 +67,11 @@ def read_problem(
     return problem
 
 
-def _read_initial(here: Resolver, node: Expression) -> tuple[f.Effect, ...]:
+def _read_initial(here: NameResolver, node: Expression) -> tuple[f.Effect, ...]:
     return read_effects(here, node, world=False, conditional=False)
 
 
-def _read_goal(here: Resolver, node: Expression) -> f.Formula | None:
+def _read_goal(here: NameResolver, node: Expression) -> f.Formula | None:
     return read_formula(here, node, temporal=True)
 
 
@@ -81,7 +82,7 @@ def _only_parse(reader: Reader, root: Mapping, findings: Findings) -> None:
 
 
 def _read_objects(
-    reader: Reader, domain: DomainReading, node: Node | None
+    reader: Reader, domain: DomainReading, node: YamlNode | None
 ) -> tuple[dict[str, str], dict[str, f.Place]]:
     objects = dict(domain.constants)
     places: dict[str, f.Place] = {}
@@ -93,7 +94,7 @@ def _read_objects(
 
 
 # ------------------------------------------------------------------------------------------------------- options
-def read_options(reader: Reader, node: Node | None) -> SolveOptions:
+def read_options(reader: Reader, node: YamlNode | None) -> SolveOptions:
     """The options that a problem says."""
     mapping = reader.mapping(node, "`options`")
     if mapping is None:
@@ -111,7 +112,7 @@ def read_options(reader: Reader, node: Node | None) -> SolveOptions:
     return cast("SolveOptions", found)
 
 
-def _read_option(reader: Reader, option: Option, node: Node | None, what: str) -> str | float | None:
+def _read_option(reader: Reader, option: Option, node: YamlNode | None, what: str) -> str | float | None:
     if option.choices:
         return reader.choice(node, option.choices, what)
     if option.kind is int:
@@ -132,9 +133,9 @@ def _check_calls(
     """Reports every argument that a procedure can get and that the scene does not have."""
     domain, findings = problem.domain, vocabulary.findings
     wanted: dict[str, dict[str, f.ProcedureCall]] = {}  # type, kind of thing, the first call that says so
-    calls = list(_calls_of(problem.goal, domain.update_rules))
+    calls = _calls_in((problem.goal, domain.update_rules))
     for action in domain.actions.values():
-        calls.extend(_calls_of(action.geometry, action.preconditions, action.effects))
+        calls += _calls_in((action.geometry, action.preconditions, action.effects))
     for call in calls:
         for property_, argument in _filled(call, vocabulary.procedures):
             value = argument.value
@@ -161,7 +162,7 @@ def ancestors(kind: str, types: MappingType[str, str | None]) -> Iterator[str]:
 
 def _filled(
     call: f.ProcedureCall, procedures: MappingType[str, Signature | None]
-) -> Iterator[tuple[Property, f.Argument]]:
+) -> Iterator[tuple[ProcedureProperty, f.Argument]]:
     """Every argument of a call with the property that it fills."""
     properties = procedures.get(call.procedure)
     if properties is None:
@@ -171,27 +172,9 @@ def _filled(
         yield (properties[number] if argument.name is None else by_name[argument.name]), argument
 
 
-def _calls_of(*trees: object) -> Iterator[f.ProcedureCall]:
-    """All procedure calls inside formulas and effects."""
-    waiting = list(trees)
-    while waiting:
-        tree = waiting.pop()
-        if isinstance(tree, f.ProcedureCall):
-            yield tree
-        elif isinstance(tree, tuple):
-            waiting.extend(tree)
-        elif isinstance(tree, f.Test):
-            waiting.append(tree.call)
-        elif isinstance(tree, f.Conditional):
-            waiting.append(tree.condition)
-        elif isinstance(tree, f.ForEach):
-            waiting.append(tree.effects)
-        elif isinstance(tree, f.And | f.Or):
-            waiting.append(tree.parts)
-        elif isinstance(tree, f.Xor):
-            waiting.extend((tree.first, tree.second))
-        elif isinstance(tree, f.Not | f.Forall | f.Exists | f.Temporal):
-            waiting.append(tree.body)
+def _calls_in(trees: object) -> list[f.ProcedureCall]:
+    """All procedure calls inside formulas and effects, the last one first."""
+    return [node for node in nodes(trees) if isinstance(node, f.ProcedureCall)][::-1]
 
 
 def _check_thing(
@@ -211,7 +194,7 @@ def _check_thing(
     findings.add(place, f'"{name}" {problem}; {called} needs a {wanted}', hint)
 
 
-def _check_family(scene: SceneReading, wanted: Property, value: f.Constant, findings: Findings) -> None:
+def _check_family(scene: SceneReading, wanted: ProcedureProperty, value: f.Constant, findings: Findings) -> None:
     description, place = scene.description, value.place
     if description is None or place is None:
         return

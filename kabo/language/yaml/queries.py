@@ -5,13 +5,13 @@ from collections.abc import Callable
 from kabo.language import formulas as f
 from kabo.language.expressions import Expression
 from kabo.language.names import NAME, proper_name
-from kabo.language.resolver import Resolver
+from kabo.language.resolver import NameResolver
 from kabo.language.types import ANY
 from kabo.language.vocabulary import Symbol
 from kabo.language.yaml.calls import read_call, read_test
 
 
-def read_formula(here: Resolver, node: Expression, *, temporal: bool = False) -> f.Formula | None:
+def read_formula(here: NameResolver, node: Expression, *, temporal: bool = False) -> f.Formula | None:
     """The formula of an expression; with `temporal`, initially(…) and always(…) may stand in it (goals).
 
     Returns None after reporting what is wrong; parts beside a wrong one are still checked.
@@ -34,7 +34,7 @@ def read_formula(here: Resolver, node: Expression, *, temporal: bool = False) ->
     return _PRIMITIVES[node.kind](here, node)
 
 
-def read_variables(here: Resolver, node: Expression) -> tuple[tuple[f.Variable, ...], Resolver]:
+def read_variables(here: NameResolver, node: Expression) -> tuple[tuple[f.Variable, ...], NameResolver]:
     """The variables of a quantifier, and the resolver in whose scope they are bound."""
     found: dict[str, Symbol] = {}
     variables: list[f.Variable] = []
@@ -59,7 +59,7 @@ def read_variables(here: Resolver, node: Expression) -> tuple[tuple[f.Variable, 
     return tuple(variables), here.inside(found)
 
 
-def _junction(here: Resolver, node: Expression, temporal: bool) -> f.Formula | None:
+def _junction(here: NameResolver, node: Expression, temporal: bool) -> f.Formula | None:
     parts = [read_formula(here, part, temporal=temporal) for part in node.parts]
     whole = tuple(part for part in parts if part is not None)
     place = here.place(node)
@@ -70,7 +70,7 @@ def _junction(here: Resolver, node: Expression, temporal: bool) -> f.Formula | N
     return f.And(whole, place) if node.kind == "all_of" else f.Or(whole, place)
 
 
-def _temporal(here: Resolver, node: Expression, allowed: bool) -> f.Formula | None:
+def _temporal(here: NameResolver, node: Expression, allowed: bool) -> f.Formula | None:
     body = read_formula(here, node.parts[0], temporal=allowed)
     if not allowed:
         here.report(node, f"{node.text}(…) may stand only in a goal")
@@ -80,7 +80,7 @@ def _temporal(here: Resolver, node: Expression, allowed: bool) -> f.Formula | No
     return f.Temporal("initially" if node.text == "initially" else "always", body, here.place(node))
 
 
-def _test(here: Resolver, node: Expression) -> f.Formula | None:
+def _test(here: NameResolver, node: Expression) -> f.Formula | None:
     name, place = node.text, here.place(node)
     symbol = here.find(name)
     if symbol is not None and symbol.role == "predicate":
@@ -101,21 +101,21 @@ def _test(here: Resolver, node: Expression) -> f.Formula | None:
     return None if call is None else f.Test(call, place)
 
 
-def _know(here: Resolver, node: Expression) -> f.Formula | None:
+def _know(here: NameResolver, node: Expression) -> f.Formula | None:
     claim = here.claim(node.parts[0])
     return claim if claim is None or isinstance(claim, f.Truth) else f.Know(claim, here.place(node))
 
 
-def _know_whether(here: Resolver, node: Expression) -> f.Formula | None:
+def _know_whether(here: NameResolver, node: Expression) -> f.Formula | None:
     atom = here.atom(node.parts[0])
     return None if atom is None else f.KnowWhether(atom, here.place(node))
 
 
-def _know_value(here: Resolver, node: Expression) -> f.Formula | None:
+def _know_value(here: NameResolver, node: Expression) -> f.Formula | None:
     term = here.application(node.parts[0])
     return None if term is None else f.KnowValue(term, here.place(node))
 
 
-_PRIMITIVES: dict[str, Callable[[Resolver, Expression], f.Formula | None]] = {
+_PRIMITIVES: dict[str, Callable[[NameResolver, Expression], f.Formula | None]] = {
     "call": _test, "know": _know, "know_whether": _know_whether, "know_value": _know_value,
 }  # fmt: skip

@@ -36,14 +36,14 @@ MAX_INSTANCES = 100_000  # of a precondition, that are looked at
 Spoken = tuple[str, str]  # a symbol, and the role of what is said of it
 
 
-class Origins:
+class Mentions:
     """The schemas of a problem, by what they add."""
 
     def __init__(self, whole: Grounding) -> None:
         self.whole = whole
         domain = whole.compiler.problem.domain
         present = {action.name for action in whole.actions}
-        self.without = {
+        self.without_instance = {
             name: self._without_instance(action) for name, action in domain.actions.items() if name not in present
         }
         self._actions = {
@@ -53,11 +53,15 @@ class Origins:
             (number, effect, set(_spoken([effect]))) for number, effect in enumerate(domain.update_rules, start=1)
         ]
 
-    def nobody(self, meaning: Meaning) -> str:
+    def why_no_achiever(self, meaning: Meaning) -> str:
         """Why neither actions nor rules make what they never make, as the rest of a sentence."""
         says = [name for name, spoken in self._actions.items() if _speaks(spoken, meaning)]
-        told = [f"{name} has no instance ({self.without[name]})" for name in says if name in self.without]
-        idle = [name for name in says if name not in self.without]
+        told = [
+            f"{name} has no instance ({self.without_instance[name]})"
+            for name in says
+            if name in self.without_instance
+        ]
+        idle = [name for name in says if name not in self.without_instance]
         if idle:
             told.append(f"what never changes rules out every instance of {' or '.join(idle)} that would tell")
         for number, effect, spoken in self._rules:

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 
 from kabo.geometry_server.answers import Failure
-from kabo.knowledge import Task, Verdict, unreachable_goals
+from kabo.knowledge import GroundedTask, Verdict, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.refused_calls import refused
-from kabo.planner.proofs.unreachable import SAME, unreachable_because
+from kabo.planner.proofs.unreachable import SAME_REASONS, unreachable_because
 from kabo.planner.proofs.wording import listed
 from kabo.planner.result import Reason
 
@@ -31,7 +31,7 @@ _SPENT = {
 
 def no_plan(
     problem: Problem,
-    task: Task,
+    task: GroundedTask,
     failures: Sequence[tuple[GroundCall, Failure]],
     deadline: Callable[[], bool] | None = None,
 ) -> Reason:
@@ -45,14 +45,14 @@ def no_plan(
 def _beyond(problem: Problem) -> Reason:
     """Some parts of the goal never hold, even if nothing were ever lost."""
     goals = unreachable_because(problem)
-    told = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME)]
+    told = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME_REASONS)]
     few = told if len(told) <= EXPLAINED else [*told[:EXPLAINED], "kabo explain says more"]
     names = listed((goal.text for goal in goals), "and")
     text = f"no plan reaches the goal, whatever geometry says: {names} can never hold, whatever is done"
     return Reason("knowledge", None, text, tuple(few))
 
 
-def _dead_end(task: Task, deadline: Callable[[], bool] | None) -> Reason:
+def _dead_end(task: GroundedTask, deadline: Callable[[], bool] | None) -> Reason:
     """All parts of the goal could hold if nothing were ever lost."""
     text = (
         "no plan reaches the goal, whatever geometry says: every part of it could hold if nothing that is known were "

@@ -1,4 +1,4 @@
-"""The scene in which the task of a file begins when it has robot stages, and what these stages ask of it."""
+"""The scene in which the task of a file begins if it has robot stages, and the check of the task against it."""
 
 from collections.abc import Callable
 
@@ -9,16 +9,16 @@ from kabo.tasks.robots import TaskScene, check_meaning, check_names
 
 
 def first_scene(scene: Scene, seed: int, stop: Callable[[], bool]) -> TaskScene:
-    """The first state of a scene file, as robot stages see it."""
+    """The initial state of a scene, as robot stages see it."""
     server = GeometryServer(scene, seed=seed, stop=stop)
     return TaskScene.of(server.context(), scene.start)
 
 
 def check_against_scene(task: Task, first: TaskScene) -> None:
-    """Refuses a task whose stages name what the scene lacks, or ask for what means nothing in it.
+    """Checks that the scene has what the stages of a task name, and that their property values make sense in it.
 
     Raises:
-        InitialisationError: with everything that is wrong.
+        InitialisationError: lists everything that is wrong.
     """
     scene = first.context.scene
     check_names(task, scene)

@@ -1,6 +1,6 @@
-"""The types of a task's declared properties, as types that values have: what a caller may give [docs/tasks.md#task-files].
+"""The types of a task's declared properties, as Python types: what a caller may give.
 
-The names of things in a scene are text; which kind of thing is meant is kept for whoever checks a call.
+Names of things in a scene are text; their types say which kind of thing is meant, for those who check a call.
 """
 
 from typing import Any
@@ -9,7 +9,7 @@ from kabo.tasks.core import Property
 
 
 class _Kind(type):
-    """A type whose values are those of another one."""
+    """A type whose instances are all texts."""
 
     def __instancecheck__(cls, value: object) -> bool:
         return isinstance(value, str)
@@ -45,7 +45,7 @@ class _Anything(type):
 
 
 class Anything(metaclass=_Anything):
-    """Any value: where a task file names a property and no more."""
+    """Any value: the type of a declared property if the file does not say any."""
 
 
 KIND_TYPES: dict[str, Any] = {
@@ -63,7 +63,7 @@ KIND_TYPES: dict[str, Any] = {
 
 
 def kind_of(declared: Property) -> str:
-    """The kind that a declared property has in a file."""
+    """The word for a declared property's type in files."""
     types = declared.type if isinstance(declared.type, tuple) else (declared.type,)
     for kind, type_ in KIND_TYPES.items():
         if declared.type == type_:

@@ -1,4 +1,4 @@
-"""Which class a stage of a task file is: the containers, the robot stages, and what users add [T 3.7]."""
+"""The names of stage classes in task files: containers, robot stages, and what users register [T 3.7]."""
 
 from importlib import import_module
 from importlib.util import find_spec
@@ -20,9 +20,9 @@ _registered: dict[str, type[Stage]] = {}
 
 
 def register(kind: _Kind, name: str | None = None) -> _Kind:
-    """Makes a stage class known to task files, under its own name or another (`mine/Grasp`); returns it.
+    """Registers a stage class for use in task files, by its own name or another (`mine/Grasp`); returns it.
 
-    May stand as a decorator over a class, or over what a decorator such as `@forward(…)` makes of a function.
+    It can be used as a decorator of a class, or of what a decorator such as `@forward(…)` makes of a function.
 
     Raises:
         TaskError: another class has that name.
@@ -40,7 +40,7 @@ def _home(kind: type) -> tuple[str, str]:
 
 
 def find(name: str) -> type[Stage] | None:
-    """The stage class of a name; those of robots are imported when they are wanted: they need compiled kernels."""
+    """The stage class of that name, or None; robot stages are imported only when asked for, because they load kernels."""
     found = _registered.get(name) or _CONTAINERS.get(name)
     return found if found is not None or name not in _robot_names() else _robot_stages()[name]
 
@@ -59,7 +59,7 @@ def _robot_stages() -> dict[str, type[Stage]]:
 
 
 def name_of(kind: type[Stage]) -> str | None:
-    """The name of a class in task files; None if it has none."""
+    """The name of a class in task files, or None."""
     known = [*_registered.items(), *_CONTAINERS.items()]
     if kind.__module__.startswith(f"{_ROBOTS}."):
         known += _robot_stages().items()
@@ -67,5 +67,5 @@ def name_of(kind: type[Stage]) -> str | None:
 
 
 def near(name: str) -> str | None:
-    """The remedy for an unknown name of a stage."""
+    """A hint for an unknown stage name."""
     return did_you_mean(name, names()) or "kabo task stages lists them all; kabo.tasks.register adds one"

@@ -1,4 +1,4 @@
-"""Planning the task of a file: once, or several times with other seeds; what came of it is a report [T 3.9]."""
+"""Plans the task of a file, once or with several seeds; the runs are the content of a report [T 3.9]."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -19,18 +19,18 @@ Stop = Callable[[], bool]
 
 @dataclass(frozen=True)
 class TaskRun:
-    """One planning run: its task with all that was found, and when each whole solution came, and at what cost."""
+    """One planning run: the task with its results, and when each solution of the task was found, at what cost."""
 
     task: Task
     seed: int
     seconds: float
     found: tuple[tuple[float, float], ...] = ()  # (seconds, cost)
-    stopped: bool = False  # by a time limit, or by whoever asked
+    stopped: bool = False  # by a time limit or by the caller
 
 
 @dataclass(frozen=True)
 class PlanningOptions:
-    """How to plan: seeds one after the other from `seed`, each as far as `max_solutions` and `timeout` [s] say."""
+    """How to plan: `repeat` runs with seeds counted from `seed`, each until `max_solutions` or `timeout` [s] is reached."""
 
     max_solutions: int | None = None
     timeout: float | None = None
@@ -49,7 +49,7 @@ def plan_file(
     """The runs of a task with its arguments, on a scene if it has robot stages.
 
     Raises:
-        InputError: the arguments do not fit, or the stages do not fit together; told where they stand.
+        InputError: the arguments are wrong, or the stages do not fit together; with their places in the file.
     """
     settings = PlanningOptions() if settings is None else settings
     runs: list[TaskRun] = []
@@ -86,7 +86,7 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
             if not new:
                 break
     except (InitialisationError, ValueError) as error:
-        told = told_at_stage(file, task, error)
+        told = located_at_stage(file, task, error)
         if told is None:
             raise
         raise told from error
@@ -95,16 +95,16 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
     return TaskRun(task, seed, perf_counter() - began, tuple(found), late())
 
 
-def told_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
-    """An error of planning a file's task, at the place of the stage that it is about; None if it is of no stage."""
+def located_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
+    """An error of planning a file's task, at the place of the stage that it is about; None if it is about no stage."""
     if isinstance(error, InitialisationError):
-        return file.told(error)
-    stage = _asked(error)
-    return None if stage is None else file.told(InitialisationError([f"{stage.path!r}: {error}"], task.tree()))
+        return file.located(error)
+    stage = _failing_stage(error)
+    return None if stage is None else file.located(InitialisationError([f"{stage.path!r}: {error}"], task.tree()))
 
 
-def _asked(error: Exception) -> Stage | None:
-    """The robot stage that refused its properties with an error: the innermost whose function was running."""
+def _failing_stage(error: Exception) -> Stage | None:
+    """The robot stage whose function raised the error: the innermost one in the traceback."""
     found, here = None, error.__traceback__
     while here is not None:
         stage = here.tb_frame.f_locals.get("self")
@@ -115,7 +115,7 @@ def _asked(error: Exception) -> Stage | None:
 
 
 def needs_scene(file: TaskFile) -> bool:
-    """Whether a task has stages that only a scene with robots can serve."""
+    """Whether a task has robot stages, which need a scene."""
     waiting = [file.recipe]
     while waiting:
         recipe = waiting.pop()
@@ -126,10 +126,10 @@ def needs_scene(file: TaskFile) -> bool:
 
 
 def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: SceneDescription) -> None:
-    """Whether the scene has the robots, bodies and regions that are given.
+    """Checks that the scene has the robots, bodies and regions given as arguments.
 
     Raises:
-        InputError: it lacks some; all of them, with what may have been meant.
+        InputError: lists those that it lacks, with similar names.
     """
     things = {"robot": scene.robots, "body": scene.bodies, "region": scene.regions}
     findings = Findings()

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from kabo.finite_domain import (
-    Budget,
     CompiledTask,
     Effect,
     FiniteTask,
     Operator,
-    Variable,
+    SearchBudget,
+    StateVariable,
     breadth_first,
     validate,
 )
-from kabo.finite_domain.search.blind_search import _Memory
+from kabo.finite_domain.search.compiled_breadth_first import _BreadthFirstArrays
 from tests.finite_domain.stacked import stacked
 
 
@@ -30,7 +30,7 @@ def counter(digits, base=4):
         )
         for d in range(digits)
     ]
-    variables = tuple(Variable(f"digit {d}", base) for d in range(digits))
+    variables = tuple(StateVariable(f"digit {d}", base) for d in range(digits))
     return FiniteTask(variables, (0,) * digits, tuple(operators), tuple((d, (base - 1,)) for d in range(digits)))
 
 
@@ -51,7 +51,7 @@ def test_both_twins_find_the_same_plan_after_the_same_work():
 def test_states_of_many_words_are_found_again():
     """35 variables that nobody touches make the states long; counting visits each number once."""
     task = counter(6)
-    still = tuple(Variable(f"still {i}", 9) for i in range(35))
+    still = tuple(StateVariable(f"still {i}", 9) for i in range(35))
     wide = FiniteTask(still + task.variables, (3,) * 35 + task.initial, _shifted(task, 35), _moved(task.goal, 35))
     compiled = CompiledTask(wide)
     assert compiled.packing.words > 1
@@ -82,12 +82,12 @@ def test_memory_grows_with_what_is_found():
 def test_a_budget_of_expansions_or_memory_exhausts_and_a_caller_stops():
     compiled = CompiledTask(counter(9))
     for work in (0, 1 << 30):
-        assert breadth_first(compiled, plain_work=work, budget=Budget(expansions=70)).status == "exhausted"
-        assert breadth_first(compiled, plain_work=work, budget=Budget(expansions=70)).expanded == 70
-        assert breadth_first(compiled, plain_work=work, budget=Budget(stop=lambda: True)).status == "stopped"
-    small = _Memory(np.zeros(1, np.uint64), 9)
+        assert breadth_first(compiled, plain_work=work, budget=SearchBudget(expansions=70)).status == "exhausted"
+        assert breadth_first(compiled, plain_work=work, budget=SearchBudget(expansions=70)).expanded == 70
+        assert breadth_first(compiled, plain_work=work, budget=SearchBudget(stop=lambda: True)).status == "stopped"
+    small = _BreadthFirstArrays(np.zeros(1, np.uint64), 9)
     kept = small.states.nbytes + small.parents.nbytes + small.table.nbytes
-    assert breadth_first(compiled, plain_work=0, budget=Budget(memory=2 * kept)).status == "exhausted"
+    assert breadth_first(compiled, plain_work=0, budget=SearchBudget(memory=2 * kept)).status == "exhausted"
 
 
 def test_a_goal_that_holds_takes_no_action_and_one_beyond_reach_is_proven_so():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kabo.finite_domain import Budget, CompiledTask, bfws
+from kabo.finite_domain import CompiledTask, SearchBudget, bfws
 from tests.finite_domain.search.test_blind_search import counter
 from tests.finite_domain.stacked import stacked
 
@@ -34,13 +34,13 @@ def test_nothing_is_left_out_though_nothing_is_new():
 def test_a_budget_exhausts_and_a_caller_stops():
     compiled = CompiledTask(counter(6))
     for work in (0, 1 << 30):
-        assert bfws(compiled, plain_work=work, budget=Budget(expansions=70)).expanded == 70
-        assert bfws(compiled, plain_work=work, budget=Budget(expansions=70)).status == "exhausted"
-        assert bfws(compiled, plain_work=work, budget=Budget(stop=lambda: True)).status == "stopped"
-    assert bfws(compiled, plain_work=0, budget=Budget(memory=1 << 20)).status == "exhausted"
+        assert bfws(compiled, plain_work=work, budget=SearchBudget(expansions=70)).expanded == 70
+        assert bfws(compiled, plain_work=work, budget=SearchBudget(expansions=70)).status == "exhausted"
+        assert bfws(compiled, plain_work=work, budget=SearchBudget(stop=lambda: True)).status == "stopped"
+    assert bfws(compiled, plain_work=0, budget=SearchBudget(memory=1 << 20)).status == "exhausted"
 
 
 def test_pairs_are_forgotten_alike_where_there_is_no_room_for_them(monkeypatch):
-    monkeypatch.setattr("kabo.finite_domain.search.novelty_search.PAIR_BYTES", 200)
+    monkeypatch.setattr("kabo.finite_domain.search.plain_novelty.PAIR_BYTES", 200)
     compiled = CompiledTask(stacked(5))
     assert bfws(compiled, plain_work=1 << 30) == bfws(compiled, plain_work=0)

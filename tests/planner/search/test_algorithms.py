@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kabo import tuning
 from kabo.planner.search.algorithms import ALGORITHMS
-from kabo.planner.search.algorithms import astar as cheapest_search
 from kabo.planner.search.algorithms.astar import astar as cheapest_first
-from kabo.planner.search.algorithms.best import SERIAL_EXPANSIONS, newest_first
 from kabo.planner.search.algorithms.best import best as serial
+from kabo.planner.search.algorithms.best import newest_first
 from kabo.planner.search.algorithms.breadth_first import breadth_first
 from kabo.planner.search.algorithms.depth_first import depth_first
 from kabo.planner.search.algorithms.greedy import greedy
@@ -50,7 +50,7 @@ class Arrows:
     def known(self, node):
         return self.same.get(node, node)
 
-    def settled(self, node):
+    def confirmed_key(self, node):
         self.asked.append(node)
         return None if node in self.refused else self.turns_out.get(node, node)
 
@@ -287,7 +287,7 @@ def test_conjuncts_that_were_reached_are_kept_or_reached_again():
 
 
 def test_a_conjunct_that_is_far_away_is_given_up_for_the_goal_as_a_whole():
-    length = SERIAL_EXPANSIONS + 10
+    length = tuning.MAX_SERIAL_EXPANSIONS + 10
     arrows = {n: [n + 1] for n in range(length)}
     found = serial(0, Arrows(arrows, {length}, goals=[{length}]))
     assert len(found.path) == length
@@ -323,7 +323,7 @@ def bounded_arrows(seed):
 
 @pytest.mark.parametrize("plain", [0, 3])
 def test_astar_finds_the_least_cost_whatever_the_bounds(monkeypatch, plain):
-    monkeypatch.setattr(cheapest_search, "PLAIN_EXPANSIONS", plain)
+    monkeypatch.setattr(tuning, "EXPANSIONS_WITHOUT_BOUNDS", plain)
     found = 0
     for seed in range(max(200, round(5000 * PROPERTY_SCALE))):
         graph, least = bounded_arrows(seed)
@@ -339,7 +339,7 @@ def test_astar_finds_the_least_cost_whatever_the_bounds(monkeypatch, plain):
 
 
 def test_bounds_spare_expansions(monkeypatch):
-    monkeypatch.setattr(cheapest_search, "PLAIN_EXPANSIONS", 0)
+    monkeypatch.setattr(tuning, "EXPANSIONS_WITHOUT_BOUNDS", 0)
     grid = {(x, y): [(x + 1, y), (x, y + 1)] for x in range(9) for y in range(9)}
     blind = Arrows(grid, {(8, 0)})
     told = Arrows(grid, {(8, 0)}, bounds={(x, y): 8.0 - x if y == 0 else None for x, y in grid})

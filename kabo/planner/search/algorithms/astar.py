@@ -5,17 +5,15 @@ from heapq import heappop, heappush
 from itertools import count
 from math import inf
 
-from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, Search, path_to
-
-PLAIN_EXPANSIONS = 200  # by rising cost alone, before bounds are asked for: less than loading them takes
-
+from kabo import tuning
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, SearchOutcome, path_to
 
 # A node that waits, by what a way through it costs at least, then by how near an end seems, then the latest first:
 # both bounds, its order, whether it is bounded by itself and not by its parent, its cost, its key, the node.
 _Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 
 
-def astar(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def astar(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """A way of least cost to an end.
 
     Nodes are bounded when their turn comes; until then what bounds their parents bounds them, as in the compiled
@@ -31,21 +29,21 @@ def astar(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
         _, bound, order, bounded, cost, waiting, node = heappop(queue)
         if cost > costs[waiting]:
             continue
-        if not bounded and len(closed) >= PLAIN_EXPANSIONS:
+        if not bounded and len(closed) >= tuning.EXPANSIONS_WITHOUT_BOUNDS:
             own = graph.bound(node)
             if own is None:
                 continue
             if own > bound:
                 heappush(queue, (cost + own, own, order, True, cost, waiting, node))
                 continue
-        key = graph.settled(node)
+        key = graph.confirmed_key(node)
         if key is None or closed.get(key, inf) <= cost:
             continue
         closed[key] = costs[key] = cost
         if key != waiting:
             parents[key] = parents[waiting]
         if order and graph.is_end(node):
-            return Search(path_to(parents, key))
+            return SearchOutcome(path_to(parents, key))
         for child_key, move, child in graph.successors(node):
             price = graph.cost(move)
             total = cost + price
@@ -53,4 +51,4 @@ def astar(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
                 costs[child_key], parents[child_key] = total, (key, move, child)
                 left = max(0.0, bound - price)
                 heappush(queue, (total + left, left, -next(numbers), False, total, child_key, child))
-    return Search(None, parents.keys())
+    return SearchOutcome(None, parents.keys())

@@ -2,13 +2,12 @@
 
 from collections.abc import Callable
 
-from kabo.planner.search.algorithms.graph import Graph, Move, Node, Search
+from kabo import tuning
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcome
 from kabo.planner.search.algorithms.greedy import best_first, greedy
 
-SERIAL_EXPANSIONS = 2000  # for one more conjunct of the goal, before the goal is searched for as a whole
 
-
-def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Search[Node, Move]:
+def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchOutcome[Node, Move]:
     """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
 
     What is left of a contingent plan when one conjunct has been reached is then the same in all branches. What has
@@ -21,9 +20,9 @@ def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Search[
         if graph.holds(wanted, node):
             continue
         arrived = _all_hold(graph, wanted)
-        step = best_first(node, graph, arrived, wanted, SERIAL_EXPANSIONS, kept=reached, newest=newest)
+        step = best_first(node, graph, arrived, wanted, tuning.MAX_SERIAL_EXPANSIONS, kept=reached, newest=newest)
         if step is None or step.path is None:
-            step = best_first(node, graph, arrived, wanted, SERIAL_EXPANSIONS, newest=newest)
+            step = best_first(node, graph, arrived, wanted, tuning.MAX_SERIAL_EXPANSIONS, newest=newest)
         if step is None or step.path is None:
             return greedy(start, graph)
         reached = wanted
@@ -31,11 +30,11 @@ def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> Search[
             path += step.path
             node = path[-1][1]
         if graph.is_end(node):
-            return Search(path)
-    return Search(path) if path and graph.is_end(node) else greedy(start, graph)
+            return SearchOutcome(path)
+    return SearchOutcome(path) if path and graph.is_end(node) else greedy(start, graph)
 
 
-def newest_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def newest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """As `best`, but of nodes that seem equally far the newest is taken, not the oldest."""
     return best(start, graph, newest=True)
 

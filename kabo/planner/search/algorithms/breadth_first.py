@@ -3,10 +3,10 @@
 from collections import deque
 from collections.abc import Hashable
 
-from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, Search, expanded, path_to
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, SearchOutcome, expanded, path_to
 
 
-def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def breadth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """The shortest path to an end; of equally short ones the first."""
     root = graph.key(start)
     parents: Parents[Move, Node] = {root: None}
@@ -17,11 +17,11 @@ def breadth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
         if parent is None:
             continue
         if parent != waiting and graph.is_end(node):
-            return Search(path_to(parents, parent))
+            return SearchOutcome(path_to(parents, parent))
         for key, move, child in graph.successors(node):
             if key not in parents:
                 parents[key] = parent, move, child
                 if graph.is_end(child):
-                    return Search(path_to(parents, key))
+                    return SearchOutcome(path_to(parents, key))
                 queue.append((key, child))
-    return Search(None, parents.keys())
+    return SearchOutcome(None, parents.keys())

@@ -3,12 +3,11 @@
 from collections import Counter
 from collections.abc import Hashable, Iterator
 
-from kabo.planner.search.algorithms.graph import Graph, Move, Node, Search
+from kabo import tuning
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcome
 
-MORE_VISITS = 4  # times as many visits of each state of knowledge, whenever fewer were too few
 
-
-def depth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """The first path that following first successors meets.
 
     A state of knowledge is gone into once, whatever its geometry, and four times as often whenever that was too
@@ -19,10 +18,10 @@ def depth_first(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
         found, whole = _depth_first(start, graph, most)
         if found.path is not None or whole:
             return found
-        most *= MORE_VISITS
+        most *= tuning.VISITS_GROWTH
 
 
-def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[Search[Node, Move], bool]:
+def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[SearchOutcome[Node, Move], bool]:
     """Depth-first search with so many visits of each state of knowledge; and whether nothing more was left out."""
     visited, times, whole = {graph.key(start)}, Counter([graph.known(start)]), True
     stack = [iter(graph.successors(start))]
@@ -36,19 +35,19 @@ def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[Sear
             continue
         key, move, node = step
         if graph.is_end(node):
-            return Search([*path, (move, node)]), True
+            return SearchOutcome([*path, (move, node)]), True
         known = graph.known(node)
         if times[known] >= most:
             whole = False
             continue
-        settled = graph.settled(node)
-        if settled is None or (settled != key and settled in visited):
+        confirmed_key = graph.confirmed_key(node)
+        if confirmed_key is None or (confirmed_key != key and confirmed_key in visited):
             continue
-        visited.add(settled)
+        visited.add(confirmed_key)
         times[known] += 1
         path.append((move, node))
         stack.append(iter(graph.successors(node)))
-    return Search(None, visited), whole
+    return SearchOutcome(None, visited), whole
 
 
 def first_new(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 Node = TypeVar("Node")
 Move = TypeVar("Move")
@@ -10,6 +10,13 @@ Made = TypeVar("Made")
 
 
 Parents = dict[Hashable, tuple[Hashable, Move, Node] | None]
+
+
+class HeuristicValue(NamedTuple):
+    """How far a goal seems (None: it is out of reach), and the indices of the actions that seem to lead there."""
+
+    value: int | None
+    preferred: frozenset[int]
 
 
 class Graph(Protocol[Node, Made]):
@@ -23,7 +30,7 @@ class Graph(Protocol[Node, Made]):
         """What is known at a node: nodes that differ only in geometry have it in common."""
         ...
 
-    def settled(self, node: Node) -> Hashable | None:
+    def confirmed_key(self, node: Node) -> Hashable | None:
         """The key of a node that is about to be expanded: geometry is asked now what it was not; None: refused."""
         ...
 
@@ -46,8 +53,8 @@ class Graph(Protocol[Node, Made]):
         """Whether these conjuncts of the goal hold."""
         ...
 
-    def estimate(self, node: Node, parts: Sequence[int]) -> "tuple[int | None, frozenset[int]]":
-        """How far these conjuncts seem (None: out of reach), and which actions seem to lead there."""
+    def estimate(self, node: Node, parts: Sequence[int]) -> HeuristicValue:
+        """How far these conjuncts seem, and which actions seem to lead there."""
         ...
 
     def cost(self, move: Made) -> float:
@@ -60,21 +67,21 @@ class Graph(Protocol[Node, Made]):
 
 
 @dataclass(frozen=True)  # no NamedTuple: before Python 3.11 these cannot be generic
-class Search(Generic[Node, Move]):
+class SearchOutcome(Generic[Node, Move]):
     """`path` to an end, without the start, or None; `visited` are the keys seen when there is none."""
 
     path: list[tuple[Move, Node]] | None
     visited: Iterable[Hashable] = ()
 
 
-Algorithm = Callable[[Node, Graph[Node, Move]], Search[Node, Move]]
+Algorithm = Callable[[Node, Graph[Node, Move]], SearchOutcome[Node, Move]]
 
 
 def expanded(
     waiting: Hashable, node: Node, graph: Graph[Node, Move], parents: Parents[Move, Node], done: set[Hashable]
 ) -> Hashable | None:
     """The key of a node that is expanded now; None if geometry refuses it, or if that was done before."""
-    key = graph.settled(node)
+    key = graph.confirmed_key(node)
     if key is None or key in done:
         return None
     done.add(key)

@@ -5,12 +5,11 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from heapq import heappop, heappush
 from typing import Generic
 
-from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, Search, expanded, path_to
+from kabo import tuning
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, Parents, SearchOutcome, expanded, path_to
 
-PREFERRED_TURNS = 1000  # for the queue of preferred actions whenever the estimate improves
 
-
-def greedy(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def greedy(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """Lazy greedy best-first search: nodes are estimated when they are expanded, by h_FF over knowledge."""
     found = best_first(start, graph, graph.is_end, graph.parts, None, once=False)
     assert found is not None, "a search without a limit ends with an answer"
@@ -26,7 +25,7 @@ def best_first(
     kept: tuple[int, ...] = (),
     once: bool = True,
     newest: bool = False,
-) -> Search[Node, Move] | None:
+) -> SearchOutcome[Node, Move] | None:
     """Greedy search for some conjuncts of the goal, all those `kept` on the way; None if `limit` expansions did not do.
 
     Nodes wait with the estimate of their parent in two queues, one for those that preferred actions lead to; it gets
@@ -55,7 +54,7 @@ def best_first(
             continue
         if preferred is None:
             if key != waiting and is_end(node):
-                return Search(path_to(parents, key))
+                return SearchOutcome(path_to(parents, key))
             if limit is not None and len(done) > limit:
                 return None
             estimate, preferred = graph.estimate(node, parts)
@@ -65,16 +64,16 @@ def best_first(
             been[known] += 1
             if best is None or value < best:
                 best = value
-                promising.turns -= PREFERRED_TURNS
+                promising.turns -= tuning.PREFERRED_QUEUE_TURNS
             successors, target = graph.successors(node, among=preferred), promising
             every.push(value, (key, node, preferred, 0))
         else:
             successors, target = graph.successors(node, without=preferred), every
         for child_key, child in _entered(successors, graph, key, parents, kept):
-            if is_end(child) and graph.settled(child) is not None:
-                return Search(path_to(parents, child_key))
+            if is_end(child) and graph.confirmed_key(child) is not None:
+                return SearchOutcome(path_to(parents, child_key))
             target.push(value, (child_key, child, None, 0))
-    return Search(None, parents.keys())
+    return SearchOutcome(None, parents.keys())
 
 
 def _entered(

@@ -2,16 +2,16 @@
 
 from collections.abc import Hashable
 
-from kabo.planner.search.algorithms.graph import Graph, Move, Node, Search
+from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcome
 
 
-def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> Search[Node, Move]:
+def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
     """A shortest path, by depth-first searches with growing limits; ends when a limit has cut nothing off."""
     limit = 1
     while True:
         path, depths = _depth_limited(start, graph, limit)
         if path is not None or limit not in depths.values():
-            return Search(path, depths.keys())
+            return SearchOutcome(path, depths.keys())
         limit += 1
 
 
@@ -40,10 +40,10 @@ def _depth_limited(
         if graph.is_end(node):
             return [*path, (move, node)], depths
         if depth < limit:
-            settled = graph.settled(node)
-            if settled is None or (settled != key and depths.get(settled, limit + 1) <= depth):
+            confirmed_key = graph.confirmed_key(node)
+            if confirmed_key is None or (confirmed_key != key and depths.get(confirmed_key, limit + 1) <= depth):
                 continue
-            depths[settled] = depth
+            depths[confirmed_key] = depth
             path.append((move, node))
             stack.append(iter(graph.successors(node)))
     return None, depths

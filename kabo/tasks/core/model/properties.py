@@ -271,7 +271,7 @@ class Properties:
         return found
 
 
-class Resolver:
+class PropertyResolver:
     """Resolves a stage's properties for each job; values that depend on no interface state are resolved only once."""
 
     def __init__(self, properties: Properties) -> None:

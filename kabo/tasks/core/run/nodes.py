@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
-from kabo.tasks.core.model.properties import Resolver
+from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.core.model.results import Answer, Answers, Failure, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
@@ -82,7 +82,7 @@ class StageNode:
         self.monitors: list[StageNode] = []
         self.closed = False  # a limit is reached: it runs no more jobs
         self.kept = False  # exempt from pruning, because a monitoring generator waits for its solutions
-        self._resolver = Resolver(stage.properties)
+        self._resolver = PropertyResolver(stage.properties)
         self._seed = stage_seed(planning.seed, stage.path)
         self._jobs = 0
 

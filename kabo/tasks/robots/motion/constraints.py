@@ -1,4 +1,4 @@
-"""The motion constraint that a stage's property `keep` names, as rows of the robot's tree."""
+"""The motion constraint that a stage's property `keep` names, in rows for the robot's kinematic tree."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,12 +8,12 @@ from kabo.tasks.robots.scenes import TaskScene
 
 
 def keep_of(scene: TaskScene, robot: str, given: Any) -> Keep | None:
-    """The constraint that a motion keeps: by name, for what the robot holds, or for one object of it; or None.
+    """The constraint that a motion must keep, for whatever the robot holds or for one held object; None if there is none.
 
     Args:
         scene: in which the robot holds what the constraint is about.
         robot: the robot that moves.
-        given: a name of the scene's motion constraints, {object, constraint}; None or "": nothing is kept.
+        given: the name of a motion constraint of the scene, or {object, constraint}; None or "": no constraint.
 
     Raises:
         ValueError: the scene has no motion constraint of that name.

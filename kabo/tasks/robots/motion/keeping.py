@@ -1,4 +1,4 @@
-"""Refusals about motion constraints: nothing is held that one could be kept for, or a path breaks it."""
+"""Refusals about motion constraints: the robot holds nothing that one could be kept for, or a path violates it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from kabo.tasks.robots.scenes import TaskScene
 
 
 def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Failure | None:
-    """As `keep_of`; a failure where something is to be kept and there is nothing in the hand that it is about."""
+    """The constraint as `keep_of` gives it; a failure if there is one and the robot holds nothing that it applies to."""
     found, name = keep_of(scene, robot, given), given.get("constraint") if isinstance(given, Mapping) else given
     if found is not None or not name:
         return found
@@ -25,7 +25,7 @@ def kept(scene: TaskScene, robot: str, given: Any) -> Keep | Failure | None:
 
 
 def not_kept(keep: Keep, path: Sequence[Array]) -> Failure | None:
-    """Where a path breaks a constraint, and by how much at its ends; None if it is proven to keep it."""
+    """The failure of a path to keep a constraint, with the violation at its ends; None if the path is proven to keep it."""
     if keep.holds_along(path):
         return None
     for q, where in ((path[0], "where it begins"), (path[-1], "where it ends")):

@@ -1,4 +1,4 @@
-"""What a refused attempt had asked of geometry, kept so that it can be asked again elsewhere: exactly, say."""
+"""The geometric question behind a failed attempt, stored so that it can be asked again in another context."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -12,12 +12,12 @@ from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.motion.targets import Target
 from kabo.tasks.robots.scenes import TaskScene, configuration
 
-FEW = 60  # samples of a search for a way that is made again
+MAX_REPEATED_SAMPLES = 60  # samples of a path search that is repeated
 
 
 @dataclass(frozen=True)
 class PathSearch:
-    """A way that was looked for: the key of its random stream, its samples, and the stage's property `keep`."""
+    """The arguments of a path search: the key of its random stream, its number of samples, the stage's property `keep`."""
 
     key: tuple[str | int | float, ...]
     samples: int
@@ -26,9 +26,9 @@ class PathSearch:
 
 @dataclass(frozen=True)
 class MotionQuestion:
-    """Whether a robot may stand at one way point, move straight through several, or find a way between two.
+    """Whether a robot is free at one way point, along straight pieces between several, or along a path found between two.
 
-    With a `target` and no way points it is the hand alone that is asked for, where the target wants it.
+    With a `target` and no way points it asks whether the hand alone is free at the target's pose.
     """
 
     scene: TaskScene
@@ -38,7 +38,7 @@ class MotionQuestion:
     target: Target | None = None
 
     def passes(self, context: Context, without: str | None = None) -> bool:
-        """Whether the answer is yes in another context, or with a body out of the way; all else is the same."""
+        """Whether the answer is yes in another context, or with the body `without` removed; everything else is the same."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:
             links = (f"{self.robot}.{link}" for link in scene.robot(self.robot).links)
@@ -48,11 +48,11 @@ class MotionQuestion:
         workspace, path = scene.workspace(self.robot), [np.array(q) for q in self.waypoints]
         if self.search is not None:
             key, samples, keep = self.search.key, self.search.samples, keep_of(scene, self.robot, self.search.keep)
-            found = way_to(workspace, path[0], path[-1], key, min(samples, FEW), keep)
+            found = way_to(workspace, path[0], path[-1], key, min(samples, MAX_REPEATED_SAMPLES), keep)
             return not isinstance(found, Refused)
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
 
 
 def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> MotionQuestion:
-    """The question whether a robot may stand at a way point (n,), or move straight through several."""
+    """The question whether a robot is free at one way point (n,), or along straight pieces between several."""
     return MotionQuestion(scene, robot, tuple(map(configuration, waypoints)))

@@ -1,4 +1,4 @@
-"""The stages of robots, one phase of a manipulation each: grasps, placements, motions, filters."""
+"""The robot stages, one phase of a manipulation each: grasps, placements, motions, filters."""
 
 from kabo.lazy import lazy_names
 

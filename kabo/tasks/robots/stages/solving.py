@@ -1,4 +1,4 @@
-"""Inverse kinematics as a wrapper: each target of its child becomes configurations of the robot [T 3.4]."""
+"""Inverse kinematics as a wrapper: each target that its child writes becomes configurations of the robot [T 3.4]."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -21,8 +21,8 @@ from kabo.tasks.robots.scenes import TaskScene
 class ComputeIK(RobotStage, Wrapper):
     """Configurations that reach the interface property `target` of its child, each proven free.
 
-    Solutions come by projection from many seeds, in the order of the target's stream. For one pose the hand is
-    looked at first: where it would collide, no arm helps.
+    They are projections of many seeds onto the constraints, in the order of the target's stream. If the target is one pose,
+    the hand is checked first: if it collides there, no configuration helps.
     """
 
     MOVES = ("robot",)
@@ -96,7 +96,7 @@ class ComputeIK(RobotStage, Wrapper):
 
 
 def _is_movable(scene: TaskScene, robot: str, failure: Failure) -> bool:
-    """Whether what was in the way is another robot, or an object that this one does not hold."""
+    """Whether the obstacle is another robot, or an object that this robot does not hold."""
     details = failure.details if isinstance(failure.details, Details) else Details()
     owners = {name.partition(".")[0] for pair, _ in details.pairs for name in pair}
     others = {*scene.situation.robots, *scene.situation.objects} - {robot, *scene.situation.carried(robot)}
@@ -104,6 +104,6 @@ def _is_movable(scene: TaskScene, robot: str, failure: Failure) -> bool:
 
 
 def _away(scene: TaskScene, name: str, at: Candidate) -> float:
-    """How far the arm's joints are from where they stand [rad or m, L1]."""
+    """The distance of the arm's joints from their present values [rad or m, L1]."""
     n = scene.robot(name).planned
     return float(np.abs(at.q[:n] - scene.configuration(name)[:n]).sum())

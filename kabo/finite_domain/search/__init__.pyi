@@ -1,0 +1,3 @@
+from kabo.finite_domain.search.compiled_astar import astar_compiled as astar_compiled
+from kabo.finite_domain.search.compiled_breadth_first import breadth_first_compiled as breadth_first_compiled
+from kabo.finite_domain.search.compiled_novelty import bfws_compiled as bfws_compiled
