@@ -1,28 +1,28 @@
-"""Motions whose times are not tied to each other, as proofs speak of them: a path that visits every couple of pieces.
+"""Two motions that may be under way at any two moments of theirs, as one path that visits every pair of their pieces.
 
-A claim about whole pieces of that path is about the hulls of all poses there, of each body by itself; so it holds for
-any moment of the one motion beside any moment of the other.
+A claim about whole pieces of that path is about the hulls of all poses of each body in them; so it holds for any moment
+of the one motion together with any moment of the other.
 """
 
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.verify.motion.courses import Course
 from kabo.verify.motion.overlaps import Meeting
+from kabo.verify.motion.stretches import MotionStretch
 from kabo.verify.motion.sweep import Path
 
-MOST = 50_000  # way points
+MAX_WAYPOINTS = 50_000  # of such a path; longer ones are not checked
 
 
-def course_of(meeting: Meeting, cut: int) -> Course | None:
-    """The course on which each piece of the first path is passed with each of the second; None if it is too long.
+def stretch_of(meeting: Meeting, cut: int) -> MotionStretch | None:
+    """The stretch in which each piece of the first path meets each piece of the second; None if it is too long.
 
-    Each piece of both is cut into `cut` equal parts. The second path is gone through forth and back, once for each
-    part of the first, along which that goes to and fro.
+    Each piece of both is cut into `cut` equal parts. For each part of the first path, the second path is passed once,
+    alternately forward and backward.
     """
     first, second = meeting.first.path, meeting.second.path
     counts = [cut * (len(path.configurations) - 1) for path in (first, second)]
-    if (counts[0] + 1) * (counts[1] + 1) > MOST:
+    if (counts[0] + 1) * (counts[1] + 1) > MAX_WAYPOINTS:
         return None
     mine, theirs = _cut(first.configurations, cut), _cut(second.configurations, cut)
     order = list(range(counts[1] + 1))
@@ -38,11 +38,11 @@ def course_of(meeting: Meeting, cut: int) -> Course | None:
     path = Path(arms, whole, np.arange(len(whole), dtype=np.float64))
     things = [*meeting.first.things, *meeting.second.things]
     divide, before = len(meeting.first.things), meeting.first.segments
-    return Course(meeting.node, meeting.second.segments, path, things, (), before=before, divide=divide)
+    return MotionStretch(meeting.node, meeting.second.segments, path, things, (), before=before, divide=divide)
 
 
 def _cut(configurations: Array, parts: int) -> Array:
-    """Way points with `parts` pieces in place of each."""
+    """The way points (M, n) with each piece cut into `parts` equal pieces."""
     places = np.arange((len(configurations) - 1) * parts + 1) / parts
     pieces = np.minimum(places.astype(np.int64), len(configurations) - 2)
     first, last = configurations[pieces], configurations[pieces + 1]
