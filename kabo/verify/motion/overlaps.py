@@ -25,7 +25,7 @@ from kabo.verify.motion.sweep import (
 )
 from kabo.verify.report import Finding
 
-TIME_TOLERANCE = 2e-6  # [s] by which rounded times may exceed a bound
+OVERLAP_TOLERANCE = 2e-6  # [s] by which rounded times may exceed a bound
 
 
 @dataclass(frozen=True)
@@ -118,10 +118,10 @@ def _check_times(plan: Plan, name: str, before: Sequence[str]) -> Iterator[Findi
         yield Finding(name, f"begins before {before[0]} has ended, but one of the two does not move")
         return
     for other, lasts in ((before[0], duration(first)), (name, duration(node))):
-        if node.overlap > lasts + TIME_TOLERANCE:
+        if node.overlap > lasts + OVERLAP_TOLERANCE:
             text = f"begins {node.overlap:g} s before {before[0]} ends, but {other} lasts {lasts:g} s only"
             yield Finding(name, text)
-    if first.overlap > 0.0 and first.overlap + node.overlap > duration(first) + TIME_TOLERANCE:
+    if first.overlap > 0.0 and first.overlap + node.overlap > duration(first) + OVERLAP_TOLERANCE:
         yield Finding(name, f"begins before what comes before {before[0]} has ended")
 
 
