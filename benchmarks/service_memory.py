@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from table import Table, finish
 
-from kabo.service import Client, Server, Settings, client_config, pack_problem, server_config
+from kabo.service import Client, Server, ServerSettings, client_config, pack_problem, server_config
 
 DOMAINS = Path(__file__).parents[1] / "domains"
 SYMBOLIC = ("doors/n3", "wumpus/n4", "unix/n1", "medicate/n5", "safes/n3", "rovers/n4", "logistics/n3", "grid/n3")
@@ -74,7 +74,7 @@ def main() -> None:
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
     draw = random.Random(options.seed)  # noqa: S311
     packed = {name: pack_problem(DOMAINS / f"{name}.yaml") for name in {*SYMBOLIC, *GEOMETRIC}}
-    server, statuses = Server(server_config([endpoint]), Settings(workers=1)), dict[str, int]()
+    server, statuses = Server(server_config([endpoint]), ServerSettings(workers=1)), dict[str, int]()
     table, held = Table("Memory of a worker, and of its server"), dict[int, float]()
     (worker,) = server.worker_processes()
     with Client(client_config([endpoint])) as client:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import perf_counter
@@ -83,7 +84,7 @@ def _cell(value: Any) -> str:
 
 
 def surroundings() -> dict[str, Any]:
-    """What figures depend on: versions, commit, processor, load."""
+    """What figures depend on: the command, the day, versions, commit, processor, load."""
     found: dict[str, str | None] = {}
     for package in PACKAGES:
         try:
@@ -95,6 +96,8 @@ def surroundings() -> dict[str, Any]:
     )
     load = [round(value, 2) for value in os.getloadavg()]
     return {
+        "command": " ".join(["python", os.path.relpath(sys.argv[0], Path(__file__).parents[1]), *sys.argv[1:]]),
+        "date": datetime.now(timezone.utc).date().isoformat(),
         "commit": commit.stdout.strip() or None,
         "python": platform.python_version(),
         "processor": _processor(),
@@ -127,4 +130,4 @@ def write(tables: Sequence[Table], output: Path, **settings: Any) -> None:
         "surroundings": surroundings(),
         "tables": [{"title": table.title, "rows": table.rows} for table in tables],
     }
-    output.write_text(json.dumps(content, indent=1, sort_keys=True, default=str) + "\n")
+    output.write_text(json.dumps(content, indent=1, default=str) + "\n")  # columns stay in their order

@@ -9,7 +9,7 @@ from kabo.language import load_scene_description
 from kabo.language.yaml.paths import installed_folder
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Task, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 

@@ -144,6 +144,6 @@ def _exhausted(task: Task, pruning: bool, how: dict[str, Any]) -> tuple[Counter[
     task.pruning, task.lazy, task.depth_first = pruning, how.get("lazy", False), how.get("depth_first", 0)
     workers = how.get("workers")
     if workers is not None:
-        task._workers = InlineWorkers(task._run(None), workers, pays=0.0)  # noqa: SLF001 no door leads there
+        task._workers = InlineWorkers(task._run(None), workers, min_seconds=0.0)  # noqa: SLF001 no door leads there
     found = task.plan(jobs=LIMIT, workers=workers)
     return (Counter(map(canonical, found)) if task.exhausted else None), _calls(task)

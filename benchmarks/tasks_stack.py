@@ -14,7 +14,7 @@ from tasks_applications import applications
 from kabo.tasks import load_task_file
 from kabo.tasks.files.report_form import report_bytes
 from kabo.tasks.files.reports import report
-from kabo.tasks.files.running import Settings, plan_file
+from kabo.tasks.files.running import PlanningOptions, plan_file
 
 
 def stack_tables(robots: list[str], runs: int, output: Path) -> list[Table]:
@@ -22,8 +22,8 @@ def stack_tables(robots: list[str], runs: int, output: Path) -> list[Table]:
     tables = []
     for application in applications("pick_and_place", robots, "panda.yaml"):
         file = load_task_file(application.task)
-        plan_file(file, {}, application.scene, Settings(max_solutions=1, seed=1000))  # compiles
-        made = plan_file(file, {}, application.scene, Settings(max_solutions=1, repeat=runs))
+        plan_file(file, {}, application.scene, PlanningOptions(max_solutions=1, seed=1000))  # compiles
+        made = plan_file(file, {}, application.scene, PlanningOptions(max_solutions=1, repeat=runs))
         path = output / f"stack-{application.scene.name}.json"
         path.write_bytes(report_bytes(report(made, file=application.task.name)))
         table = Table(f"Pick and place, first solution, {application.scene.name}: {runs} runs, {path}")

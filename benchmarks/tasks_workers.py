@@ -5,7 +5,7 @@
 Rounds of two sections with jobs of a given length, and the applications of the thesis, planned without workers and with
 two and four processes: seconds by the wall and of all processors, and whether the solutions are the same, in order,
 with their costs. `always` sends every job, `measured` is the rule of `kabo.tasks.core.run.workers`: jobs of stages are sent
-whose mean job takes longer than `PAYS`. Each configuration takes its turn in every repetition.
+whose mean job takes longer than `MIN_SECONDS_TO_SEND`. Each configuration takes its turn in every repetition.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from kabo.tasks.core import Result, Task, connector, forward, generator
 from kabo.tasks.core.run import workers
 
 SIZES = (None, 2, 4)
-RULE = workers.PAYS
+RULE = workers.MIN_SECONDS_TO_SEND
 LENGTHS = (0.0002, 0.001, 0.003, 0.01, 0.03, 0.05, 0.1)  # seconds of a job
 APPLICATIONS = (("pick_and_place", "panda.yaml"), ("retract_transit_approach", "panda.yaml"))
 Made = Callable[[], tuple[Task, Any]]
@@ -83,7 +83,7 @@ def measured(made: Made, solutions: int | None, repeat: int, pays: float) -> dic
     task.plan(scene, solutions)  # compiles, and fills what the scene remembers
     taken: dict[Any, list[tuple[float, float]]] = {size: [] for size in SIZES}
     found: dict[Any, Any] = {}
-    workers.PAYS = pays
+    workers.MIN_SECONDS_TO_SEND = pays
     for _ in range(repeat):
         for size in SIZES:
             task, scene = made()

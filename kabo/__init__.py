@@ -7,5 +7,5 @@ first used, so that `import kabo` takes milliseconds.
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__, rooms=("explain", "verify"))
+__getattr__, __dir__ = lazy_names(__name__, __file__, rooms=("explain", "verify"))
 __version__ = "0.1.0"

@@ -1,6 +1,6 @@
-"""Budgets of a run: seconds, memory, samples; and the flag that says that one of them is spent.
+"""Budgets of a run in seconds, memory and samples, and the flag that says that one of them is spent.
 
-A budget only cuts off: what has been decided until then does not depend on the clock or on the memory.
+A budget only cuts a run off: what was decided before does not depend on the clock or on the memory.
 """
 
 import os
@@ -14,19 +14,20 @@ from kabo.errors import CutOff
 
 Spent = Literal["expansions", "samples", "time", "memory"]
 
-SHARE = 0.5  # of the memory that the machine, or the control group, has: what one run may hold by default
-LEAST = 1 << 30  # bytes: what it may hold by default at least
-EVERY_S = 0.05  # between two looks at the memory, which take longer than those at the clock
-CLOCK_BOOTTIME = 7  # of Linux: the clock on which processes are started
+DEFAULT_SHARE = 0.5  # of the memory of the machine, or of its control group
+LEAST_DEFAULT = 1 << 30  # bytes
+MEMORY_POLL_S = 0.05  # between two looks at the memory, which take longer than those at the clock
+CLOCK_BOOTTIME = 7  # of Linux: the clock of the times at which processes started
 _GROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 
 
 class StopFlag:
-    """Says whether to stop; once it has said so it goes on saying so, and `spent` names the budget that ended first.
+    """Whether a run must stop. Once it must, the flag stays set, and `spent` names the budget that was spent first.
 
     Args:
-        seconds: from now on. memory: bytes that this process may hold. Both may be infinite.
-        cancelled: asked at each look; true: somebody wants the run to end, which counts as time.
+        seconds: from now on; may be infinite.
+        memory: the bytes that this process may hold; may be infinite.
+        cancelled: asked at each look; if it returns true, the run ends as if its time were spent.
     """
 
     def __init__(
@@ -34,7 +35,7 @@ class StopFlag:
     ) -> None:
         self.began = perf_counter()
         self.seconds, self.memory, self.cancelled = seconds, memory, cancelled
-        self.samples: Callable[[], bool] | None = None  # whether too many were drawn, once there is who draws
+        self.samples: Callable[[], bool] | None = None  # whether too many were drawn; None before any can be drawn
         self.spent: Spent | None = None
         self.interrupted = False  # somebody asked to stop
         self._look = self.began
@@ -50,24 +51,28 @@ class StopFlag:
             elif self.samples is not None and self.samples():
                 self.spent = "samples"
             elif self.memory < inf and now >= self._look:
-                self._look = now + EVERY_S
+                self._look = now + MEMORY_POLL_S
                 self.spent = "memory" if resident_bytes() > self.memory else None
         return self.spent is not None
 
     def timely(self) -> "StopFlag":
-        """The same limits but for samples, to be looked at afresh."""
+        """A new flag with the same limits of time and memory, and without one of samples."""
         flag = StopFlag(self.seconds, self.memory, self.cancelled)
         flag.began = self.began
         return flag
 
     def look(self) -> None:
-        """Raises CutOff: it is time to stop."""
+        """Returns if the run may go on.
+
+        Raises:
+            CutOff: it must stop.
+        """
         if self():
             raise CutOff
 
 
 def process_began() -> float:
-    """When this process was started, on the clock of `perf_counter` [s]; now, if the system does not tell."""
+    """The start of this process on the clock of `perf_counter` [s]; the time now, if the system does not say."""
     now = perf_counter()
     try:
         ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
@@ -78,7 +83,7 @@ def process_began() -> float:
 
 
 def resident_bytes(process: int | None = None) -> int:
-    """The memory that a process holds (None: this one) [bytes]; 0 if it has ended, or the system does not tell."""
+    """The memory of a process (None: this one) [bytes]; 0 if it has ended, or the system does not say."""
     try:
         pages = Path(f"/proc/{process or 'self'}/statm").read_text().split()[1]
     except (OSError, IndexError):
@@ -87,9 +92,9 @@ def resident_bytes(process: int | None = None) -> int:
 
 
 def held_bytes(process: int, enough: float) -> float:
-    """The memory that a process and those that it has forked hold together [bytes], what they share counted once.
+    """The memory of a process and its children together [bytes], with shared memory counted once.
 
-    That takes a while to find out, so it is asked only if their sum is above `enough`.
+    Counting shared memory takes a while, so it is done only if the plain sum is above `enough`.
     """
     processes = [process]
     for each in processes:  # grows while it is read
@@ -102,7 +107,7 @@ def held_bytes(process: int, enough: float) -> float:
 
 
 def _proportional_bytes(process: int) -> int:
-    """The memory of a process, its part of what others have as well [bytes]."""
+    """The memory of a process, of shared memory its part only [bytes]."""
     try:
         lines = Path(f"/proc/{process}/smaps_rollup").read_text().splitlines()
         return sum(1024 * int(line.split()[1]) for line in lines if line.startswith("Pss:"))
@@ -111,14 +116,14 @@ def _proportional_bytes(process: int) -> int:
 
 
 def default_memory() -> float:
-    """The bytes that a run may hold if nobody says otherwise: half of what there is; infinite if that is unknown."""
+    """The default limit of memory [bytes]: half of what there is; infinite if that is unknown."""
     found = [] if (machine := _machine_bytes()) is None else [machine]
     for path in _GROUPS:
         try:
             found.append(int(Path(path).read_text()))
         except (OSError, ValueError):  # no such group, or it has no limit
             continue
-    return max(LEAST, SHARE * min(found)) if found else inf
+    return max(LEAST_DEFAULT, DEFAULT_SHARE * min(found)) if found else inf
 
 
 def _machine_bytes() -> int | None:

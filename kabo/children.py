@@ -1,6 +1,6 @@
-"""Child processes that can be killed: for work that looks at no stop flag, as in libraries, and for whole commands.
+"""Child processes that can be killed: for code that looks at no stop flag, as in libraries, and for whole commands.
 
-A child never outlives its parent: where the system offers it (Linux) it is killed with it, however the parent ends.
+A child never outlives its parent: on Linux the system kills it when the parent ends, in whatever way.
 """
 
 import os
@@ -19,28 +19,28 @@ PR_SET_PDEATHSIG = 1  # of <sys/prctl.h>
 
 
 def never() -> None:
-    """A look that never ends anything."""
+    """A function to be called periodically that does nothing, so that the work is never ended."""
 
 
 def end_with_parent(parent: int) -> None:
-    """Makes this process die with its parent, whose number is given; without effect where the system cannot do it."""
+    """Makes this process die with its parent, whose process id is given; has no effect on systems other than Linux."""
     import ctypes
 
     try:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     except (OSError, AttributeError):
         return
-    if os.getppid() != parent:  # it was too late
+    if os.getppid() != parent:  # the parent has ended before
         os._exit(1)
 
 
 def made_in_child(make: Callable[[], _Made], look: Callable[[], None] = never) -> _Made:
-    """What `make` gives, made by a forked process; `look` is called meanwhile, and if it raises, that process is killed.
+    """The value of `make`, computed by a forked process; an error of `look`, called meanwhile, kills that process.
 
-    What `make` changes, as caches in memory, is lost; what it gives, or raises, has to be picklable.
+    Changes that `make` makes to objects, such as caches, are lost; its value or error must be picklable.
 
     Raises:
-        KaboError: the process died without an answer.
+        KaboError: the process died without a value.
     """
     parent = os.getpid()
     receiving, sending = Pipe(duplex=False)
@@ -69,7 +69,7 @@ def made_in_child(make: Callable[[], _Made], look: Callable[[], None] = never) -
 
 
 def ended_by(status: int) -> str:
-    """How a process ended, in words, from what `waitpid` says."""
+    """The way a process ended, in words, from its status as `waitpid` returns it."""
     if not os.WIFSIGNALED(status):
         return f"exit code {os.waitstatus_to_exitcode(status)}"
     number = os.WTERMSIG(status)
@@ -79,11 +79,11 @@ def ended_by(status: int) -> str:
 
 
 def _make(make: Callable[[], Any], channel: Connection, parent: int) -> None:
-    """The whole life of the child: never returns."""
+    """Runs the child; never returns."""
     code = 1
     try:
         end_with_parent(parent)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent is asked to stop, and ends this process
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C, and kills this process
         try:
             channel.send((make(), None))
         except Exception as error:  # noqa: BLE001 - it is raised again where the answer is wanted

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from threading import Lock
 
 
-class _Visitors:
+class _PlanningThreads:
     """How many threads plan now: the first sets objects apart, the last takes them back."""
 
     def __init__(self) -> None:
@@ -34,18 +34,18 @@ class _Visitors:
                 gc.unfreeze()
 
 
-_visitors = _Visitors()
+_threads = _PlanningThreads()
 
 
 @contextmanager
-def older_objects_apart() -> Iterator[None]:
+def frozen_gc() -> Iterator[None]:
     """Sets the objects that are there apart from collections, until the last thread that asked for it has left.
 
     Where the caller has set objects apart himself [gc.freeze], nothing is done: taking his back would be wrong.
     """
-    entered = _visitors.enter()
+    entered = _threads.enter()
     try:
         yield
     finally:
         if entered:
-            _visitors.leave()
+            _threads.leave()

@@ -5,12 +5,13 @@ Beside such a room's `__init__.py` stands an `__init__.pyi`, in which each name 
     from kabo.room.file import name as name
 
 Type checkers read the stub as any other; `lazy_names` reads the same lines when the room is imported. A line
-`from kabo.room import *` offers every name of a room that is light to import [PEP 484, stubs; PEP 562].
+`from kabo.room import *` offers every name of another room [PEP 484, stubs; PEP 562].
 """
 
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 
 FORM = "from module import name as name"
@@ -18,8 +19,8 @@ FORM = "from module import name as name"
 
 def lazy_names(
     room: str, file: str, *, rooms: Sequence[str] = ()
-) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
-    """The `__getattr__`, `__dir__` and `__all__` of a room whose names stand in the stub beside `file`.
+) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """The `__getattr__` and `__dir__` of a room whose names stand in the stub beside `file`; it has an `__all__`, too.
 
     Args:
         room: its `__name__`.
@@ -31,21 +32,31 @@ def lazy_names(
     Raises:
         SyntaxError: an import of the stub is not written in one of the two forms.
     """
-    homes = _homes(file + "i")
+    homes, whole = _homes(file + "i")
     for name in rooms:
         import_module(f"{room}.{name}")
         delattr(sys.modules[room], name)
 
     def load(name: str) -> object:
-        if name not in homes:
-            where = sys.modules[room]
-            raise AttributeError(f"module {room!r} has no attribute {name!r}", name=name, obj=where)
-        value = getattr(import_module(homes[name]), name)
+        if name == "__all__":
+            value: object = sorted({*homes, *(name for each in whole for name in names_of(import_module(each)))})
+        else:
+            value = getattr(import_module(home_of(name)), name)
         setattr(sys.modules[room], name, value)
         return value
 
-    public = sorted(homes)
-    return load, lambda: sorted({*vars(sys.modules[room]), *public}), public
+    def home_of(name: str) -> str:
+        if name in homes:
+            return homes[name]
+        # Python asks any module for `__path__` and its like, and a package for a file before it imports that.
+        if whole and not name.startswith("__") and find_spec(f"{room}.{name}") is None:
+            for each in whole:
+                if name in names_of(import_module(each)):
+                    return each
+        where = sys.modules[room]
+        raise AttributeError(f"module {room!r} has no attribute {name!r}", name=name, obj=where)
+
+    return load, lambda: sorted({*vars(sys.modules[room]), *names_of(sys.modules[room])})
 
 
 def names_of(room: ModuleType) -> list[str]:
@@ -53,21 +64,22 @@ def names_of(room: ModuleType) -> list[str]:
     return list(room.__all__)
 
 
-def _homes(stub: str) -> dict[str, str]:
-    """For every name that a stub offers, the module that has it.
+def _homes(stub: str) -> tuple[dict[str, str], list[str]]:
+    """For every name that a stub offers, the module that has it; and the rooms of which it offers all names.
 
     Lines are compared, not parsed: importing `ast` takes as long as importing kabo.
     """
     homes: dict[str, str] = {}
+    whole = []
     with open(stub, encoding="utf-8") as lines:
         for number, line in enumerate(lines, 1):
             words = line.split("#")[0].split()
             if not words or words[0] not in ("from", "import"):
                 continue
             if words[::2] == ["from", "import"] and words[3] == "*":
-                homes |= dict.fromkeys(names_of(import_module(words[1])), words[1])
+                whole.append(words[1])
             elif words[::2] == ["from", "import", "as"] and words[3] == words[5]:
                 homes[words[5]] = words[1]
             else:
                 raise SyntaxError(f"{stub}:{number}: an import here is written `{FORM}`, in a line of its own")
-    return homes
+    return homes, whole

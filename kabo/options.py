@@ -89,14 +89,14 @@ class Options:
 
     search: Search = _option(
         "best",
-        "how to search; `astar`: a plan of least cost",
+        "how to search for a plan; `astar` finds one of least cost",
         commands=EVERYWHERE,
         problem_key="search",
         in_header="always",
     )
     seed: int = _option(
         0,
-        "of all random samples",
+        "the seed of all random samples",
         at_least=0,
         commands=EVERYWHERE,
         problem_key="seed",
@@ -130,7 +130,7 @@ class Options:
     )
     max_expansions: int = _option(
         2_000_000,
-        "search nodes expanded at most",
+        "the most search nodes that are expanded",
         at_least=0,
         commands=EVERYWHERE,
         problem_key="budget.expansions",
@@ -139,7 +139,7 @@ class Options:
     )
     max_samples: int = _option(
         5_000_000,
-        "samples of procedures at most",
+        "the most samples that procedures draw",
         at_least=0,
         commands=EVERYWHERE,
         problem_key="budget.samples",
@@ -156,7 +156,7 @@ class Options:
     )
     quality: Quality = _option(
         "fast",
-        "`fast`: the motion as it was found; `good`: refined afterwards: shorter, smoother, both arms at once",
+        "`fast`: the motion as it was found; `good`: refined afterwards, shorter, smoother, with both arms at once",
         in_header="if not default",
         of_geometry=True,
     )

@@ -1,26 +1,33 @@
 """What solve, verify, explain and check mean for files: paths and options in, answers as data out.
 
-The command line and the workers of the service call these functions, so every door gives the same answer. How a request
-arrives, and how its answer is shown, is the door's business.
+The command line and the workers of the service call these functions and so give the same answers. They differ only in how
+a request arrives and how its answer is shown.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
-import kabo
-from kabo import language, meshes, planner
-from kabo import plan as plans
 from kabo.errors import Diagnostic, InputError
+from kabo.language import check_files as findings_in
+from kabo.language import is_imported, load_problem, load_scene_description, own_task_files
+from kabo.language.files import geometry_files
+from kabo.language.findings import Findings
+from kabo.language.problem import Problem
 from kabo.options import SolveOptions
-from kabo.tasks import files as task_files
-from kabo.verify.report import Report
+from kabo.plan import load_plan, plan_to_json
+from kabo.planner.result import Progress, invalid_to_json, result_to_json
+
+if TYPE_CHECKING:  # for the same reason
+    from kabo.explain.explain import Explanation
+    from kabo.verify import Report
 
 
 @dataclass(frozen=True)
-class Answer:
-    """The answer to `solve`: the object (without the plan's path), the plan file's bytes, what was wrong."""
+class SolveAnswer:
+    """The answer to `solve`: the object of `--json` (without the plan's path), the plan file, and the input error."""
 
     body: Mapping[str, Any]
     plan: bytes | None = None
@@ -34,11 +41,11 @@ def solve_file(
     domain: Path | None = None,
     workers: int = 1,
     within: Path | None = None,
-    progress: "Callable[[kabo.Progress], None] | None" = None,
+    progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
-    keep: Callable[[Mapping[str, Any], bytes], None] | None = None,
-) -> Answer:
-    """Solves the problem in a file; bad input is an answer, too (status "invalid").
+    on_found: Callable[[Mapping[str, Any], bytes], None] | None = None,
+) -> SolveAnswer:
+    """Solves the problem in a file; for bad input the answer has the status "invalid".
 
     Args:
         path: the problem file.
@@ -46,47 +53,44 @@ def solve_file(
         domain: the problem's domain file, where formats have one that the problem does not name.
         workers: processes that the planner may use; does not change the answer.
         within: if given, no file outside of this folder is opened.
-        progress: called now and then.
-        cancelled: asked now and then; True ends planning soon, with status "exhausted", or with the plan that was found.
-        keep: given the object and the plan file's bytes once a plan is found, before it is refined and certified.
+        progress: called periodically.
+        cancelled: called periodically; true ends planning soon, with the status "exhausted" or the plan that was found.
+        on_found: called with the body of the answer and the plan file once a plan is found, before it is refined and
+            certified.
     """
+    from kabo.planner.solve import solve  # nobody who only checks or verifies pays for it
+
     try:
         problem = read_problem(path, within, domain)
-        found = (
-            None
-            if keep is None
-            else lambda result: keep(planner.result_to_json(result), plans.plan_to_json(result.plan))
-        )
-        result = kabo.solve(
-            problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found
-        )
+        found = None if on_found is None else lambda each: on_found(result_to_json(each), plan_to_json(each.plan))
+        result = solve(problem, **options, workers=workers, progress=progress, cancelled=cancelled, on_found=found)
     except InputError as error:
-        return Answer(planner.invalid_to_json(error), error=error)
-    return Answer(planner.result_to_json(result), None if result.plan is None else plans.plan_to_json(result.plan))
+        return SolveAnswer(invalid_to_json(error), error=error)
+    return SolveAnswer(result_to_json(result), None if result.plan is None else plan_to_json(result.plan))
 
 
-def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> "language.Problem":
-    """The problem in a file, with every file that it names inside the folder `within` (if given).
+def read_problem(path: Path, within: Path | None = None, domain: Path | None = None) -> Problem:
+    """The problem in a file. If `within` is given, no file outside of that folder is opened.
 
     Raises:
-        InputError: all that is wrong in the files; or the files outside of `within`, none of them opened.
+        InputError: all that is wrong in the files; or they name files outside of `within`.
     """
     if within is None:
-        return language.load_problem(path, domain)
-    problem = language.load_problem(path, domain, within=within)
+        return load_problem(path, domain)
+    problem = load_problem(path, domain, within=within)
     _refuse_outside(problem, within)
     return problem
 
 
-def _refuse_outside(problem: "language.Problem", folder: Path) -> None:
-    """Checks, before anything geometric is opened, that a problem's meshes and URDFs lie in a folder.
+def _refuse_outside(problem: Problem, folder: Path) -> None:
+    """Checks that a problem's meshes and URDFs lie in a folder, before any of them is opened.
 
     Raises:
-        InputError: the first that does not.
+        InputError: names the first one outside.
     """
     if problem.scene is None:
         return
-    for path in language.geometry_files(problem.scene):  # yields a URDF before opening it
+    for path in geometry_files(problem.scene):  # yields a URDF before opening it
         if not path.resolve().is_relative_to(folder.resolve()):
             hint = "a server reads only files that were sent along: use paths relative to the scene"
             raise InputError([Diagnostic(str(problem.scene.path), 1, 1, f'"{path}" may not be read', hint)])
@@ -99,15 +103,18 @@ def verify_file(
     domain: Path | None = None,
     knowledge_only: bool = False,
     paranoid: bool = False,
-) -> Report:
+) -> "Report":
     """Verifies the plan in a file for the problem in a file; `paranoid`: its certificate in exact arithmetic.
 
     Raises:
         InputError: all that is wrong in the problem's files, or in the form of the plan.
         OSError: the plan file cannot be read.
     """
-    given, judged = language.load_problem(problem, domain), plans.load_plan(plan)
-    return kabo.verify_plan(given, judged, knowledge_only=knowledge_only, paranoid=paranoid)
+    from kabo.verify import verify_plan  # nobody who only checks or solves pays for it
+
+    return verify_plan(
+        load_problem(problem, domain), load_plan(plan), knowledge_only=knowledge_only, paranoid=paranoid
+    )
 
 
 def explain_file(
@@ -115,88 +122,62 @@ def explain_file(
     *,
     domain: Path | None = None,
     geometry: bool = True,
+    timeout: float | None = None,
     cancelled: Callable[[], bool] | None = None,
     **options: Any,
-) -> "tuple[kabo.Explanation, InputError | None]":
-    """Why the problem in a file has no plan, and what is wrong in its files (None: nothing).
+) -> "tuple[Explanation, InputError | None]":
+    """Explains why the problem in a file has no plan; returns the explanation and the input error, or None.
 
     Args:
         path: the problem file.
         domain: the problem's domain file, where formats have one that the problem does not name.
         geometry: whether to look for motions, too.
-        cancelled: asked now and then; True ends it soon, with what was found so far.
+        timeout: seconds after which it gives up, including those for reading.
+        cancelled: called periodically; true ends it soon, with what was found so far.
         options: of `kabo.explain`.
     """
-    from kabo.explain.explain import invalid_explanation  # loads the planner, which `check` does without
+    from kabo.explain.explain import explain, invalid_explanation  # as the planner
 
+    began = perf_counter()
     try:
-        problem = language.load_problem(path, domain)
-        return kabo.explain(problem, geometry=geometry, cancelled=cancelled, **options), None
+        problem = load_problem(path, domain)
+        left = None if timeout is None else max(0.0, timeout - (perf_counter() - began))
+        return explain(problem, geometry=geometry, timeout=left, cancelled=cancelled, **options), None
     except InputError as error:
         return invalid_explanation(error), error
 
 
 def check_files(paths: Iterable[Path]) -> list[Diagnostic]:
-    """All findings in files of any kind; scenes without errors are loaded with their meshes and URDFs."""
+    """All findings in files of any kind. Scenes without errors are loaded with their meshes and URDFs."""
     named = list(paths)
-    found = list(language.check_files(named))
+    found = list(findings_in(named))
     faulty = {finding.file for finding in found if finding.severity == "error"}
     for path in named:
-        if str(path) not in faulty and not language.is_imported(path):
+        if str(path) not in faulty and not is_imported(path):
             found += _geometry_findings(path)
             found += _stage_findings(path)
     return sorted(set(found), key=lambda finding: (finding.file, finding.line, finding.column, finding.message))
 
 
 def _stage_findings(path: Path) -> tuple[Diagnostic, ...]:
-    """What is wrong in the task files that a domain or problem may call, or in a task file itself: stages, values."""
-    called = language.own_task_files(path)
+    """The findings in stages and values of a task file, or of the task files that a domain or problem may call."""
+    called = own_task_files(path)
     if not called:
         return ()
-    findings = language.Findings()
+    from kabo.tasks.files import find_task_file  # most problems call no task file
+
+    findings = Findings()
     for name in called:
-        task_files.find_task_file(Path(name), name, findings)
+        find_task_file(Path(name), name, findings)
     return tuple(findings.diagnostics)
 
 
 def _geometry_findings(path: Path) -> tuple[Diagnostic, ...]:
+    """The findings in meshes and URDFs of a scene, or of a problem's scene."""
     try:
-        description = language.load_scene_description(path)
+        description = load_scene_description(path)
     except InputError:  # a domain, a task, a problem without a scene, or errors that have been found already
         return ()
-    try:
-        scene = kabo.load_scene(description)
-    except InputError as error:
-        return error.diagnostics
-    return (*_unit_warnings(scene, description), *_turned_warnings(description))
+    from kabo.scene.findings import findings_in_scene  # files without a scene are checked without mesh libraries
 
-
-def _turned_warnings(description: "language.SceneDescription") -> Iterator[Diagnostic]:
-    """Mesh files with components that are inside out, which are turned whenever they are loaded."""
-    for path in dict.fromkeys(language.geometry_files(description)):
-        if path.suffix.lower().removeprefix(".") in meshes.FORMATS:
-            done = meshes.outwards(meshes.load_mesh(path))[1]
-            if done is not None:
-                fix = "export it with its normals outwards; kabo plans and verifies with the turned mesh"
-                yield Diagnostic(str(path), 1, 1, done, fix, severity="warning")
-
-
-def _unit_warnings(scene: "kabo.Scene", description: "language.SceneDescription") -> tuple[Diagnostic, ...]:
-    """Bodies and robots whose meshes are so large that they may be given in millimetres."""
-    found = [
-        meshes.units_warning(body.mesh, description.bodies[name].shape.place)
-        for name, body in scene.bodies.items()
-        if body.mesh.path is not None
-    ]
-    found += [
-        meshes.units_warning(
-            link.mesh,
-            description.robots[name].place,
-            named=f'link "{link_name}" of robot "{name}"',
-            fix='then scale it in the URDF: <mesh scale="0.001 0.001 0.001" …/>',
-        )
-        for name, robot in scene.robots.items()
-        for link_name, link in robot.links.items()
-        if link.mesh is not None
-    ]
-    return tuple(warning for warning in found if warning is not None)
+    return findings_in_scene(description)

@@ -7,7 +7,7 @@ from threading import Barrier, Thread
 
 import pytest
 
-from kabo.frozen_gc import older_objects_apart
+from kabo.frozen_gc import frozen_gc
 
 
 @pytest.fixture(autouse=True)
@@ -27,7 +27,7 @@ class Ring:
 def test_older_objects_are_apart_while_it_lasts_and_no_longer() -> None:
     ring = Ring()
     seen = weakref.ref(ring)
-    with older_objects_apart():
+    with frozen_gc():
         del ring
         gc.collect()
         assert seen() is not None
@@ -37,14 +37,14 @@ def test_older_objects_are_apart_while_it_lasts_and_no_longer() -> None:
 
 
 def test_garbage_made_meanwhile_is_collected() -> None:
-    with older_objects_apart():
+    with frozen_gc():
         seen = weakref.ref(Ring())
         gc.collect()
         assert seen() is None
 
 
 def test_an_error_ends_it() -> None:
-    with pytest.raises(KeyError), older_objects_apart():
+    with pytest.raises(KeyError), frozen_gc():
         raise KeyError
     assert gc.get_freeze_count() == 0
 
@@ -52,7 +52,7 @@ def test_an_error_ends_it() -> None:
 def test_what_the_caller_set_apart_stays_apart() -> None:
     gc.freeze()
     apart = gc.get_freeze_count()
-    with older_objects_apart():
+    with frozen_gc():
         pass
     assert 0 < gc.get_freeze_count() <= apart
 
@@ -61,13 +61,13 @@ def test_it_lasts_until_the_last_thread_has_left() -> None:
     first_left, counts = Barrier(2), []
 
     def longer() -> None:
-        with older_objects_apart():
+        with frozen_gc():
             first_left.wait()
             first_left.wait()
             counts.append(gc.get_freeze_count())
 
     thread = Thread(target=longer)
-    with older_objects_apart():
+    with frozen_gc():
         thread.start()
         first_left.wait()
     assert gc.get_freeze_count() > 0

@@ -1,10 +1,9 @@
-"""`kabo bound`: a mesh with fewer vertices that encloses the given one, or lies within it, no farther than epsilon."""
+"""`kabo bound`: simplifies a mesh to one that encloses it, or lies within it, at most epsilon away."""
 
 import argparse
 from typing import Any
 
-from kabo import geometry, meshes
-from kabo.cli import exit_codes, meshing
+from kabo.cli import exit_codes, meshing, rooms
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output
 
@@ -36,15 +35,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the bounding mesh, read back and compared, and shows its figures."""
+    """Writes the bounding mesh, compares it with what is read back, and shows its figures."""
     chosen: Any = {} if options.cost is None else {"cost": meshing.one_of("--cost", options.cost, COSTS)}
     loaded = meshing.load(options, borders=options.borders)
     mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():
-        made = geometry.bounding_mesh(
+        made = rooms.bounding_mesh(
             mesh, epsilon, options.side, vertices=options.vertices, borders=options.borders, **chosen
         )
-        meshes.write_mesh(options.output, made.vertices, made.faces)
+        rooms.write_mesh(options.output, made.vertices, made.faces)
         share = made.hausdorff_upper_bound / epsilon
         counts = f"{len(mesh.vertices)} to {len(made.vertices)} vertices"
         said = (
@@ -52,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         )
         if options.picture is not None:
             surfaces = (mesh.vertices, mesh.faces), (made.vertices, made.faces)
-            meshes.draw_bound(options.picture, *surfaces, epsilon=epsilon, title=f"{options.mesh.name}: {said}")
+            rooms.draw_bound(options.picture, *surfaces, epsilon=epsilon, title=f"{options.mesh.name}: {said}")
     figures = {
         "vertices_in": len(mesh.vertices),
         "vertices_out": len(made.vertices),

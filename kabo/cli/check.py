@@ -1,10 +1,9 @@
-"""`kabo check`: everything that is wrong in files of any kind, all at once."""
+"""`kabo check`: reports everything that is wrong in files of any kind, all at once."""
 
 import argparse
 from pathlib import Path
 
-from kabo import planner, requests
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import clean_standard_output, print_json, tell
 
@@ -22,12 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Prints every finding; exit code 2 if one of them is an error."""
     with clean_standard_output():
-        found = requests.check_files(options.files)
+        found = rooms.check_files(options.files)
     errors = sum(finding.severity == "error" for finding in found)
     if options.json:
-        print_json(
-            {"valid": errors == 0, "diagnostics": [planner.diagnostic_to_json(finding) for finding in found]}
-        )
+        print_json({"valid": errors == 0, "diagnostics": [rooms.diagnostic_to_json(finding) for finding in found]})
     else:
         for finding in found:
             tell(str(finding))

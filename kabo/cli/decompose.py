@@ -1,12 +1,11 @@
-"""`kabo decompose`: convex parts whose union covers a mesh, no farther than epsilon."""
+"""`kabo decompose`: covers a mesh with convex parts that stick out by at most epsilon."""
 
 import argparse
 from typing import Any
 
-from kabo import geometry, meshes
-from kabo.cli import exit_codes, meshing
+from kabo.cli import exit_codes, meshing, rooms
+from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import natural
 from kabo.cli.terminal import clean_standard_output
 
 NAME = "decompose"
@@ -20,29 +19,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--vertices-per-part", type=meshing.at_least(4), metavar="N", help="aim at N vertices a part"
     )
-    parser.add_argument("--seed", type=natural, default=0, metavar="N", help="of all random choices (default: 0)")
+    parser.add_argument(
+        "--seed", type=natural, default=0, metavar="N", help="the seed of all random choices (default: 0)"
+    )
     add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the parts as meshes, read back and compared, and shows their figures."""
+    """Writes the parts as meshes, compares them with what is read back, and shows their figures."""
     loaded = meshing.load(options)
     mesh, epsilon = loaded.mesh, loaded.epsilon
     with clean_standard_output():
-        import numpy as np  # the help of this command needs none
+        import numpy as np
 
-        made = geometry.bounding_decomposition(
+        made = rooms.bounding_decomposition(
             mesh, epsilon, parts=options.parts, vertices_per_part=options.vertices_per_part, seed=options.seed
         )
-        hulls = [(np.asarray(part), meshes.hull_faces(np.asarray(part))) for part in made.parts]
-        meshes.write_pieces(options.output, [(f"part_{number}", *hull) for number, hull in enumerate(hulls)])
+        hulls = [(np.asarray(part), rooms.hull_faces(np.asarray(part))) for part in made.parts]
+        rooms.write_pieces(options.output, [(f"part_{number}", *hull) for number, hull in enumerate(hulls)])
         share = made.hausdorff_upper_bound / epsilon
         sizes = [len(part) for part in made.parts]
         counts = f"{len(sizes)} convex part{'' if len(sizes) == 1 else 's'}, {sum(sizes)} vertices"
         said = f"{counts}, within {meshing.length(made.hausdorff_upper_bound)} ({share:.4f} epsilon)"
         if options.picture is not None:
             title = f"{options.mesh.name}: {len(mesh.vertices)} vertices to {said}"
-            meshes.draw_parts(options.picture, (mesh.vertices, mesh.faces), hulls, epsilon=epsilon, title=title)
+            rooms.draw_parts(options.picture, (mesh.vertices, mesh.faces), hulls, epsilon=epsilon, title=title)
     worst = int(np.argmax(made.deviations))
     figures: dict[str, Any] = {
         "parts": len(sizes),

@@ -1,20 +1,19 @@
-"""`kabo explain`: why a problem has no plan, what would help, and what in it is of no use."""
+"""`kabo explain`: says why a problem has no plan, what would help, and what in it is of no use."""
 
 import argparse
 from typing import Any
 
-import kabo
-from kabo import requests
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import natural
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import add_options, add_problem_argument, chosen_options, natural
+from kabo.cli.solving import add_options, add_problem_argument, chosen_options
 from kabo.cli.terminal import clean_standard_output, interruptible, print_json, tell
 
 NAME = "explain"
 HELP = "say why a problem has no plan, what one change would do, and what in it is of no use"
 
-SAMPLES = 40_000  # that `explain` draws if nobody says how many
-TELLING_S = 0.1  # of a time limit: for saying what was found
+SAMPLES = 40_000  # drawn at most, if neither the command line nor the problem limits them
+REPORT_S = 0.1  # seconds of the time limit that are kept for writing the explanation
 EXIT_CODES = {
     "solvable": exit_codes.DONE,
     "proved": exit_codes.PROVEN_NO_PLAN,
@@ -44,28 +43,22 @@ def run(options: argparse.Namespace) -> int:
         given["changes"] = options.changes
     with clean_standard_output(), interruptible() as stop:
         if options.timeout is not None:
-            given["timeout"] = max(0.0, given["timeout"] - TELLING_S)
-        found, error = requests.explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
+            given["timeout"] = max(0.0, given["timeout"] - REPORT_S)
+        found, error = rooms.explain_file(options.problem, domain=options.domain, cancelled=stop, **given)
     if error is not None:
         tell(str(error))
     if options.json:
-        _print_json(found)
+        print_json(rooms.explanation_to_json(found))
     elif found.verdict != "invalid":
         print(found)
     return EXIT_CODES[found.verdict]
 
 
-def _print_json(found: "kabo.Explanation") -> None:
-    from kabo.explain.explain import explanation_to_json  # loads the planner, which the help does without
-
-    print_json(explanation_to_json(found))
-
-
 def _cut_off(options: argparse.Namespace, spent: str, message: str) -> int:
-    """Shows that it was ended by force; the exit code."""
+    """Reports that the command was ended by force, and returns the exit code."""
     said = f"Nothing is explained: {message}."
     if options.json:
-        _print_json(kabo.Explanation("exhausted", (said,)))
+        print_json(rooms.explanation_to_json(rooms.Explanation("exhausted", (said,))))
     else:
         print(said)
     return exit_codes.NO_PLAN

@@ -1,7 +1,7 @@
-"""`kabo generate`: a problem of a given size, by the rule that lies beside its domain.
+"""`kabo generate`: writes a problem of a given size, by the generator that lies beside its domain.
 
-The rule is `problem(n, home, …)` in `domains/<name>/generate.py`: it returns the text of a problem file, where `home`
-leads from the folder of that file to the domain's. What else it takes has a default and is given by `--set`. kabo
+The generator is `problem(n, home, …)` in `domains/<name>/generate.py`. It returns the text of a problem file; `home` is
+the path from the folder of that file to the domain's. Its other parameters have defaults and are given by `--set`. kabo
 itself knows no scenario.
 """
 
@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import kabo
-from kabo import plan
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import natural, output_file
 from kabo.cli.limits import add_limits
-from kabo.cli.solving import natural, output_file
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
 NAME = "generate"
@@ -33,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=[],
         metavar="KEY=VALUE",
-        help="what else the rule of the domain takes, as its README says",
+        help="other parameters of the domain's generator; its README lists them",
     )
     parser.add_argument(
         "-o", dest="output", type=output_file, required=True, metavar="FILE", help="the problem file"
@@ -47,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     rule = _rule(folder)
     settings = dict(_setting(rule, options.domain, text) for text in options.set)
     text = rule(options.n, home_from(options.output.parent, folder), **settings)
-    plan.write_atomically(options.output, text.encode())
+    rooms.write_atomically(options.output, text.encode())
     print(options.output)
     return exit_codes.DONE
 
@@ -56,7 +55,7 @@ def domain_folder(name: str) -> Path:
     """The folder of a domain with a generator: a path, beside the current folder, or as shipped with kabo.
 
     Raises:
-        InputError: there is none of this name; says which one may have been meant.
+        InputError: there is no generator of this name; proposes a similar name.
     """
     if (Path(name) / "generate.py").is_file():
         return Path(name)
@@ -71,13 +70,13 @@ def domain_folder(name: str) -> Path:
 
 
 def home_from(start: Path, folder: Path) -> str:
-    """The way from one folder to another as a prefix of relative paths: empty, or ending with `/`."""
+    """The path from one folder to another, as a prefix of relative paths: empty, or ending with `/`."""
     way = Path(os.path.relpath(folder.resolve(), start.resolve())).as_posix()
     return "" if way == "." else f"{way}/"
 
 
 def _setting(rule: Callable[..., str], domain: str, text: str) -> tuple[str, Any]:
-    """A name that the rule takes and its value, of the type of the default."""
+    """A parameter of the generator and its value, of the type of the parameter's default."""
     taken = {p.name: p.default for p in list(inspect.signature(rule).parameters.values())[2:]}
     name, equals, value = text.partition("=")
     if name not in taken or not equals:

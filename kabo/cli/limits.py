@@ -1,8 +1,8 @@
-"""The limits of a command, time and memory, and the edge that keeps them whatever the command does meanwhile.
+"""The limits of a command, in time and memory, and the process that enforces them whatever the command does.
 
-As a program, a command with limits runs in a child process. It ends by itself when it looks at its stop flag; what
-looks at none (libraries, compilers, files on a slow disk) is ended from here, a little later. The terminal, Ctrl-C and
-Ctrl-Z stay here, and so does a plan that was found, until the child has written it.
+As a program, a command with limits runs in a child process. It ends by itself when it looks at its stop flag. Code that
+looks at no stop flag (libraries, compilers, files on a slow disk) is killed by the parent, a little later. The parent
+keeps the terminal, handles Ctrl-C and Ctrl-Z, and holds a plan that was found until the child has written it.
 """
 
 import argparse
@@ -18,25 +18,24 @@ from multiprocessing.connection import Connection
 from time import perf_counter
 from typing import Any
 
-import kabo
 from kabo.budgets import default_memory, held_bytes, process_began
 from kabo.children import end_with_parent, ended_by
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.terminal import described, print_json, shown_text, tell
 
-GRACE_S = 0.15  # from a limit until what runs is ended by force
-INTERRUPTED_S = 2.0  # from Ctrl-C until then
-OVER = 1.1  # of the memory limit: from here on it is ended by force
-POLL_S, WEIGH_S = 0.05, 0.25  # between two looks at the clock, and at the memory
+GRACE_S = 0.15  # from a limit until the child is killed
+INTERRUPTED_S = 2.0  # from Ctrl-C until the child is killed
+KILLED_ABOVE = 1.1  # times the memory limit
+POLL_S, MEMORY_POLL_S = 0.05, 0.25  # between two looks at the clock, and at the memory
 UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
-NOTHING = ("none", "0")
-WAITING = (signal.SIGINT, signal.SIGTSTP)
+NO_LIMIT = ("none", "0")
+HANDLED = (signal.SIGINT, signal.SIGTSTP)  # by the parent; blocked while the child is made
 
-Keep = Callable[[Mapping[str, Any], bytes], None]
+OnFound = Callable[[Mapping[str, Any], bytes], None]
 
 
 def add_limits(parser: argparse.ArgumentParser, default: str = "none") -> None:
-    """`--timeout` and `--memory`, the same for every command; `default`: the seconds if nothing is said."""
+    """Adds `--timeout` and `--memory`, the same for every command; `default` describes the timeout if none is given."""
     parser.add_argument(
         "--timeout",
         type=seconds,
@@ -47,22 +46,22 @@ def add_limits(parser: argparse.ArgumentParser, default: str = "none") -> None:
         "--memory",
         type=memory,
         metavar="SIZE",
-        help="memory that it may hold, as 500M or 4G; none: without limit (default: half of what there is)",
+        help="memory that the command may hold, as 500M or 4G; none: without limit (default: half of what there is)",
     )
-    parser.set_defaults(door=Door())
+    parser.set_defaults(surrounding=Surrounding())
 
 
 def seconds(text: str) -> float:
-    """A span of time above 0; infinite for `none` and 0."""
-    value = inf if text in NOTHING else _number(text)
+    """Reads a number of seconds above 0; infinite for `none` and 0."""
+    value = inf if text in NO_LIMIT else _number(text)
     if value is None or value <= 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0, or none")
     return value
 
 
 def memory(text: str) -> float:
-    """Bytes: a number with K, M, G or T behind it; infinite for `none` and 0."""
-    if text in NOTHING:
+    """Reads a number of bytes, as a number with K, M, G or T behind it; infinite for `none` and 0."""
+    if text in NO_LIMIT:
         return inf
     found = re.fullmatch(r"([\d.]+)\s*([kmgt]?)i?b?", text.strip(), re.IGNORECASE)
     value = None if found is None else _number(found[1])
@@ -79,46 +78,46 @@ def _number(text: str) -> float | None:
     return value if isfinite(value) else None
 
 
-class Door:
-    """What a command has of the world around it: how long it may go on, who sees its progress, who keeps its plan."""
+class Surrounding:
+    """What surrounds a running command: the time it has left, who sees its progress, and who holds a found plan."""
 
     def __init__(self) -> None:
         self.began = perf_counter()
 
     def left(self, timeout: float | None) -> float | None:
-        """The seconds that are left of a limit; None if none was given."""
+        """The seconds that are left of `timeout`; None if there is no such limit."""
         return None if timeout is None else max(1e-3, timeout - (perf_counter() - self.began))
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[kabo.Progress], None] | None]":
-        """A function that shows progress; None if nobody looks."""
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
+        """A function that shows progress; None where standard error is no terminal."""
         with shown_text() as show:
             yield None if show is None else lambda progress: show(described(progress))
 
-    def keep(self) -> Keep | None:
-        """Who takes a plan that is found, with its result, before it is refined and certified; None: nobody has to."""
+    def on_found(self) -> OnFound | None:
+        """A function that takes a result and its plan file as soon as a plan is found; None if nobody has to hold them."""
         return None
 
 
-class _ChildDoor(Door):
-    """The same in a child process: the parent shows and keeps."""
+class _ChildSurrounding(Surrounding):
+    """The surroundings of a command in a child process: the parent shows progress and holds a found plan."""
 
     def __init__(self, channel: Connection, began: float) -> None:
         self.began, self._channel = began, channel
 
     @contextmanager
-    def reporting(self) -> "Iterator[Callable[[kabo.Progress], None] | None]":
-        def report(progress: "kabo.Progress") -> None:
+    def reporting(self) -> "Iterator[Callable[[rooms.Progress], None] | None]":
+        def report(progress: "rooms.Progress") -> None:
             self._channel.send(("doing", progress.doing, described(progress)))
 
         yield report
 
-    def keep(self) -> Keep | None:
+    def on_found(self) -> OnFound | None:
         return lambda body, plan: self._channel.send(("found", body, plan))
 
 
 def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
-    """Runs a command within its limits, in a child process; the exit code."""
+    """Runs a command within its limits, in a child process; returns the exit code."""
     began, parent = process_began(), os.getpid()  # importing kabo took time as well
     options.memory = default_memory() if options.memory is None else options.memory
     here, there = Pipe(duplex=False)
@@ -127,11 +126,11 @@ def limited(options: argparse.Namespace, run: Callable[[argparse.Namespace], int
     watch = _Watch(here, options, began)
     before = {number: signal.signal(number, act) for number, act in watch.signals().items()}
     try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)  # until it is known who is who
+        signal.pthread_sigmask(signal.SIG_BLOCK, HANDLED)  # until parent and child have their handlers
         child = os.fork()
         if child == 0:
             here.close()
-            options.door = _ChildDoor(there, began)
+            options.surrounding = _ChildSurrounding(there, began)
             _work(options, run, parent, before)
         there.close()
         return watch.exit_code(child)
@@ -146,15 +145,15 @@ def _work(
     parent: int,
     handlers: Mapping[signal.Signals, Any],
 ) -> None:
-    """The whole life of the child, which hears signals as the parent did before: never returns."""
+    """Runs the child, with the signal handlers that the parent had before; never returns."""
     code = exit_codes.DEFECT
     try:
         for number, act in handlers.items():
             signal.signal(number, act)
-        os.setpgid(0, 0)  # Ctrl-C is the parent's business
+        os.setpgid(0, 0)  # the parent handles Ctrl-C
         signal.signal(signal.SIGTTOU, signal.SIG_IGN)
         end_with_parent(parent)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
         code = run(options)
         sys.stdout.flush()
         sys.stderr.flush()
@@ -165,7 +164,7 @@ def _work(
 
 
 class _Watch:
-    """The parent's eye on the child: what it said last, what it keeps for it, and when to end it."""
+    """The parent's watch over the child: what it does, the plan that it has found, and when to kill it."""
 
     def __init__(self, channel: Connection, options: argparse.Namespace, began: float) -> None:
         self.child, self.channel, self.options = 0, channel, options
@@ -176,11 +175,11 @@ class _Watch:
         self._weighed = began
 
     def exit_code(self, child: int) -> int:
-        """Waits for the child, or ends it and says so."""
+        """Waits for the child, or kills it at a limit and reports that; returns the exit code."""
         self.child = child
         if self.interrupted is not None:
             self._send(signal.SIGINT)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
         with shown_text() as show:
             why = self._watched(show)
         if why is not None:
@@ -191,7 +190,7 @@ class _Watch:
         return self._cut_off(why, status)
 
     def signals(self) -> dict[signal.Signals, Callable[[int, Any], None]]:
-        """What to do about signals, before there is a child and after."""
+        """The handlers of signals, before there is a child and while it runs."""
 
         def interrupt(_: int, __: Any) -> None:
             self.interrupted = self.interrupted or perf_counter()
@@ -215,7 +214,7 @@ class _Watch:
                 end(self.child, signal.SIGKILL)
 
     def _watched(self, show: Callable[[str], None] | None) -> str | None:
-        """None when the child has ended; else which limit it did not keep."""
+        """None when the child has ended; otherwise the limit that it has exceeded."""
         while True:
             try:
                 if self.channel.poll(POLL_S):
@@ -231,9 +230,9 @@ class _Watch:
                 return "time"
             if self.interrupted is not None and now > self.interrupted + INTERRUPTED_S:
                 return "interrupted"
-            if now > self._weighed + WEIGH_S:
+            if now > self._weighed + MEMORY_POLL_S:
                 self._weighed = now
-                if held_bytes(self.child, OVER * self.options.memory) > OVER * self.options.memory:
+                if held_bytes(self.child, KILLED_ABOVE * self.options.memory) > KILLED_ABOVE * self.options.memory:
                     return "memory"
 
     def _rest(self, show: Callable[[str], None] | None) -> None:
@@ -253,7 +252,7 @@ class _Watch:
                 show(second)
 
     def _cut_off(self, why: str | None, status: int) -> int:
-        """Says what was cut off; a plan that was found is written all the same."""
+        """Reports what was cut off; a plan that was found is written all the same."""
         if why is None:
             said = f"the process that worked was ended by {ended_by(status)}, while {self.doing}"
             code, spent = exit_codes.DEFECT, None
@@ -262,12 +261,10 @@ class _Watch:
             said, spent = f"cut off while {self.doing} ({ended})", "time" if why == "interrupted" else why
             code = exit_codes.INTERRUPTED if why == "interrupted" else exit_codes.NO_PLAN
         if self.found is not None:
+            from kabo.cli.solving import finish
+
             body, plan = self.found
-            return int(
-                self.options.finish(
-                    {**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options
-                )
-            )
+            return finish({**body, "cut_off": [f"{said}: the plan is as it was found"]}, plan, self.options)
         told = getattr(self.options, "cut_off", None)
         if told is not None and spent is not None:
             return int(told(self.options, spent, said))

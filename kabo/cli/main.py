@@ -1,4 +1,4 @@
-"""The entry of `kabo`: chooses the command, and is the outer edge where every error becomes an exit code."""
+"""The entry of `kabo`: chooses the command, and turns every error into an exit code."""
 
 import argparse
 import json
@@ -11,8 +11,8 @@ from typing import NoReturn
 
 from kabo import __version__
 from kabo.cli import bound, check, decompose, exit_codes, explain, generate, request, serve, solve, task, verify
+from kabo.cli.argument_types import require_writable
 from kabo.cli.limits import limited
-from kabo.cli.solving import require_writable
 from kabo.errors import CutOff, InputError, KaboError, ServiceError, missing_library
 
 COMMANDS: tuple[ModuleType, ...] = (
@@ -27,7 +27,11 @@ COMMANDS: tuple[ModuleType, ...] = (
     serve,
     request,
 )
-WRITTEN = ("output", "html", "picture")  # options that name a file to write: better found out before the work
+OUTPUT_OPTIONS = (
+    "output",
+    "html",
+    "picture",
+)  # name files to write; whether that works is tried before the command runs
 REPORT = "please report it with this text and the files: it is a defect of kabo, not of your input"
 
 
@@ -35,19 +39,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code.
 
     Args:
-        arguments: None: those of the process, as a program; a command with limits then runs in a child process, where
-            it can be ended. Else it runs in this one, and ends where it looks at its limits.
+        arguments: the command line; None: that of this process. Then a command with limits runs in a child process,
+            which can be killed at its limits; otherwise it runs in this process and only ends itself.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         options = _parsed(given)
-    except _Wrong as wrong:
-        wrong.parser.print_usage(sys.stderr)
-        print(f"{wrong.parser.prog}: error: {wrong}", file=sys.stderr)
+    except _UsageError as error:
+        error.parser.print_usage(sys.stderr)
+        print(f"{error.parser.prog}: error: {error}", file=sys.stderr)
         if _asks_for_json(given):
-            print(json.dumps({"code": "bad_request", "message": str(wrong)}))
+            print(json.dumps({"code": "bad_request", "message": str(error)}))
         raise SystemExit(exit_codes.BAD_INPUT) from None
-    if arguments is None and hasattr(options, "door") and hasattr(os, "fork"):
+    if arguments is None and hasattr(options, "surrounding") and hasattr(os, "fork"):
         return limited(options, _in_this_process)
     return _in_this_process(options)
 
@@ -60,9 +64,9 @@ def _parsed(given: Sequence[str]) -> argparse.Namespace:
 
 
 def _in_this_process(options: argparse.Namespace) -> int:
-    """Runs a command; errors are told on standard error, in one place."""
+    """Runs a command and reports its errors on standard error."""
     try:
-        for name in WRITTEN:
+        for name in OUTPUT_OPTIONS:
             if (path := getattr(options, name, None)) is not None:
                 require_writable(path)
         return int(options.run(options))
@@ -73,23 +77,23 @@ def _in_this_process(options: argparse.Namespace) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return exit_codes.DONE
     except Exception as error:  # noqa: BLE001 - the outer edge
-        return _told(error, as_json=getattr(options, "json", False))
+        return _report(error, as_json=getattr(options, "json", False))
 
 
-class _Wrong(Exception):  # noqa: N818
-    """Options that cannot be understood; the parser that says so shows its usage."""
+class _UsageError(Exception):
+    """Arguments that cannot be read; `parser` is the one whose usage is shown."""
 
     def __init__(self, parser: argparse.ArgumentParser, message: str) -> None:
         self.parser = parser
         super().__init__(message)
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser that leaves it to `main` to tell what is wrong, which knows about `--json`."""
+class _CommandParser(argparse.ArgumentParser):
+    """A parser that raises its errors, so that `main` reports them, as JSON where that is asked for."""
 
     def error(self, message: str) -> NoReturn:
-        """Raises _Wrong."""
-        raise _Wrong(self, message)
+        """Raises _UsageError."""
+        raise _UsageError(self, message)
 
 
 def _asks_for_json(given: Sequence[str]) -> bool:
@@ -98,8 +102,8 @@ def _asks_for_json(given: Sequence[str]) -> bool:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line as argparse sees it; `run` of the parsed options is the command."""
-    top = _Parser(
+    """The parser of the command line; the attribute `run` of what it parses runs the command."""
+    top = _CommandParser(
         prog="kabo",
         description="Combined task and motion planning on the knowledge level, with bounded geometric predicates.",
     )
@@ -112,8 +116,8 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
-def _told(error: Exception, *, as_json: bool) -> int:
-    """Says what went wrong to people and (with --json) as one object `{code, message}`; returns the exit code."""
+def _report(error: Exception, *, as_json: bool) -> int:
+    """Reports an error on standard error and, with --json, as one object `{code, message}`; returns the exit code."""
     if isinstance(error, InputError):
         code, message, exit_code = "bad_request", str(error), exit_codes.BAD_INPUT
     elif isinstance(error, ServiceError):

@@ -1,4 +1,4 @@
-"""What `bound` and `decompose` share: the mesh, the tolerance, warnings, the output and the picture."""
+"""What `bound` and `decompose` have in common: the mesh, the tolerance, warnings, the output and the picture."""
 
 import argparse
 import math
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kabo import geometry, meshes
-from kabo.cli.solving import output_file
+from kabo.cli import rooms
+from kabo.cli.argument_types import output_file
 from kabo.cli.terminal import print_json, tell
 from kabo.errors import Diagnostic, InputError, did_you_mean
 
@@ -20,16 +20,16 @@ FINEST = 1e-11  # of the largest coordinate: rounding takes some hundreds of uni
 
 @dataclass(frozen=True)
 class Tolerance:
-    """An epsilon as it was written: metres, or a share of the bounding box's diagonal."""
+    """An epsilon as it stands on the command line: in metres, or as a share of the bounding box's diagonal."""
 
     value: float
     of_diagonal: bool
 
-    def metres(self, mesh: "meshes.Mesh") -> float:
+    def metres(self, mesh: "rooms.Mesh") -> float:
         """The tolerance for a mesh [m].
 
         Raises:
-            InputError: coordinates of this size are not known so exactly.
+            InputError: epsilon is smaller than the rounding error of coordinates of this size.
         """
         epsilon = self.value * mesh.diagonal if self.of_diagonal else self.value
         farthest = float(abs(mesh.vertices).max())
@@ -41,19 +41,19 @@ class Tolerance:
 
 
 def add_mesh_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options that say which mesh is taken, how near the result must be, and where it goes."""
+    """The arguments for the mesh to read, the tolerance, and the file to write."""
     parser.add_argument("mesh", type=Path, metavar="MESH", help="a mesh file: STL, OBJ, PLY, OFF, DAE or GLB")
     parser.add_argument(
         "--epsilon",
         type=tolerance,
         required=True,
         metavar="E",
-        help="how far the result may be away: metres, or a share of the diagonal as 1%%",
+        help="how far the result may stick out or shrink: in metres, or as a share of the diagonal (1%%)",
     )
     parser.add_argument(
         "--scale", type=scale, default=1.0, metavar="S", help="metres per unit of the file: 0.001 for millimetres"
     )
-    parser.add_argument("--repair", action="store_true", help="do safe repairs before, and say which")
+    parser.add_argument("--repair", action="store_true", help="repair what can be repaired safely, and report it")
     parser.add_argument("--picture", type=picture_file, metavar="PNG", help="draw the mesh and the result (PNG)")
     parser.add_argument(
         "-o", dest="output", type=mesh_file, required=True, metavar="OUT", help="the result: .off, .ply or .obj"
@@ -62,7 +62,7 @@ def add_mesh_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def tolerance(text: str) -> Tolerance:
-    """An epsilon: `0.002` metres, or `1%` of the diagonal; other spellings get the one that was meant."""
+    """Reads an epsilon: `0.002` metres, or `1%` of the diagonal; the error proposes what a misspelling meant."""
     number = text.strip()
     share = number.endswith("%")
     value = _value(number.removesuffix("%").strip())
@@ -92,7 +92,7 @@ def _meant(text: str) -> str:
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """A whole number from `least` on."""
+    """A reader of whole numbers that are at least `least`."""
 
     def parsed(text: str) -> int:
         if not re.fullmatch(r"\d{1,12}", text) or int(text) < least:
@@ -103,7 +103,7 @@ def at_least(least: int) -> Callable[[str], int]:
 
 
 def scale(text: str) -> float:
-    """Metres per unit; names of units get their number."""
+    """Reads metres per unit; for the name of a unit the error says its number."""
     value = _value(text.strip())
     if value is None or value <= 0.0:
         named = {"mm": "0.001", "cm": "0.01", "m": "1", "inch": "0.0254", "in": "0.0254"}.get(text.strip().lower())
@@ -113,7 +113,7 @@ def scale(text: str) -> float:
 
 
 def picture_file(text: str) -> Path:
-    """A picture to write."""
+    """Reads the path of a picture to write."""
     path = output_file(text)
     if path.suffix.lower() not in PICTURES:
         raise argparse.ArgumentTypeError(f"{text!r} does not end with .png")
@@ -121,10 +121,10 @@ def picture_file(text: str) -> Path:
 
 
 def mesh_file(text: str) -> Path:
-    """A mesh file to write, of a format that keeps all digits."""
+    """Reads the path of a mesh file to write, of a format that keeps all digits."""
     path = output_file(text)
     try:
-        meshes.require_written(path)
+        rooms.require_written(path)
     except InputError as error:
         (found,) = error.diagnostics
         raise argparse.ArgumentTypeError(f"{text!r}: {found.message}; {found.hint}") from None
@@ -135,7 +135,7 @@ def one_of(name: str, text: str, known: Sequence[str]) -> str:
     """The text, if it is one of the known words.
 
     Raises:
-        InputError: it is not; says which one may have been meant.
+        InputError: it is another word; proposes the nearest one.
     """
     if text not in known:
         hint = did_you_mean(text, known) or f"kabo knows {', '.join(known)}"
@@ -145,39 +145,39 @@ def one_of(name: str, text: str, known: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Loaded:
-    """The mesh of a command, its tolerance [m], what was repaired and what people should know."""
+    """The mesh of a command, its tolerance [m], the repairs that were made, and warnings."""
 
-    mesh: "meshes.Mesh"
+    mesh: "rooms.Mesh"
     epsilon: float
     repairs: tuple[str, ...]
     warnings: tuple[str, ...]
 
 
 def load(options: argparse.Namespace, *, borders: str = "refuse") -> Loaded:
-    """The mesh, sound enough to be bounded; what is missing for a picture is said before anything long begins.
+    """The mesh, sound enough to be bounded; a missing library for pictures is reported before the work begins.
 
     Raises:
         MeshError: one sentence with counts and the remedy. InputError: the picture's library is missing.
     """
     if options.picture is not None:
-        meshes.require_pictures()
-    mesh = meshes.load_mesh(options.mesh, options.scale)
+        rooms.require_pictures()
+    mesh = rooms.load_mesh(options.mesh, options.scale)
     repairs: list[str] = []
     if options.repair:
-        mesh, repairs = meshes.repaired(mesh)
+        mesh, repairs = rooms.repaired(mesh)
     for done in repairs:
         tell(f"{options.mesh}: {done}")
-    meshes.require_solid(mesh, borders="keep" if borders == "keep" else "refuse", repair=options.repair)
+    rooms.require_solid(mesh, borders="keep" if borders == "keep" else "refuse", repair=options.repair)
     epsilon = options.epsilon.metres(mesh)
-    warnings = [warning for warning in (meshes.units_warning(mesh), _crossing(mesh)) if warning is not None]
+    warnings = [warning for warning in (rooms.units_warning(mesh), _crossing(mesh)) if warning is not None]
     for warning in warnings:
         tell(str(warning))
     return Loaded(mesh, epsilon, tuple(repairs), tuple(warning.message for warning in warnings))
 
 
-def _crossing(mesh: "meshes.Mesh") -> Diagnostic | None:
-    """The warning for faces that cross others: what they enclose counts, but an inner mesh may miss some of it."""
-    count = int(geometry.crossing_faces(mesh.vertices, mesh.faces).sum())
+def _crossing(mesh: "rooms.Mesh") -> Diagnostic | None:
+    """A warning if faces cross: what they enclose counts as inside, but an inner mesh may miss some of it."""
+    count = int(rooms.crossing_faces(mesh.vertices, mesh.faces).sum())
     if count == 0:
         return None
     said = f"{count} of {len(mesh.faces)} triangles cross others, and may still do so in the result"
@@ -186,12 +186,12 @@ def _crossing(mesh: "meshes.Mesh") -> Diagnostic | None:
 
 
 def finish(options: argparse.Namespace, figures: dict[str, Any], loaded: Loaded, said: str) -> None:
-    """Shows the figures: one JSON object, or a line for people."""
+    """Prints the figures, as one JSON object or as a line of text."""
     tell(said)
     if options.json:
         print_json({**figures, "repairs": list(loaded.repairs), "warnings": list(loaded.warnings)})
 
 
 def length(metres: float) -> str:
-    """A length for people: `1.25 mm`."""
+    """A length as text: `1.25 mm`."""
     return f"{metres * 1000:.3g} mm" if metres < 1.0 else f"{metres:.3g} m"

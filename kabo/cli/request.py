@@ -1,16 +1,17 @@
-"""`kabo request`: `kabo solve` on a server; the same options, output and files."""
+"""`kabo request`: `kabo solve` on a server, with the same options, output and files."""
 
 import argparse
 import uuid
 from pathlib import Path
 
-from kabo import planner, service
+from kabo import service
+from kabo.cli import rooms
 from kabo.cli.solving import add_search_arguments, chosen_options, finish
 from kabo.cli.terminal import tell
 from kabo.errors import Diagnostic, InputError
 
 NAME = "request"
-HELP = "ask a server to solve a problem file; the same answer as from `kabo solve`"
+HELP = "ask a server to solve a problem file; the answer is that of `kabo solve`"
 DEADLINE_S = 3600.0
 
 
@@ -33,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     except InputError as error:  # a server would say the same
         if not options.json:
             tell(str(error))
-        return finish({**planner.invalid_to_json(error), "id": identifier}, None, options)
+        return finish({**rooms.invalid_to_json(error), "id": identifier}, None, options)
     reply = _asked(problem, identifier, options)
     if not options.json:
         for fields in reply.body["diagnostics"]:
@@ -42,13 +43,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _asked(problem: "service.ProblemFor", identifier: str, options: argparse.Namespace) -> "service.Reply":
-    """The reply; Ctrl-C cancels the job on the server, too."""
-    deadline_s = min(DEADLINE_S, options.door.left(options.timeout) or DEADLINE_S)
+    """The server's reply; Ctrl-C also cancels the job on the server."""
+    deadline_s = min(DEADLINE_S, options.surrounding.left(options.timeout) or DEADLINE_S)
     with (
         service.Client(service.client_config(options.connect, options.config)) as client,
-        options.door.reporting() as report,
+        options.surrounding.reporting() as report,
     ):
-        show = None if report is None else lambda body: report(planner.Progress(**body))
+        show = None if report is None else lambda body: report(rooms.Progress(**body))
         chosen = chosen_options(options) | ({} if options.timeout is None else {"timeout": deadline_s})
         try:
             return client.solve(problem, chosen, deadline_s=deadline_s, identifier=identifier, on_progress=show)

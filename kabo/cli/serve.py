@@ -1,4 +1,4 @@
-"""`kabo serve`: answers requests over zenoh until it is told to end."""
+"""`kabo serve`: answers requests over zenoh until SIGTERM or Ctrl-C."""
 
 import argparse
 import signal
@@ -7,13 +7,13 @@ from pathlib import Path
 
 from kabo import service
 from kabo.cli import exit_codes
-from kabo.cli.solving import natural
+from kabo.cli.argument_types import natural
 from kabo.cli.terminal import tell
 
 NAME = "serve"
-HELP = "answer requests over zenoh; without endpoints, on the loopback default"
-PATIENCE_S = 10.0
-LATE_S = 5.0  # after which a person is told why there is no server yet
+HELP = "answer requests over zenoh; without endpoints, on the loopback interface only"
+FINISH_S = 10.0  # how long running jobs may take after the first signal
+LATE_S = 5.0  # after which a message says why the server is not ready yet
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,12 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--config", type=Path, metavar="FILE", help="a zenoh configuration (JSON5): TLS, access rules"
     )
     parser.add_argument(
-        "--root", type=Path, metavar="FOLDER", help="requests may name problem files below this folder"
+        "--root", type=Path, metavar="FOLDER", help="let requests name problem files below this folder"
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Serves until SIGTERM or Ctrl-C; a second one does not wait for running jobs."""
+    """Serves until SIGTERM or Ctrl-C; a second signal ends the server without waiting for running jobs."""
     config = service.server_config(options.listen, options.connect, options.config)
     late = threading.Timer(
         LATE_S, tell, ("kabo: warming up; the first time on a machine, this compiles for a minute",)
@@ -42,16 +42,16 @@ def run(options: argparse.Namespace) -> int:
     late.daemon = True
     late.start()
     try:
-        server = service.Server(config, service.Settings(workers=max(1, options.workers), root=options.root))
+        server = service.Server(config, service.ServerSettings(workers=max(1, options.workers), root=options.root))
     finally:
         late.cancel()
-    told = threading.Event()
+    asked_to_end = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: told.set())
+        signal.signal(number, lambda *_: asked_to_end.set())
     tell(f"kabo: {server.name} is ready")
-    told.wait()
+    asked_to_end.wait()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, signal.SIG_DFL)
     tell("kabo: finishing running jobs")
-    server.close(PATIENCE_S)
+    server.close(FINISH_S)
     return exit_codes.DONE

@@ -1,9 +1,10 @@
-"""`kabo solve`: from a problem file to a branched plan with a motion for every action."""
+"""`kabo solve`: finds a branched plan for a problem file, with a motion for every action."""
 
 import argparse
 
-from kabo import requests
-from kabo.cli.solving import add_search_arguments, chosen_options, finish, natural, told_cut_off
+from kabo.cli import rooms
+from kabo.cli.argument_types import natural
+from kabo.cli.solving import add_search_arguments, chosen_options, finish, report_cut_off
 from kabo.cli.terminal import clean_standard_output, interruptible, tell
 
 NAME = "solve"
@@ -13,21 +14,27 @@ HELP = "find a plan for a problem file, print it as a tree and write it as JSON"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo solve`."""
     add_search_arguments(parser, NAME)
-    parser.add_argument("--workers", type=natural, default=1, metavar="N", help="processes to use (default: 1)")
+    parser.add_argument(
+        "--workers",
+        type=natural,
+        default=1,
+        metavar="N",
+        help="processes; the plan does not depend on their number (default: 1)",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Solves, shows the plan or why there is none, and writes the plan file only if there is one."""
+    """Solves, shows the plan or why there is none, and writes the plan file if there is a plan."""
     try:
-        with clean_standard_output(), options.door.reporting() as report, interruptible() as stop:
-            answer = requests.solve_file(
+        with clean_standard_output(), options.surrounding.reporting() as report, interruptible() as stop:
+            answer = rooms.solve_file(
                 options.problem,
                 chosen_options(options),
                 domain=options.domain,
                 workers=max(1, options.workers),
                 progress=report,
                 cancelled=stop,
-                keep=options.door.keep(),
+                on_found=options.surrounding.on_found(),
             )
     except KeyboardInterrupt:
         return _interrupted(options)
@@ -37,5 +44,5 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _interrupted(options: argparse.Namespace) -> int:
-    """Ctrl-C for the second time ends a search at once: without a plan, and without a file."""
-    return told_cut_off(options, "time", "interrupted by the user")
+    """Reports that a second Ctrl-C ended the search at once: without a plan, and without a file."""
+    return report_cut_off(options, "time", "interrupted by the user")

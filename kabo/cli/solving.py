@@ -1,29 +1,26 @@
-"""What `solve` and `request` share: the options of a search, and how its answer is shown and written."""
+"""What `solve`, `request` and `explain` have in common: their options, and how an answer is shown and written."""
 
 import argparse
-import math
-import tempfile
 from collections.abc import Callable, Mapping
+from math import inf
 from pathlib import Path
 from typing import Any, cast
 
-from kabo import plan as plans
-from kabo import planner
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
+from kabo.cli.argument_types import bounded, output_file, positive, whole
 from kabo.cli.limits import add_limits
 from kabo.cli.terminal import print_json, tell
-from kabo.errors import Diagnostic, InputError
 from kabo.options import OPTIONS, Option, SolveOptions
 
-TOLD = 2  # details beside the sentence that says why there is no plan: the first ones tell most
+SHOWN_DETAILS = 2  # of the reason why there is no plan: the first ones say most
 
 
 def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve") -> None:
-    """The options that say how to search; each that is not given is left to the problem and the scene."""
+    """The arguments of `solve` and `request`; options that are not given are left to the problem and the scene."""
     add_problem_argument(parser)
     add_options(parser, command)
     add_limits(parser, "the problem's, else 600")
-    parser.set_defaults(cut_off=told_cut_off, finish=finish)
+    parser.set_defaults(cut_off=report_cut_off)
     parser.add_argument(
         "-o",
         dest="output",
@@ -36,7 +33,7 @@ def add_search_arguments(parser: argparse.ArgumentParser, command: str = "solve"
 
 
 def add_options(parser: argparse.ArgumentParser, command: str, **defaults: object) -> None:
-    """The options of a solve that a command has, from the table; `defaults` are those that differ for this command."""
+    """Adds the options of the table that a command has; `defaults` are those that differ for this command."""
     for option in OPTIONS.values():
         if command not in option.commands:
             continue
@@ -46,7 +43,7 @@ def add_options(parser: argparse.ArgumentParser, command: str, **defaults: objec
         elif option.kind is bool:
             given["action"] = argparse.BooleanOptionalAction
         else:
-            given |= {"type": _parser(option), "metavar": "N" if option.kind is int else option.name[0].upper()}
+            given |= {"type": _reader(option), "metavar": "N" if option.kind is int else option.name[0].upper()}
         parser.add_argument(argument_of(option), **given)
 
 
@@ -56,33 +53,23 @@ def argument_of(option: Option) -> str:
 
 
 def _help(option: Option, default: object) -> str:
-    """What an option means, and what it is if it is not given."""
+    """The help text of an option: its meaning and its default."""
     last = option.otherwise or ("yes" if default is True else f"{default}")
     first = "" if option.problem_key is None else "the problem's, else "
     return f"{option.help} (default: {first}{last})".replace("`", "").replace("%", "%%")
 
 
-def _parser(option: Option) -> Callable[[str], Any]:
-    """What reads the value of an option that is a number."""
+def _reader(option: Option) -> Callable[[str], Any]:
+    """The function that reads the value of an option that is a number."""
     if option.kind is int:
-        return natural
-    if option.at_least is None or option.at_most is None:
+        return whole(int(option.at_least or 0))
+    if not option.at_least and option.at_most is None:
         return positive
-    least, most = option.at_least, option.at_most
-
-    def bounded(text: str) -> float:
-        value = float(positive(text))
-        if not least <= value <= most:
-            wanted = "a length" if option.unit == "m" else "a number"
-            span = f"{least:g} to {most:g} {option.unit}".rstrip()
-            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted} from {span}")
-        return value
-
-    return bounded
+    return bounded(option.at_least or 0.0, inf if option.at_most is None else option.at_most, option.unit)
 
 
 def add_problem_argument(parser: argparse.ArgumentParser) -> None:
-    """The problem, in one file or two."""
+    """The arguments for a problem in one file, or in two."""
     parser.add_argument(
         "problem",
         type=Path,
@@ -94,7 +81,7 @@ def add_problem_argument(parser: argparse.ArgumentParser) -> None:
 
 
 class _OneOrTwo(argparse.Action):
-    """Takes one file or two: `problem`, and `domain` or None."""
+    """Stores one or two files: as `problem`, and as `domain` or None."""
 
     def __call__(
         self,
@@ -110,20 +97,19 @@ class _OneOrTwo(argparse.Action):
 
 
 def chosen_options(options: argparse.Namespace) -> SolveOptions:
-    """The options of a solve that were given; `timeout` is what is left of it."""
+    """The options of the table that were given; `timeout` is the rest of it."""
     given = {name: getattr(options, name, None) for name in OPTIONS}
     chosen = {name: value for name, value in given.items() if value is not None}
     if options.timeout is not None:
-        chosen["timeout"] = options.door.left(options.timeout)
+        chosen["timeout"] = options.surrounding.left(options.timeout)
     return cast("SolveOptions", chosen)
 
 
-def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
-    """Shows that a search was ended by force before there was a plan; the exit code."""
+def report_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
+    """Reports that a search was ended by force before there was a plan, and returns the exit code."""
     said = f"{message}; no file was written"
     if options.json:
-        reason = planner.Reason(None, spent, said)
-        print_json(planner.result_to_json(planner.Result("exhausted", None, {}, reason)))
+        print_json(rooms.result_to_json(rooms.Result("exhausted", None, {}, rooms.Reason(None, spent, said))))
     tell(f"kabo: {said}")
     return exit_codes.NO_PLAN
 
@@ -131,15 +117,15 @@ def told_cut_off(options: argparse.Namespace, spent: Any, message: str) -> int:
 def finish(body: Mapping[str, Any], plan: bytes | None, options: argparse.Namespace) -> int:
     """Writes the plan if there is one, shows the answer, and returns the exit code.
 
-    Without `--json` the plan's tree goes to standard output, and why there is no plan to standard error.
+    Without `--json` the tree of the plan goes to standard output, and the reason why there is none to standard error.
     """
     if plan is not None:
-        plans.write_atomically(options.output, plan)
+        rooms.write_atomically(options.output, plan)
         body = {**body, "plan": str(options.output)}
     if options.json:
         print_json(body)
     elif plan is not None:
-        print(plans.describe(plans.plan_from_json(plan)).rstrip("\n"))
+        print(rooms.describe(rooms.plan_from_json(plan)).rstrip("\n"))
         tell(f"{options.output}: {_size(body['statistics'])}")
         gaps = body["statistics"].get("certificate_gaps", ())
         if gaps:
@@ -168,48 +154,5 @@ def _no_plan(body: Mapping[str, Any]) -> str:
     }.get(body["status"], "")
     said = "no plan found, " if reason.get("budget") == "reasoning" else said
     details = reason["details"]
-    more = ["  kabo explain says more, and what would help"] if len(details) > TOLD else []
-    return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:TOLD]), *more])
-
-
-def _number(kind: Callable[[str], float], least: float, wanted: str) -> Callable[[str], Any]:
-    def parsed(text: str) -> float:
-        try:
-            value = kind(text)
-        except ValueError:
-            value = math.nan
-        if not (math.isfinite(value) and value >= least) or (kind is float and value == 0):
-            raise argparse.ArgumentTypeError(f"{text!r} is not {wanted}")
-        return value
-
-    return parsed
-
-
-def output_file(text: str) -> Path:
-    """A file to write, in a folder that exists: better said now than after the search."""
-    path = Path(text)
-    try:
-        fits = path.parent.is_dir() and not path.is_dir()
-    except (OSError, ValueError):  # too long a name, or a null byte in it
-        fits = False
-    if not fits:
-        raise argparse.ArgumentTypeError(f"{text!r} is no file in a folder that exists")
-    return path
-
-
-def require_writable(path: Path) -> None:
-    """Nothing, for a file that can be written: tried with an empty file beside it, which goes again.
-
-    Raises:
-        InputError: it cannot; says why.
-    """
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", suffix=".part" + 16 * "0"):
-            pass
-    except OSError as error:
-        hint = "name another file to write"
-        raise InputError([Diagnostic(str(path), 1, 1, f"cannot be written: {error.strerror}", hint)]) from None
-
-
-natural = _number(int, 0, "a whole number from 0 on")
-positive = _number(float, 0.0, "a number above 0")
+    more = ["  kabo explain says more, and what would help"] if len(details) > SHOWN_DETAILS else []
+    return "\n".join([said + reason["message"], *(f"  - {detail}" for detail in details[:SHOWN_DETAILS]), *more])

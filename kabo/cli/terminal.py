@@ -1,4 +1,4 @@
-"""What commands share at the terminal: progress for people, and a clean standard output.
+"""What commands have in common at the terminal: messages, progress, Ctrl-C, and a clean standard output.
 
 Standard output carries the answer only (the plan's tree, or one JSON object); all else goes to standard error.
 """
@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-import kabo
+from kabo.cli import rooms
 
 
 def tell(text: str) -> None:
-    """Says something to people."""
+    """Prints a message on standard error."""
     print(text, file=sys.stderr)
 
 
@@ -26,7 +26,7 @@ def print_json(answer: Mapping[str, Any]) -> None:
 
 @contextmanager
 def shown_text() -> Iterator["Callable[[str], None] | None"]:
-    """A function that shows progress in one line of a terminal; None where standard error is none."""
+    """A function that shows progress in one line of the terminal; None where standard error is no terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -59,14 +59,14 @@ def _started_bar() -> tuple[Any, Any]:
 
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool]]:
-    """A function that says whether Ctrl-C was pressed; the command then ends with what it has. Twice ends it at once."""
+    """A function that says whether Ctrl-C was pressed, so that the command stops soon; a second Ctrl-C aborts it."""
     pressed: list[int] = []
 
     def note(number: int, frame: object) -> None:
         if pressed:
             raise KeyboardInterrupt
         pressed.append(number)
-        tell("kabo: ending with what there is; once more to stop at once")
+        tell("kabo: ending with what there is so far; press Ctrl-C again to abort")
 
     try:
         before = signal.signal(signal.SIGINT, note)
@@ -79,15 +79,15 @@ def interruptible() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def described(progress: "kabo.Progress") -> str:
-    """Progress in a line, as `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
+def described(progress: "rooms.Progress") -> str:
+    """Progress as a line of text: `searching: 120 nodes expanded, 340 generated, 12 procedure calls`."""
     done = f"{progress.doing}: {progress.expanded} nodes expanded, {progress.generated} generated"
     return f"{done}, {progress.procedure_calls} procedure calls" if progress.procedure_calls else done
 
 
 @contextmanager
 def clean_standard_output() -> Iterator[None]:
-    """Sends to standard error what libraries in C and C++ write to descriptor 1 meanwhile."""
+    """Redirects to standard error what libraries in C and C++ write to standard output meanwhile."""
     try:
         out = sys.stdout.fileno()
     except (OSError, ValueError):  # a test captures standard output without a descriptor

@@ -1,10 +1,9 @@
-"""`kabo verify`: whether a plan file keeps what it promises, judged without the planner's code."""
+"""`kabo verify`: judges without the planner's code whether a plan file keeps its promises."""
 
 import argparse
 from pathlib import Path
 
-from kabo import requests
-from kabo.cli import exit_codes
+from kabo.cli import exit_codes, rooms
 from kabo.cli.limits import add_limits
 from kabo.cli.solving import add_problem_argument
 from kabo.cli.terminal import clean_standard_output, print_json, tell
@@ -17,16 +16,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `kabo verify`."""
     add_problem_argument(parser)
     parser.add_argument("plan", type=Path, metavar="PLAN", help="the plan file")
-    parser.add_argument("--knowledge-only", action="store_true", help="check no motions, only what is known when")
+    parser.add_argument(
+        "--knowledge-only", action="store_true", help="check only what is known when, and no motions"
+    )
     parser.add_argument("--paranoid", action="store_true", help="check the plan's certificate in exact arithmetic")
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
     add_limits(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the report; exit code 5 if any finding stands against the plan."""
+    """Prints the report; exit code 5 if there is any finding against the plan."""
     with clean_standard_output():
-        report = requests.verify_file(
+        report = rooms.verify_file(
             options.problem,
             options.plan,
             domain=options.domain,

@@ -1,7 +1,7 @@
-"""How array kernels are compiled, and where what was compiled is kept: the only room that imports numba.
+"""Compiling of array kernels, and the folder where compiled code is kept: the only room that imports numba.
 
-`kernel` and its relatives are decorators of the functions in `*/kernels/`; `cache_folder` is the folder of everything
-that may be computed again.
+`kernel` and its relatives decorate the functions in `*/kernels/`. `cache_folder` is the folder of everything that can be
+computed again.
 """
 
 from kabo.compilation.cache import cache_folder

@@ -1,4 +1,4 @@
-"""Where everything lies that may be computed again: the cache folder, and who may write to it."""
+"""The cache folder: where everything lies that can be computed again, and who may write there."""
 
 import atexit
 import os
@@ -11,11 +11,11 @@ from pathlib import Path
 
 
 def cache_folder() -> Path:
-    """The folder for everything that may be computed again: $KABO_CACHE, $XDG_CACHE_HOME/kabo, ~/.cache/kabo.
+    """The folder for everything that can be computed again: $KABO_CACHE, $XDG_CACHE_HOME/kabo, or ~/.cache/kabo.
 
-    What lies there is executed (compiled kernels, and indices that are pickles), so a folder is taken only if it
-    belongs to this user and nobody else can write to it. Where there is none, a private folder in the system's
-    temporary directory serves this process and those that it starts.
+    Its files are executed (compiled kernels, and indices that are pickles), so a folder is used only if it belongs to
+    this user and nobody else can write to it. If there is no such folder, this process and its children use a private
+    one in the system's temporary directory.
     """
     chosen = os.environ.get("KABO_CACHE")
     home = os.environ.get("XDG_CACHE_HOME")
@@ -31,7 +31,7 @@ def _home() -> Path:
 
 
 def _usable(folder: Path) -> bool:
-    """Whether a folder can be written, is there or was made, and is this user's alone to write."""
+    """Whether a folder exists or was made, belongs to this user, and can be written by this user alone."""
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -59,7 +59,7 @@ def _warn_of(folder: Path, own: bool) -> None:
 
 @cache
 def _private_folder() -> Path:
-    """A new folder that only this user can read or write; gone when the process ends."""
+    """A new folder that only this user can read or write; it is removed when the process ends."""
     folder, owner = Path(tempfile.mkdtemp(prefix="kabo-cache-")), os.getpid()
 
     def remove() -> None:

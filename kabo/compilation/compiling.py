@@ -1,9 +1,9 @@
-"""How and where array kernels are compiled: `kernel`, the only door to numba.
+"""How and where array kernels are compiled: `kernel` and its relatives, the only way to numba.
 
-numba notices changes in a kernel's own file only: a caller keeps running its callee's old code. So the compiled
-code lies in a folder named after the hash of *all* kernel sources and of how they are compiled. fastmath stays off,
-because reordering could undo a proof [docs/decisions/001-kernels.md]; `reassoc` and `contract` alone are allowed where
-a kernel asks for them. What a kernel calls is compiled as a part of it [kabo.compilation.linking].
+numba notices changes in a kernel's own file only: a caller keeps running the old code of what it calls. So compiled code
+lies in a folder that is named after a hash of *all* kernel sources and of how they are compiled. fastmath stays off,
+because reordering could undo a proof [docs/decisions/001-kernels.md]; a kernel may ask for `reassoc` and `contract`
+alone. What a kernel calls is compiled as a part of it [kabo.compilation.linking].
 """
 
 import hashlib
@@ -21,7 +21,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 @cache
 def _sources_digest() -> str:
-    """A hash of the sources of all kernels, wherever their folders lie, and of how they are compiled."""
+    """A hash of the sources of all kernels and of the code that compiles them."""
     digest, here = hashlib.sha256(), Path(__file__).parent
     for source in (here / "compiling.py", here / "linking.py", *sorted(here.parent.glob("**/kernels/*.py"))):
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
@@ -43,15 +43,15 @@ def _numba() -> Any:
 
 
 def window(flat: Any, start: int, shape: tuple[int, ...]) -> Any:
-    """The numbers of a flat array from `start` on, as a contiguous array of a shape; kernels have it for nothing.
+    """A view of the numbers of a flat array from `start` on, as a contiguous array of a shape; costs nothing in kernels.
 
-    Nothing is copied, and a kernel does not see to it that the flat array is long enough.
+    Kernels do not check that the flat array is long enough.
     """
     return flat[start : start + math.prod(shape)].reshape(shape)
 
 
 def _teach_window() -> None:
-    """Tells numba how kernels take a `window`; slices and shapes of its own are calls, and count references."""
+    """Teaches numba to make a `window` in kernels; its own slices and reshapes are calls that count references."""
     from numba.core import cgutils, types
     from numba.extending import lower_builtin, type_callable
     from numba.np.arrayobj import make_array, populate_array
@@ -95,7 +95,7 @@ _OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 @cache
 def _links() -> bool:
-    """Whether kernels are linked from parts; a file in the cache remembers that this numba could do it."""
+    """Whether kernels are linked from parts; a file in the cache records that this numba can do it."""
     numba = _numba()
     tried = Path(numba.config.CACHE_DIR) / f"numba-{numba.__version__}-links"
     if tried.exists():
@@ -115,9 +115,9 @@ def kernel(function: _Function) -> _Function:
 
 
 def lean_kernel(function: _Function) -> _Function:
-    """As `kernel`, for functions that make no array, nor call one that does: references are not counted.
+    """As `kernel`, without counting references: for functions that make no array and call none that does.
 
-    Counting costs some nanoseconds for each array at each call, which nested kernels of many arrays feel.
+    Counting costs some nanoseconds for each array at each call, which matters in nested kernels of many arrays.
     """
     return _compiled(function, _nrt=False)
 
@@ -129,8 +129,8 @@ def leaf_kernel(function: _Function) -> _Function:
 
 
 def reduction_kernel(function: _Function) -> _Function:
-    """As `lean_kernel`, but sums may be reordered and contracted; only where the rounding bound allows any order.
+    """As `lean_kernel`, but sums may be reordered and contracted; only for sums whose rounding bound allows any order.
 
-    Not inlined by numba, because an inlined body takes its caller's rules; LLVM inlines it with its own.
+    numba does not inline it, because an inlined body follows the rules of its caller; LLVM inlines it with its own.
     """
     return _compiled(function, fastmath={"contract", "reassoc", "nsz"}, _nrt=False)

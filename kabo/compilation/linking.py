@@ -1,11 +1,11 @@
-"""Kernels inside kernels: what a kernel calls is linked into it, and optimised there, once.
+"""Linking of kernels: what a kernel calls is linked into it, and optimised there, once.
 
-numba optimises each function together with all that it calls, and makes machine code of it: a function eight calls
-deep is optimised eight times, which was two thirds of compiling. So each kernel is two: the *whole* that Python calls,
-and the *part* that other kernels call. A part is typed and lowered, but neither optimised nor made executable; its
-callers' wholes do that. Only wholes are stored on disk.
+numba optimises each function together with everything that it calls: a function eight calls deep is optimised eight
+times, which was two thirds of the time of compiling. So each kernel is compiled as two functions: the *whole*, which
+Python calls, and the *part*, which other kernels call. A part is typed and lowered, but optimised and made executable
+only inside the wholes of its callers. Only wholes are stored on disk.
 
-This leans on numba's `pipeline_class` and on a few private methods of its code libraries [numba/core/codegen.py].
+This depends on numba's `pipeline_class` and on a few private methods of its code libraries [numba/core/codegen.py].
 `linking_works` tries it; where it does not work, kernels are compiled in numba's own way, which takes longer.
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 
 @cache
 def whole_compiler() -> Any:
-    """Compiles without collections of garbage: it makes millions of objects that live until it ends."""
+    """A compiler that runs without collections of garbage: its millions of objects live until it ends."""
     from numba.core.compiler import Compiler
 
     class WholeCompiler(Compiler):
@@ -37,18 +37,18 @@ def whole_compiler() -> Any:
 
 @cache
 def part_compiler() -> Any:
-    """A compiler that stops before anything is optimised."""
+    """A compiler that stops before optimising."""
     from numba.core.codegen import JITCodeLibrary
     from numba.core.compiler import Compiler
 
     class WithoutEnvironment:
-        """A code generator that does not look for the machine code of what has none."""
+        """A code generator that sets no environment, for libraries without machine code."""
 
         def __init__(self, generator: Any) -> None:
             self._generator = generator
 
         def set_env(self, name: str, environment: Any) -> None:
-            """Nothing: only code that calls Python has use for an environment."""
+            """Does nothing: only code that calls Python needs an environment."""
 
         def __getattr__(self, name: str) -> Any:
             return getattr(self._generator, name)
@@ -61,7 +61,7 @@ def part_compiler() -> Any:
             return WithoutEnvironment(self._codegen)
 
         def _optimize_final_module(self) -> None:
-            """Nothing: the wholes that this is linked into are optimised."""
+            """Does nothing: the wholes that this is linked into are optimised."""
 
         def _finalize_final_module(self) -> None:
             self._finalized = True
@@ -80,9 +80,9 @@ def part_compiler() -> Any:
 
 
 def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
-    """A kernel whose whole is linked from the parts of what it calls, and whether the whole is stored on disk.
+    """A kernel whose whole is linked from the parts of what it calls, and stored on disk if `stored`.
 
-    Calls with constants use the code for any number: else each combination of constants would be compiled once more.
+    Calls with constants use the code for any number; otherwise each combination of constants would be compiled.
     """
     import numba
     from numba.core.types import unliteral
@@ -102,9 +102,9 @@ def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
 
 
 def linking_works(options: dict[str, Any]) -> bool:
-    """Whether this numba links parts; warns where it does not.
+    """Whether this numba can link parts; warns if it cannot.
 
-    A kernel is tried that calls one with arrays and one without, as kabo's kernels do.
+    The trial is a kernel that calls one with arrays and one without, as kabo's kernels do.
     """
     from numba.core.errors import NumbaError
 

@@ -2,14 +2,22 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from kabo.errors import InputError
-from kabo.explain.failed_calls import Finding
-from kabo.explain.scene_changes import Change, Finer, Moved, Removed, changed, removable
-from kabo.geometry_server import Shortfall, Situation, Surroundings, supports
+from kabo.explain.findings import (
+    BaseMoved,
+    BodyRemoved,
+    Change,
+    Counterfactual,
+    Finding,
+    LeastMove,
+    SmallerEpsilon,
+)
+from kabo.explain.scene_changes import changed, removable
+from kabo.geometry_server import Situation, Surroundings, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
 from kabo.planner.solve import solve
@@ -24,20 +32,7 @@ TIMES = 4  # as many times what the problem itself took before it was given up, 
 
 
 @dataclass(frozen=True)
-class Counterfactual:
-    """A change and what came of solving the problem with it; `plan_actions` on the longest branch."""
-
-    change: Change
-    result: Literal["solved", "no_plan", "exhausted"]
-    plan_actions: int | None = None
-
-    def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
-        return {"change": self.change.json(), "result": self.result, "plan_actions": self.plan_actions}
-
-
-@dataclass(frozen=True)
-class Means:
+class TrialBudget:
     """What trying changes may cost: budgets and what was used of them; seconds for all only cut off."""
 
     samples: int
@@ -66,10 +61,10 @@ def candidates(
 def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[Finding]) -> Iterator[Change]:
     for finding in findings[:BLAMED]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
-        yield from (Removed(name) for name in freed if not _carries(surroundings, name))
+        yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
     if any(finding.because_of_epsilon for finding in findings):
-        yield Finer(round(surroundings.budget.epsilon / FINER, 9))
-    farthest: dict[str, Shortfall] = {}
+        yield SmallerEpsilon(round(surroundings.budget.epsilon / FINER, 9))
+    farthest: dict[str, LeastMove] = {}
     for finding in findings:
         if finding.robot is not None and finding.nearer:
             move = finding.nearer[-1]  # the last one keeps the height, if that helps
@@ -78,9 +73,9 @@ def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[
         yield from (_moved(robot, np.array(move.by), margin) for margin in MARGINS if move.metres)
 
 
-def _moved(robot: str, by: Any, margin: float) -> Moved:
+def _moved(robot: str, by: Any, margin: float) -> BaseMoved:
     x, y, z = (round(float(v), 3) + 0.0 for v in by * (1.0 + margin / float(np.linalg.norm(by))))
-    return Moved(robot, (x, y, z))
+    return BaseMoved(robot, (x, y, z))
 
 
 def _carries(surroundings: Surroundings, name: str) -> bool:
@@ -91,7 +86,7 @@ def _carries(surroundings: Surroundings, name: str) -> bool:
 
 
 def tried(
-    problem: Problem, surroundings: Surroundings, changes: Sequence[Change], means: Means, **options: Any
+    problem: Problem, surroundings: Surroundings, changes: Sequence[Change], means: TrialBudget, **options: Any
 ) -> list[Counterfactual]:
     """What came of each change; what solves the problem first, fewest actions first, else in their order.
 
@@ -113,10 +108,10 @@ def tried(
 
 
 def _tried(
-    problem: Problem, change: Change, means: Means, seconds: float, options: dict[str, Any]
+    problem: Problem, change: Change, means: TrialBudget, seconds: float, options: dict[str, Any]
 ) -> Counterfactual | None:
     samples, expansions = means.share
-    given = {**options, "epsilon": change.epsilon} if isinstance(change, Finer) else options
+    given = {**options, "epsilon": change.epsilon} if isinstance(change, SmallerEpsilon) else options
     try:
         result = solve(
             problem,

@@ -9,10 +9,11 @@ failed, and at what one change would do.
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from kabo.budgets import StopFlag, default_memory
 from kabo.errors import InputError
+from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import report
 from kabo.explain.unused import Unused
 from kabo.knowledge import Verdict as Judged
@@ -20,19 +21,14 @@ from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
 from kabo.options import Options, Search
-from kabo.planner.geometry.external_procedures import Procedures
+from kabo.planner.geometry.external_procedures import ExternalProcedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
-from kabo.planner.proofs.unreachable import UnreachableGoal, blocked_in, unreachable_in
+from kabo.planner.proofs.unreachable import UnreachableGoal, root_causes_in, unreachable_in
 from kabo.planner.proofs.wording import counted, listed
 from kabo.planner.result import Reason
 from kabo.planner.search.contingent import find_skeleton
-from kabo.planner.search.skeleton import Exhausted, Found, Limits
-
-if TYPE_CHECKING:
-    from kabo.explain.counterfactuals import Counterfactual
-    from kabo.explain.failed_calls import Finding
-    from kabo.explain.geometry import Obstacles
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits
 
 SECONDS = 60.0
 
@@ -66,8 +62,8 @@ class Explanation:
     unreachable_goals: tuple[UnreachableGoal, ...] = ()
     unused_actions: tuple[str, ...] = ()
     never_known: tuple[str, ...] = ()
-    findings: "tuple[Finding, ...]" = ()
-    counterfactuals: "tuple[Counterfactual, ...]" = ()
+    findings: tuple[Finding, ...] = ()
+    counterfactuals: tuple[Counterfactual, ...] = ()
     complete: bool = True
 
     def __str__(self) -> str:
@@ -129,12 +125,12 @@ def explain(
     bytes_ = default_memory() if memory is None else memory
     stop = StopFlag(seconds, bytes_, cancelled)
     if procedures:
-        problem = Procedures(problem, procedures, "adaptive").answering()
+        problem = ExternalProcedures(problem, procedures, "adaptive").answering()
     whole = ground_whole(problem)
     judged = verdict_of(problem)
-    blocked = blocked_in(whole)
-    goals = unreachable_in(blocked)
-    unused = Unused(blocked)
+    causes = root_causes_in(whole)
+    goals = unreachable_in(causes)
+    unused = Unused(causes)
     idle, unknown = (*unused.actions(), *unused.rules()), tuple(unused.never_known())
     found: Obstacles | None = None
     if goals:
@@ -145,7 +141,8 @@ def explain(
         expansions = Options.max_expansions if max_expansions is None else max_expansions
         verdict, summary = _searched(problem, judged, search, expansions, stop)
         if verdict == "solvable" and geometry and not procedures and _has_motions(problem):
-            from kabo.explain.geometry import obstacles  # symbolic problems never pay for geometry
+            # Loads kernels for most of a second, which a problem without a scene never needs.
+            from kabo.explain.geometry import obstacles
 
             left = max(0.0, seconds - (perf_counter() - stop.began))
             options |= {"search": search, "memory": bytes_}
@@ -176,8 +173,8 @@ def _searched(
     problem: Problem, judged: Judged, search: Search | None, expansions: int, stop: StopFlag
 ) -> tuple[Verdict, list[str]]:
     task = ground(problem)
-    found = find_skeleton(task, search=search, limits=Limits(expansions, stop))
-    if isinstance(found, Found):
+    found = find_skeleton(task, search=search, limits=SearchLimits(expansions, stop))
+    if isinstance(found, FoundSkeleton):
         motions = "" if problem.scene is None else "; whether there are motions for it was not asked"
         return "solvable", [f"There is a plan as far as knowledge goes{motions}."]
     if isinstance(found, Exhausted):
@@ -218,7 +215,7 @@ def explanation_to_json(explanation: Explanation) -> dict[str, Any]:
     }
 
 
-def _finding_to_json(finding: "Finding") -> dict[str, Any]:
+def _finding_to_json(finding: Finding) -> dict[str, Any]:
     arguments = [*finding.call.arguments, *(f"{name} = {value}" for name, value in finding.call.options)]
     failures = [asdict(row) | {"between": row.between and list(row.between)} for row in finding.rows]
     return {

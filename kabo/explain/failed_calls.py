@@ -8,79 +8,23 @@ way; for what is out of reach the least move of the base is looked for that woul
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.errors import CutOff
-from kabo.geometry_server import GeometryServer, Pair, Shortfall, Stream, shortfall_of
+from kabo.explain.findings import Finding, LeastMove, Row
+from kabo.geometry_server import GeometryServer, Pair, Stream, shortfall_of
 from kabo.language.formulas import GroundCall
+from kabo.scene import Scene
 from kabo.tasks.procedures import GeometricProcedures
-from kabo.tasks.records import FORESEEN
+from kabo.tasks.records import FORESEEN, Record, Where
 from kabo.tasks.refusals import reason_of
-
-if TYPE_CHECKING:
-    from kabo.scene import Scene
-    from kabo.tasks.records import Record, Where
-    from kabo.tasks.robots import Details
+from kabo.tasks.robots import Details
 
 MOST_CALLS = 12  # that are looked at
 MOST_BODIES = 3  # that are put out of the way, for each call
 MOST_STREAMS = 3  # whose distance from reach is looked for, for each call
 ASKED_AGAIN = 1500  # attempts for each call: more are counted, but not asked again
 WAYS, WAYS_AGAIN = 6, 2  # searches for a way, which take longer: after so many no more is looked at
-
-
-@dataclass(frozen=True)
-class Row:
-    """Attempts that failed for one reason, between one pair of things.
-
-    `missing` [m]: how far out of reach; `because_of_epsilon`: how many of them exact geometry lets pass.
-    """
-
-    reason: str
-    between: Pair | None
-    count: int
-    missing: float | None = None
-    because_of_epsilon: int = 0
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What came of one call: attempts that were looked at, answers with a motion, failures by reason and pair.
-
-    `proof`: no number of samples would help; `dispensable`: another robot could do it. `freed` counts, for each body
-    that blocked, the attempts that pass without it; `nearer` are moves [m] of the base of `robot` after which what is
-    out of reach is within reach, the last one at the same height.
-    """
-
-    call: GroundCall
-    attempts: int
-    successes: int
-    rows: tuple[Row, ...]
-    message: str
-    proof: bool = False
-    dispensable: bool = False
-    freed: tuple[tuple[str, int], ...] = ()
-    robot: str | None = None
-    nearer: tuple[Shortfall, ...] = ()
-
-    @property
-    def refused(self) -> int:
-        """How many attempts were refused."""
-        return sum(row.count for row in self.rows)
-
-    @property
-    def because_of_epsilon(self) -> int:
-        """How many of them exact geometry lets pass."""
-        return sum(row.because_of_epsilon for row in self.rows)
-
-    @property
-    def missing(self) -> float | None:
-        """How far out of reach [m]; None if that is not why."""
-        return next((row.missing for row in self.rows if row.missing is not None), None)
-
-    def share(self, body: str) -> int:
-        """How many attempts a body blocked."""
-        return sum(row.count for row in self.rows if row.between is not None and body in row.between)
 
 
 def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Finding]:
@@ -102,7 +46,7 @@ def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Findi
     return found
 
 
-def _rank(call: GroundCall, record: "Record", asked: GeometricProcedures) -> tuple[bool, bool, int, int, float]:
+def _rank(call: GroundCall, record: Record, asked: GeometricProcedures) -> tuple[bool, bool, int, int, float]:
     """First what never succeeded, for no robot; of that what was sampled, then what is proven, then what was foreseen."""
     where = record.places[0]
     told = 1 if where.failure.proof else 2 if where.effort == FORESEEN else 0
@@ -116,7 +60,7 @@ def _dispensable(call: GroundCall, asked: GeometricProcedures) -> bool:
     return any(other not in records or records[other].successes for other in others)
 
 
-def _unmanned(call: GroundCall, scene: "Scene") -> tuple[object, ...]:
+def _unmanned(call: GroundCall, scene: Scene) -> tuple[object, ...]:
     others = tuple("robot" if value in scene.robots else value for value in call.arguments)
     return call.procedure, others, call.options
 
@@ -125,13 +69,11 @@ def _unmanned(call: GroundCall, scene: "Scene") -> tuple[object, ...]:
 class _Seen:
     """The refused attempts of one call: reason, pair, what had been asked."""
 
-    attempts: list[tuple[str, Pair | None, "Details | None"]] = field(default_factory=list)
+    attempts: list[tuple[str, Pair | None, Details | None]] = field(default_factory=list)
     ways: int = 0
 
     def observe(self, stage: Any, failure: Any) -> None:
         """One attempt was refused."""
-        from kabo.tasks.robots import Details
-
         details = failure.details if isinstance(failure.details, Details) else None
         pairs = () if details is None else details.pairs
         pair = max(pairs, key=lambda each: each[1])[0] if pairs else None
@@ -152,7 +94,7 @@ class _Examiner:
         exact = GeometryServer(given.scene, given.budget.epsilon, given.seed, True, stop)
         self.exact = None if given.surroundings.exact else exact.context()
 
-    def finding(self, call: GroundCall, record: "Record") -> Finding:
+    def finding(self, call: GroundCall, record: Record) -> Finding:
         """What stood in the way of one call, where it failed first with the greatest effort."""
         where = record.places[0]
         seen = self.seen = _Seen()
@@ -206,7 +148,7 @@ class _Examiner:
         freed = [(name, len(self._passing(seen, self.context, name))) for name, _ in first]
         return tuple(sorted(freed, key=lambda item: (-item[1], item[0])))
 
-    def _nearer(self, call: GroundCall, where: "Where", seen: _Seen) -> tuple[tuple[Shortfall, ...], str | None]:
+    def _nearer(self, call: GroundCall, where: Where, seen: _Seen) -> tuple[tuple[LeastMove, ...], str | None]:
         """For what is out of reach the least move of the base, and the least one that keeps its height."""
         if all(reason != "out_of_reach" for reason, _, _ in seen.attempts):
             return (), None
@@ -218,7 +160,8 @@ class _Examiner:
         for level in (False, True):
             every = [shortfall_of(stream, level=level) for stream in streams[:MOST_STREAMS] if not self.stop()]
             moves = [each for each in every if each is not None]
-            found += [min(moves, key=lambda each: each.metres)] if moves else []
+            least = min(moves, key=lambda each: each.metres, default=None)
+            found += [] if least is None else [LeastMove(least.metres, least.by)]
         return tuple(found), robot
 
 

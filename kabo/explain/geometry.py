@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, Literal
 
-from kabo.explain.counterfactuals import MOST, Counterfactual, Means, candidates, tried
-from kabo.explain.failed_calls import Finding, examined
+from kabo.explain.counterfactuals import MOST, TrialBudget, candidates, tried
+from kabo.explain.failed_calls import examined
+from kabo.explain.findings import Counterfactual, Finding, Obstacles
 from kabo.explain.sentences import main_finding, summary
 from kabo.language.problem import Problem
 from kabo.planner.result import Result
@@ -16,16 +17,6 @@ from kabo.tasks.procedures import GeometricProcedures
 SAMPLES = 40_000  # of procedures, by default; each change may use a part of as many
 KNOWN, OPEN = "There is a plan as far as knowledge goes", "; whether there are motions for it is open"
 SOLVING, LOOKING = 0.5, 0.65  # the parts of the time after which solving and looking are cut off
-
-
-@dataclass(frozen=True)
-class Obstacles:
-    """Whether there are motions, and what stood in the way if there are none; the main finding comes first."""
-
-    verdict: Literal["solvable", "proved", "exhausted"]
-    summary: tuple[str, ...]
-    findings: tuple[Finding, ...] = ()
-    counterfactuals: tuple[Counterfactual, ...] = ()
 
 
 @dataclass
@@ -78,7 +69,7 @@ def obstacles(
         timeout=clock.left(SOLVING),
         certificate=False,
         cancelled=cancelled,
-        witness=asked.append,
+        on_procedures=asked.append,
     )
     if result.reason is None:
         return Obstacles("solvable", ("There is a plan, with a motion for every action.",))
@@ -92,7 +83,7 @@ def obstacles(
         problem,
         surroundings,
         candidates(problem, surroundings, findings, changes),
-        Means(samples, expansions, used, result.statistics["expanded"], clock.left, cancelled),
+        TrialBudget(samples, expansions, used, result.statistics["expanded"], clock.left, cancelled),
         **options,
     )
     return _told(result, findings, others, surroundings.budget.epsilon)

@@ -1,61 +1,15 @@
 """One change of a problem, the rest left as it is: a body taken out, a smaller epsilon, a robot's base elsewhere."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from kabo.explain.findings import BaseMoved, BodyRemoved, Change, SmallerEpsilon
 from kabo.language.formulas import Change as Facts
 from kabo.language.formulas import Constant, Effect, Exists, Forall, Variable
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.scene import Scene, world_T
-
-
-@dataclass(frozen=True)
-class Removed:
-    """Without a body."""
-
-    body: str
-
-    def __str__(self) -> str:
-        return f"without {self.body}"
-
-    def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
-        return {"remove": self.body}
-
-
-@dataclass(frozen=True)
-class Finer:
-    """With another epsilon [m]."""
-
-    epsilon: float
-
-    def __str__(self) -> str:
-        return f"with epsilon = {self.epsilon:g}"
-
-    def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
-        return {"epsilon": self.epsilon}
-
-
-@dataclass(frozen=True)
-class Moved:
-    """With a robot's base moved by so much [m] in the world."""
-
-    robot: str
-    by: tuple[float, float, float]
-
-    def __str__(self) -> str:
-        x, y, z = (f"{value:g}" for value in self.by)
-        return f"with the base of {self.robot} moved by ({x}, {y}, {z}) m"
-
-    def json(self) -> dict[str, Any]:
-        """As the schema `kabo-explain-1` wants it."""
-        return {"move_base": {"robot": self.robot, "by": list(self.by)}}
-
-
-Change = Removed | Finer | Moved
 
 
 def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
@@ -73,13 +27,13 @@ def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
     if given is None:
         raise ValueError("only a problem with a scene has bodies, an epsilon and bases")
     match change:
-        case Removed(body):
+        case BodyRemoved(body):
             objects = {name: kind for name, kind in problem.objects.items() if name != body}
             initial = tuple(_without(body, problem.initial))
             return replace(problem, scene=_scene_without(given, body), objects=objects, initial=initial)
-        case Finer(epsilon):
+        case SmallerEpsilon(epsilon):
             return replace(problem, options={**problem.options, "epsilon": epsilon})
-        case Moved(name, by):
+        case BaseMoved(name, by):
             robot = given.robots[name]
             turn = world_T(scene, scene.start, robot.base.frame)[:3, :3]
             shift = turn.T @ by

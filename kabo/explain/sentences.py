@@ -2,15 +2,10 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
+from kabo.explain.findings import BodyRemoved, Change, Counterfactual, Finding, Row, SmallerEpsilon
 from kabo.planner.proofs.refused_calls import blocking_pairs
 from kabo.planner.proofs.wording import counted, listed
-
-if TYPE_CHECKING:
-    from kabo.explain.counterfactuals import Counterfactual
-    from kabo.explain.failed_calls import Finding, Row
-    from kabo.explain.scene_changes import Change
 
 EXHAUSTED = {
     "expansions": "No plan was found with as many nodes as allowed",
@@ -22,7 +17,7 @@ EXHAUSTED = {
 RESULTS = {"no_plan": "no plan, which is proven", "exhausted": "none was found, and that is no proof"}
 
 
-def main_finding(findings: "Sequence[Finding]", counterfactuals: "Sequence[Counterfactual]") -> "Finding | None":
+def main_finding(findings: Sequence[Finding], counterfactuals: Sequence[Counterfactual]) -> Finding | None:
     """The call to be told first: the first one that a change that helps is about; else the first of all."""
     for each in counterfactuals:
         about = [finding for finding in findings if _concerns(each.change, finding)]
@@ -31,18 +26,16 @@ def main_finding(findings: "Sequence[Finding]", counterfactuals: "Sequence[Count
     return findings[0] if findings else None
 
 
-def _concerns(change: "Change", finding: "Finding") -> bool:
-    from kabo.explain.scene_changes import Finer, Removed
-
-    if isinstance(change, Removed):
+def _concerns(change: Change, finding: Finding) -> bool:
+    if isinstance(change, BodyRemoved):
         return any(name == change.body and count for name, count in finding.freed)
-    if isinstance(change, Finer):
+    if isinstance(change, SmallerEpsilon):
         return finding.because_of_epsilon > 0
     return finding.robot == change.robot and bool(finding.nearer)
 
 
 def summary(
-    verdict: str, budget: str | None, finding: "Finding", others: "Sequence[Counterfactual]", epsilon: float
+    verdict: str, budget: str | None, finding: Finding, others: Sequence[Counterfactual], epsilon: float
 ) -> list[str]:
     """Three sentences: which call never succeeded, why, and what would help; two if no change was tried."""
     failed = "can never succeed" if finding.proof else "never succeeded"
@@ -52,7 +45,7 @@ def summary(
     return [f"{first}: {finding.call} {failed}.", why(finding, epsilon), *best(others)]
 
 
-def why(finding: "Finding", epsilon: float) -> str:
+def why(finding: Finding, epsilon: float) -> str:
     """What its attempts were refused for most often, as "It was blocked by crate in 388 of 400 samples (97 %)."."""
     reasons = Counter[str]()
     for row in finding.rows:
@@ -78,12 +71,12 @@ def _of(count: int, total: int) -> str:
     return f"{count} of {counted(total, 'sample')} ({100.0 * count / max(total, 1):.0f} %)"
 
 
-def blocking(finding: "Finding") -> list[tuple[str, int]]:
+def blocking(finding: Finding) -> list[tuple[str, int]]:
     """The bodies and other robots that blocked attempts, with how many, the most frequent first."""
     return blocking_pairs(finding.call, ((row.between, row.count) for row in finding.rows if row.between))
 
 
-def best(others: "Sequence[Counterfactual]") -> list[str]:
+def best(others: Sequence[Counterfactual]) -> list[str]:
     """The sentence about the change that helps most; or that none of those tried does."""
     if not others:
         return []
@@ -94,7 +87,7 @@ def best(others: "Sequence[Counterfactual]") -> list[str]:
     return [f"No plan was found {listed((str(each.change) for each in others), 'nor')}."]
 
 
-def report(findings: "Sequence[Finding]", others: "Sequence[Counterfactual]") -> Iterator[str]:
+def report(findings: Sequence[Finding], others: Sequence[Counterfactual]) -> Iterator[str]:
     """The lines of the report beneath the summary."""
     if findings:
         yield "\nProcedures that failed:"
@@ -114,7 +107,7 @@ def report(findings: "Sequence[Finding]", others: "Sequence[Counterfactual]") ->
         yield f"  - {each.change}: {RESULTS.get(each.result, actions)}"
 
 
-def _row(row: "Row") -> str:
+def _row(row: Row) -> str:
     between = "" if row.between is None else f" of {row.between[0]} and {row.between[1]}"
     if row.reason == "no_path":
         between = "" if row.between is None else f", mostly for {row.between[0]} and {row.between[1]}"

@@ -10,17 +10,17 @@ from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import FALSE, union
 from kabo.language.formulas import Effect
 from kabo.planner.proofs.mentions import condition_of, rule_name
-from kabo.planner.proofs.root_causes import Blocked, Kind
-from kabo.planner.proofs.wording import Want, listed
+from kabo.planner.proofs.root_causes import Kind, RootCauses
+from kabo.planner.proofs.wording import MissingFact, listed
 
 
 class Unused:
     """Sentences about what the delete relaxation cannot reach, for a grounded problem."""
 
-    def __init__(self, blocked: Blocked) -> None:
-        self.blocked, self.words, self.origins = blocked, blocked.words, blocked.origins
-        self.whole = blocked.makers.whole
-        self.ones, self.zeros = blocked.makers.ones, blocked.makers.zeros
+    def __init__(self, causes: RootCauses) -> None:
+        self.causes, self.meanings, self.mentions = causes, causes.meanings, causes.mentions
+        self.whole = causes.achievers.whole
+        self.ones, self.zeros = causes.achievers.ones, causes.achievers.zeros
 
     def actions(self) -> list[str]:
         """A sentence for every action schema, and every group of alike instances, that never applies."""
@@ -30,8 +30,8 @@ class Unused:
             instances.setdefault(action.name, []).append(action)
         told = []
         for name in self.whole.compiler.problem.domain.actions:
-            if name in self.origins.without:
-                told.append(f"{name} has no instance: {self.origins.without[name]}.")
+            if name in self.mentions.without_instance:
+                told.append(f"{name} has no instance: {self.mentions.without_instance[name]}.")
                 continue
             idle = [action for action in instances[name] if action.index not in used]
             told += [self._idle(group, len(instances[name])) for group in self._alike(idle)]
@@ -66,12 +66,12 @@ class Unused:
     def _alike(self, idle: Iterable[GroundAction]) -> list[list[GroundAction]]:
         groups: dict[tuple[Kind, ...], list[GroundAction]] = {}
         for action in idle:
-            groups.setdefault(self.blocked.kind_of_lack(action.precondition), []).append(action)
+            groups.setdefault(self.causes.kind_of_lack(action.precondition), []).append(action)
         return list(groups.values())
 
     def _idle(self, group: list[GroundAction], number: int) -> str:
         first = group[0]
-        why = f"{self.blocked.lacking(first.precondition)[0]} can never hold"
+        why = f"{self.causes.lacking(first.precondition)[0]} can never hold"
         if number == 1:
             return f"{first} can never be done: {why}."
         which = "no instance can ever" if len(group) == number else f"{len(group)} of {number} instances can never"
@@ -83,22 +83,28 @@ class Unused:
         possible = [condition for condition in conditions if condition != FALSE]
         if possible:
             for condition in possible:
-                self.blocked.kind_of_lack(condition)
-            return f"{listed((self.blocked.lacking(c)[0] for c in possible), 'and')} can never hold"
+                self.causes.kind_of_lack(condition)
+            return f"{listed((self.causes.lacking(c)[0] for c in possible), 'and')} can never hold"
         asked = condition_of(effect)
-        why = None if asked is None else self.origins.never(asked)
+        why = None if asked is None else self.mentions.never(asked)
         return why or "no objects fulfil its condition, and nothing changes that"
 
     # ---------------------------------------------------------------------------------------------- knowledge
     def _unknown(self, found: list[Group], goal: int) -> str:
         first = found[0]
-        meaning = self.words.meaning(first.whether)
+        meaning = self.meanings.meaning(first.whether)
         known = "known whether" if isinstance(first, AtomBits) else "known"
-        makers = [maker for maker in self.blocked.makers.of(Want(first.whether)) if maker.kind != "entry"]
-        if makers:
-            why = f"only {listed((maker.name for maker in makers), 'and')} could tell, which never happens"
+        achievers = [
+            achiever
+            for achiever in self.causes.achievers.of(MissingFact(first.whether))
+            if achiever.kind != "entry"
+        ]
+        if achievers:
+            why = (
+                f"only {listed((achiever.name for achiever in achievers), 'and')} could tell, which never happens"
+            )
         else:
-            why = self.blocked.why_nothing(meaning)
+            why = self.causes.why_nothing(meaning)
         who = "the goal" if first.mask & goal else self._asker(first)
         names = listed((group.text for group in found), "and")
         about = "" if len(found) == 1 else f" {first.text}:"

@@ -11,17 +11,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain.normal_form import Assignments, NormalOperator, NormalTask, Tests
 
-PLAIN_VARIANTS = 1500  # operators and conditional effects for which plain Python takes a fraction of a second
-MAX_FACTS = 6000  # of a task whose pairs are computed at all
-MAX_WORK = 400_000_000  # (operators + conditional effects) x facts of such a task
 Condition = tuple[int, ...]  # facts of one variable of which one must hold
 
 
-Group = tuple[
-    tuple[tuple[Condition, ...], tuple[int, ...]], ...
-]  # conditions, and the facts that are achieved under them
+# Conditions, and the facts that are achieved under them.
+Group = tuple[tuple[tuple[Condition, ...], tuple[int, ...]], ...]
 
 
 @dataclass(frozen=True)
@@ -201,9 +198,9 @@ def mutexes(task: FactTask, start: Sequence[int]) -> Mutexes:
     """
     groups = {id(group): len(group) for o in task.operators for group in o.depends}
     variants = len(task.operators) + sum(groups[id(group)] for o in task.operators for group in o.depends)
-    if variants <= PLAIN_VARIANTS:
+    if variants <= tuning.PLAIN_MUTEX_VARIANTS:
         return plain_mutexes(task, start)
-    if task.facts > MAX_FACTS or variants * task.facts > MAX_WORK:
+    if task.facts > tuning.MAX_MUTEX_FACTS or variants * task.facts > tuning.MAX_MUTEX_WORK:
         return variables_alone(task)
     return compiled_mutexes(task, start)
 

@@ -9,10 +9,10 @@ import hashlib
 import numpy as np
 
 from kabo.arrays import Array
+from kabo.content_cache import ContentCache
 from kabo.geometry_server.frames import Frame
 from kabo.kinematics import FREE_BODY, FrameFeature, jacobian, rows_of, sample, stacked, stream_key, values
 from kabo.kinematics.kernels import rows as columns
-from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 
 PLACES = 8  # of which some fulfil the rows
@@ -32,7 +32,7 @@ def open_turn(rows: Array, moving: Frame) -> Array | None:
     flying = rows.copy()
     flying[:, (columns.FIRST, columns.SECOND)] = np.where(joints == 0, 0, MOVED_TWICE.size)
     key = hashlib.sha256(flying.tobytes() + moving.joint_T_frame.tobytes()).digest(), len(flying)
-    found = _TURNS.of(key, lambda: _found(flying, moving.joint_T_frame))
+    found = _TURNS.get_or_make(key, lambda: _found(flying, moving.joint_T_frame))
     if found is None:
         return None
     direction, axis = found
@@ -57,7 +57,7 @@ MOVED_TWICE = _moved_twice()
 FLYING = np.arange(MOVED_TWICE.size) < FREE_BODY.size
 
 
-_TURNS: Remembered[tuple[_Direction, _Direction] | None] = Remembered(1 << 20, lambda _: 0)
+_TURNS: ContentCache[tuple[_Direction, _Direction] | None] = ContentCache(1 << 20, lambda _: 0)
 
 
 def _found(rows: Array, pose: Array) -> tuple[_Direction, _Direction] | None:

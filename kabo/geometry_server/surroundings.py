@@ -10,19 +10,19 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.children import never
+from kabo.content_cache import ContentCache
 from kabo.errors import InputError
 from kabo.geometry import Budget, CollisionView, Enclosure, FixedGroup
 from kabo.geometry_server.answers import Pair, Statistics
 from kabo.geometry_server.situation import Situation
 from kabo.meshes import hull_of
-from kabo.remembering import Remembered
 from kabo.scene import Configuration, Mesh, Scene, link_poses
 from kabo.scene.transforms import transform
 
 REMEMBERED = 160  # workspaces, boxes: what is kept for the next question about the same things
 
 
-_ENCLOSURES: Remembered[Enclosure] = Remembered(16 << 20, lambda made: made.nbytes)
+_ENCLOSURES: ContentCache[Enclosure] = ContentCache(16 << 20, lambda made: made.nbytes)
 
 
 def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosure:
@@ -30,7 +30,7 @@ def _enclosed(mesh: Mesh, tolerance: float, look: Callable[[], None]) -> Enclosu
     from kabo.geometry import digest_beside, enclosing_parts  # mesh libraries load only where parts are made
 
     key = mesh.digest, digest_beside(mesh.path), tolerance
-    return _ENCLOSURES.of(
+    return _ENCLOSURES.get_or_make(
         key, lambda: enclosing_parts(mesh.vertices, mesh.faces, tolerance, source=mesh.path, look=look)
     )
 

@@ -7,4 +7,4 @@ where the axes allow it. Knows trees of joints; knows no obstacles and no goals.
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)

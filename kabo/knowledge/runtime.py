@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from kabo.language.formulas import Application, Comparison, KnowValue, Variable
 from kabo.language.problem import Action
+from kabo.language.spelling import Manner, spelling
 
 Tree = TypeVar("Tree")
 
@@ -19,6 +20,11 @@ class RunTimeValue:
     """A term that stands for the value of another term at run time."""
 
     term: Application
+
+
+@spelling.register
+def _(tree: RunTimeValue, how: Manner) -> str:
+    return spelling(tree.term, how)
 
 
 def without_runtime_variables(action: Action) -> Action:

@@ -7,4 +7,4 @@ never dropped. It reads text and makes values: it evaluates nothing and opens no
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)

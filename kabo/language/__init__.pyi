@@ -1,5 +1,3 @@
-from kabo.language.files import geometry_files as geometry_files
-from kabo.language.findings import Findings as Findings
 from kabo.language.problem import Action as Action
 from kabo.language.problem import Domain as Domain
 from kabo.language.problem import Function as Function
@@ -10,8 +8,9 @@ from kabo.language.reading import is_imported as is_imported
 from kabo.language.reading import load_problem as load_problem
 from kabo.language.scene_description import SceneDescription as SceneDescription
 from kabo.language.spelling import spell as spell
+from kabo.language.spelling import spell_bound as spell_bound
 from kabo.language.spelling import spell_number as spell_number
-from kabo.language.task_description import Property as Property
+from kabo.language.task_description import ProcedureProperty as ProcedureProperty
 from kabo.language.yaml.loading import load_scene_description as load_scene_description
 from kabo.language.yaml.loading import own_task_files as own_task_files
-from kabo.language.yaml.procedures import Procedures as Procedures
+from kabo.language.yaml.procedures import ProcedureSignatures as ProcedureSignatures

@@ -35,7 +35,7 @@ def geometry_files(scene: SceneDescription) -> Iterator[Path]:
 
 
 def meshes_of(urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
-    """The mesh files that a URDF names; a file that is no URDF names none: loading the scene says so."""
+    """The mesh files that a URDF names; none for a file that is no URDF, which loading the scene reports."""
     try:
         root = ElementTree.parse(urdf).getroot()  # noqa: S314
     except (ElementTree.ParseError, OSError, UnicodeDecodeError):

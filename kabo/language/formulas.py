@@ -4,6 +4,7 @@ The parser makes them, the checker has resolved every name, the knowledge planne
 equal when they say the same; the place in the file is carried along and does not count.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal as OneOf
 
@@ -315,6 +316,18 @@ class ProcedureCall:
     procedure: str
     arguments: tuple[Argument, ...] = ()
     place: Place | None = _place
+
+    def ground(self, binding: Mapping[str, str]) -> "GroundCall":
+        """The call with its variables bound; options sorted by name."""
+
+        def value(argument: Variable | Constant | Number) -> str | float:
+            if isinstance(argument, Variable):
+                return binding[argument.name]
+            return argument.name if isinstance(argument, Constant) else argument.value
+
+        positional = tuple(value(each.value) for each in self.arguments if each.name is None)
+        named = sorted((each.name, value(each.value)) for each in self.arguments if each.name is not None)
+        return GroundCall(self.procedure, positional, tuple(named))
 
 
 @dataclass(frozen=True)

@@ -42,10 +42,12 @@ class SourceFile:
 
     def place(self, start: int, end: int | None = None) -> Place:
         """The place of the characters from `start` up to `end` (of their first line, if there are several)."""
-        line = bisect_right(self._starts, start)
-        begin, last = self.bounds(line)
-        length = min(end if end is not None else start + 1, last) - start
-        return Place(self.name, line, start - begin + 1, max(1, length))
+        starts = self._starts
+        line = bisect_right(starts, start)
+        end = start + 1 if end is None else end
+        if line == len(starts) or end > starts[line] - 2:  # else no line break is near
+            end = min(end, self.bounds(line)[1])
+        return Place(self.name, line, start - starts[line - 1] + 1, max(1, end - start))
 
     def bounds(self, number: int) -> tuple[int, int]:
         """Where the line `number` (from 1) begins and ends, without its line break."""

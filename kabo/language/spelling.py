@@ -3,10 +3,27 @@
 `spell(parse(text))` parses to an equal tree. Blanks are as in `f(a, b)`, `x = y`, `not p`.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import singledispatch
 
 from kabo.language import formulas as f
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How a tree is spelled.
+
+    Attributes:
+        names: what stands in the place of a variable, by its name; others stand for themselves.
+        explicit: every compound part stands in parentheses, and calls as they are asked: options sorted by name.
+    """
+
+    names: Mapping[str, str]
+    explicit: bool
+
+
+_AS_WRITTEN = Manner({}, False)
 
 
 def spell(tree: object) -> str:
@@ -15,7 +32,16 @@ def spell(tree: object) -> str:
     Raises:
         TypeError: `tree` is none of them.
     """
-    return _spell(tree)
+    return spelling(tree, _AS_WRITTEN)
+
+
+def spell_bound(tree: object, binding: Mapping[str, str]) -> str:
+    """One instance of a tree as text: variables replaced by what they are bound to, compound parts in parentheses.
+
+    Raises:
+        TypeError: `tree` is none that `spell` takes.
+    """
+    return spelling(tree, Manner(binding, True))
 
 
 def spell_number(value: float) -> str:
@@ -24,49 +50,60 @@ def spell_number(value: float) -> str:
 
 
 @singledispatch
-def _spell(tree: object) -> str:
+def spelling(tree: object, how: Manner) -> str:
+    """The text of a tree; a room that adds a kind of tree registers its spelling here.
+
+    Raises:
+        TypeError: nobody has registered such a tree.
+    """
     raise TypeError(f"{type(tree).__name__} is no formula, term, effect or procedure call")
 
 
-def _list(parts: Iterable[object]) -> str:
-    return ", ".join(map(_spell, parts))
+def _list(parts: Iterable[object], how: Manner, between: str = ", ") -> str:
+    return between.join([spelling(part, how) for part in parts])
 
 
-def _call(name: str, arguments: tuple[object, ...]) -> str:
-    return f"{name}({_list(arguments)})" if arguments else name
+def _call(name: str, arguments: tuple[object, ...], how: Manner) -> str:
+    return f"{name}({_list(arguments, how)})" if arguments else name
 
 
 # --------------------------------------------------------------------------------------------- terms and claims
-@_spell.register(f.Constant)
-@_spell.register(f.Variable)
-def _(tree: f.Constant | f.Variable) -> str:
+@spelling.register
+def _(tree: f.Constant, how: Manner) -> str:
     return tree.name
 
 
-@_spell.register
-def _(tree: f.Number) -> str:
+@spelling.register
+def _(tree: f.Variable, how: Manner) -> str:
+    return how.names.get(tree.name, tree.name)
+
+
+@spelling.register
+def _(tree: f.Number, how: Manner) -> str:
     return spell_number(tree.value)
 
 
-@_spell.register
-def _(tree: f.Application) -> str:
-    return _call(tree.function, tree.arguments)
+@spelling.register
+def _(tree: f.Application, how: Manner) -> str:
+    return _call(tree.function, tree.arguments, how)
 
 
-@_spell.register
-def _(tree: f.External) -> str:
-    return _call(tree.procedure, tree.arguments)
+@spelling.register
+def _(tree: f.External, how: Manner) -> str:
+    return _call(tree.procedure, tree.arguments, how)
 
 
-@_spell.register
-def _(tree: f.Atom) -> str:
-    return _call(tree.predicate, tree.arguments)
+@spelling.register
+def _(tree: f.Atom, how: Manner) -> str:
+    return _call(tree.predicate, tree.arguments, how)
 
 
-@_spell.register
-def _(tree: f.Arithmetic) -> str:
+@spelling.register
+def _(tree: f.Arithmetic, how: Manner) -> str:
     product = tree.operator in "*/"
-    left, right = _spell(tree.left), _spell(tree.right)
+    left, right = spelling(tree.left, how), spelling(tree.right, how)
+    if how.explicit:
+        return f"({left} {tree.operator} {right})"
     if product and isinstance(tree.left, f.Arithmetic) and tree.left.operator in "+-":
         left = f"({left})"
     if isinstance(tree.right, f.Arithmetic) and (product or tree.right.operator in "+-"):
@@ -74,84 +111,87 @@ def _(tree: f.Arithmetic) -> str:
     return f"{left} {tree.operator} {right}"
 
 
-@_spell.register
-def _(tree: f.Literal) -> str:
-    return _spell(tree.atom) if tree.positive else f"not {_spell(tree.atom)}"
+@spelling.register
+def _(tree: f.Literal, how: Manner) -> str:
+    return spelling(tree.atom, how) if tree.positive else f"not {spelling(tree.atom, how)}"
 
 
-@_spell.register
-def _(tree: f.Comparison) -> str:
-    return f"{_spell(tree.left)} {tree.operator} {_spell(tree.right)}"
+@spelling.register
+def _(tree: f.Comparison, how: Manner) -> str:
+    return f"{spelling(tree.left, how)} {tree.operator} {spelling(tree.right, how)}"
 
 
 # ------------------------------------------------------------------------------------------------------ formulas
-@_spell.register
-def _(tree: f.Know) -> str:
-    return f"K({_spell(tree.claim)})"
+@spelling.register
+def _(tree: f.Know, how: Manner) -> str:
+    return f"K({spelling(tree.claim, how)})"
 
 
-@_spell.register
-def _(tree: f.KnowWhether) -> str:
-    return f"Kw({_spell(tree.atom)})"
+@spelling.register
+def _(tree: f.KnowWhether, how: Manner) -> str:
+    return f"Kw({spelling(tree.atom, how)})"
 
 
-@_spell.register
-def _(tree: f.KnowValue) -> str:
-    return f"Kv({_spell(tree.term)})"
+@spelling.register
+def _(tree: f.KnowValue, how: Manner) -> str:
+    return f"Kv({spelling(tree.term, how)})"
 
 
-@_spell.register
-def _(tree: f.Truth) -> str:
+@spelling.register
+def _(tree: f.Truth, how: Manner) -> str:
     return "true" if tree.value else "false"
 
 
-@_spell.register
-def _(tree: f.Test) -> str:
-    text = _spell(tree.call)
+@spelling.register
+def _(tree: f.Test, how: Manner) -> str:
+    if how.explicit and isinstance(tree.call, f.ProcedureCall):
+        return str(tree.call.ground(_OrItself(how.names)))
+    text = spelling(tree.call, how)
     return text if text.endswith(")") else f"{text}()"
 
 
-@_spell.register
-def _(tree: f.Not) -> str:
-    return f"not {_tight(tree.body)}"
+@spelling.register
+def _(tree: f.Not, how: Manner) -> str:
+    return f"not {_tight(tree.body, how)}"
 
 
-@_spell.register
-def _(tree: f.And) -> str:
-    return " and ".join(map(_tight, tree.parts))
+@spelling.register
+def _(tree: f.And, how: Manner) -> str:
+    return " and ".join([_tight(part, how) for part in tree.parts])
 
 
-@_spell.register
-def _(tree: f.Or) -> str:
-    return " or ".join(map(_conjunction, tree.parts))
+@spelling.register
+def _(tree: f.Or, how: Manner) -> str:
+    return " or ".join([_conjunction(part, how) for part in tree.parts])
 
 
-@_spell.register
-def _(tree: f.Xor) -> str:
-    return f"{_conjunction(tree.first)} xor {_conjunction(tree.second)}"
+@spelling.register
+def _(tree: f.Xor, how: Manner) -> str:
+    return f"{_conjunction(tree.first, how)} xor {_conjunction(tree.second, how)}"
 
 
-@_spell.register
-def _(tree: f.Forall) -> str:
-    return f"forall({_bound(tree.variables)}) {_tight(tree.body)}"
+@spelling.register
+def _(tree: f.Forall, how: Manner) -> str:
+    return f"forall({_bound(tree.variables)}) {_tight(tree.body, how)}"
 
 
-@_spell.register
-def _(tree: f.Exists) -> str:
-    return f"exists({_bound(tree.variables)}) {_tight(tree.body)}"
+@spelling.register
+def _(tree: f.Exists, how: Manner) -> str:
+    return f"exists({_bound(tree.variables)}) {_tight(tree.body, how)}"
 
 
-@_spell.register
-def _(tree: f.Temporal) -> str:
-    return f"{tree.kind}({_spell(tree.body)})"
+@spelling.register
+def _(tree: f.Temporal, how: Manner) -> str:
+    return f"{tree.kind}({spelling(tree.body, how)})"
 
 
-def _tight(tree: f.Formula) -> str:
-    return f"({_spell(tree)})" if isinstance(tree, f.And | f.Or | f.Xor) else _spell(tree)
+def _tight(tree: f.Formula, how: Manner) -> str:
+    text = spelling(tree, how)
+    return f"({text})" if isinstance(tree, f.And | f.Or | f.Xor) else text
 
 
-def _conjunction(tree: f.Formula) -> str:
-    return f"({_spell(tree)})" if isinstance(tree, f.Or | f.Xor) else _spell(tree)
+def _conjunction(tree: f.Formula, how: Manner) -> str:
+    return spelling(tree, how) if isinstance(tree, f.And) and not how.explicit else _tight(tree, how)
 
 
 def _bound(variables: tuple[f.Variable, ...]) -> str:
@@ -159,59 +199,66 @@ def _bound(variables: tuple[f.Variable, ...]) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------- effects
-@_spell.register
-def _(tree: f.FactAll) -> str:
-    return " and ".join(map(_spell, tree.parts))
+@spelling.register
+def _(tree: f.FactAll, how: Manner) -> str:
+    return _list(tree.parts, how, " and ")
 
 
-@_spell.register
-def _(tree: f.FactForall) -> str:
-    return f"forall({_bound(tree.variables)}) {_fact_body(tree.body)}"
+@spelling.register
+def _(tree: f.FactForall, how: Manner) -> str:
+    return f"forall({_bound(tree.variables)}) {_fact_body(tree.body, how)}"
 
 
-@_spell.register
-def _(tree: f.ExactlyOne) -> str:
-    return f"exactly_one({_bound(tree.variables)}) {_fact_body(tree.body)}"
+@spelling.register
+def _(tree: f.ExactlyOne, how: Manner) -> str:
+    return f"exactly_one({_bound(tree.variables)}) {_fact_body(tree.body, how)}"
 
 
-def _fact_body(tree: f.Fact) -> str:
-    return f"({_spell(tree)})" if isinstance(tree, f.FactAll) else _spell(tree)
+def _fact_body(tree: f.Fact, how: Manner) -> str:
+    return f"({spelling(tree, how)})" if isinstance(tree, f.FactAll) else spelling(tree, how)
 
 
-@_spell.register
-def _(tree: f.TermFact) -> str:
-    return _spell(tree.term)
+@spelling.register
+def _(tree: f.TermFact, how: Manner) -> str:
+    return spelling(tree.term, how)
 
 
-@_spell.register
-def _(tree: f.Change) -> str:
-    return f"{tree.operation}({tree.database}, {_list(tree.facts)})"
+@spelling.register
+def _(tree: f.Change, how: Manner) -> str:
+    return f"{tree.operation}({tree.database}, {_list(tree.facts, how)})"
 
 
-@_spell.register
-def _(tree: f.WorldEffect) -> str:
-    return f"when {' and '.join(map(_spell, tree.conditions))} then {' and '.join(map(_spell, tree.outcomes))}"
+@spelling.register
+def _(tree: f.WorldEffect, how: Manner) -> str:
+    return f"when {_list(tree.conditions, how, ' and ')} then {_list(tree.outcomes, how, ' and ')}"
 
 
-@_spell.register
-def _(tree: f.Conditional) -> str:
-    return f"{_spell(tree.condition)} => {_list(tree.updates)}"
+@spelling.register
+def _(tree: f.Conditional, how: Manner) -> str:
+    return f"{spelling(tree.condition, how)} => {_list(tree.updates, how)}"
 
 
-@_spell.register
-def _(tree: f.ForEach) -> str:
-    effects = _list(tree.effects)
+@spelling.register
+def _(tree: f.ForEach, how: Manner) -> str:
+    effects = _list(tree.effects, how)
     simple = len(tree.effects) == 1 and isinstance(tree.effects[0], f.Change | f.WorldEffect)
     return f"forall({_bound(tree.variables)}) {effects if simple else f'({effects})'}"
 
 
 # ---------------------------------------------------------------------------------------------------- procedures
-@_spell.register
-def _(tree: f.Argument) -> str:
-    value = _spell(tree.value)
+@spelling.register
+def _(tree: f.Argument, how: Manner) -> str:
+    value = spelling(tree.value, how)
     return value if tree.name is None else f"{tree.name} = {value}"
 
 
-@_spell.register
-def _(tree: f.ProcedureCall) -> str:
-    return f"{tree.procedure}({_list(tree.arguments)})"
+@spelling.register
+def _(tree: f.ProcedureCall, how: Manner) -> str:
+    return f"{tree.procedure}({_list(tree.arguments, how)})"
+
+
+class _OrItself(dict[str, str]):
+    """A binding in which what is not bound stands for itself."""
+
+    def __missing__(self, name: str) -> str:
+        return name

@@ -26,7 +26,7 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Reference:
+class PropertyReference:
     """`<PARENT>`, `<PARENT:name>`, `<INTERFACE:name>`; without a name, the property's own."""
 
     source: Literal["PARENT", "INTERFACE"]
@@ -53,7 +53,7 @@ class Entries:
     place: Place
 
 
-Written = Word | Reference | Items | Entries
+Written = Word | PropertyReference | Items | Entries
 Value = str | int | float | bool | None
 
 
@@ -120,7 +120,7 @@ class TaskDescription:
 
 
 @dataclass(frozen=True)
-class Property:
+class ProcedureProperty:
     """A property of a procedure, that is, of a task; `kind` says what may fill it.
 
     Things (robot, body, region) are those of a scene; families (grasp, placement, motion_constraint) names that a
@@ -132,7 +132,7 @@ class Property:
     required: bool = True
 
 
-Signature = tuple[Property, ...]
+Signature = tuple[ProcedureProperty, ...]
 
 
 def spell_signature(name: str, properties: Signature) -> str:

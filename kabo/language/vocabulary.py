@@ -1,100 +1,93 @@
-"""The names that formulas may use: types, and one namespace for everything else [docs/files.md#rules].
+"""The names that formulas may use: types, and what is declared beside them [docs/files.md#rules].
 
-A name that could not be declared properly is kept with what is known of it, so that one mistake gives one finding.
+In YAML files predicates, functions, objects and variables share one namespace; in PDDL and PKS objects and variables
+have one each, and any name may have to be spelled otherwise in kabo. A name that could not be declared properly is kept
+with what is known of it, so that one mistake gives one finding.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 from kabo.language.findings import Findings, spell_place
 from kabo.language.formulas import Application, Constant, Place, Variable
+from kabo.language.names import Names
+from kabo.language.problem import Function
 from kabo.language.task_description import Signature
+from kabo.language.types import ANY, NUMBERS, Kind, Types, Values
 
-NUMBER = "number"
-TEST = "true or false"  # what an external procedure without a value answers; no name of a type has blanks
-
-
-@dataclass(frozen=True)
-class Values:
-    """The range of a function that lists its values."""
-
-    names: tuple[str, ...]
-
-    def __str__(self) -> str:
-        return "{" + ", ".join(self.names) + "}"
-
-
-Kind = str | Values | None  # a type's name, `number`, an enumeration; None: unknown, already reported
+Role = Literal[
+    "predicate", "function", "procedure", "constant", "object", "value", "parameter", "run-time variable", "variable"
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Symbol:
-    """What a name stands for; `kind` is that of its value, `arguments` of a predicate, function or procedure."""
+    """What a name stands for.
 
-    role: Literal[
-        "predicate",
-        "function",
-        "procedure",
-        "constant",
-        "object",
-        "value",
-        "parameter",
-        "run-time variable",
-        "variable",
-    ]
+    Attributes:
+        role: what it is.
+        name: kabo's name of it.
+        place: where it is declared.
+        kind: what its values are; of a predicate nothing.
+        arguments: what a predicate, function or procedure takes.
+        value_of: the term whose value a run-time variable has.
+        original: the name in the file, if it is another one.
+        type: of a variable, the nearest type that contains its kind.
+    """
+
+    role: Role
     name: str
-    place: Place
-    kind: Kind = None
+    place: Place | None
+    kind: Kind = ANY
     arguments: tuple[Kind, ...] = ()
     value_of: Application | None = None
+    original: str | None = None
+    type: str = ""
 
     @property
-    def signature(self) -> str:
-        """How it was declared: `robot_grasps(robot, bottle)`."""
-        if self.arguments:
-            return f"{self.name}({', '.join(str(kind or '?') for kind in self.arguments)})"
-        return self.name
+    def written(self) -> str:
+        """The name as files have it."""
+        return self.name if self.original is None else self.original
 
     @property
     def description(self) -> str:
         """The role with its article: `an object`, `a predicate`."""
         return ("an " if self.role == "object" else "a ") + self.role
 
+    @property
+    def variable(self) -> Variable:
+        """The variable that it is."""
+        return Variable(self.name, self.type, self.place)
+
+    def term(self, place: Place | None) -> Constant | Variable:
+        """The term that a symbol other than a predicate, function or procedure stands for."""
+        if self.role in ("parameter", "run-time variable", "variable"):
+            return Variable(self.name, self.type, place)
+        return Constant(self.name, place)
+
 
 @dataclass
 class Vocabulary:
-    """Types and symbols of a domain, and of a problem on top of it."""
+    """All names of a domain, and of a problem on top of it.
+
+    Attributes:
+        findings: where findings go.
+        types: the types.
+        names: which names of kabo are taken, for what a file calls otherwise.
+        symbols: predicates and functions by their names in the file; in YAML files all other names, too.
+        objects: the objects of PDDL and PKS files.
+        procedures: those of geometry; None: a broken file, which was reported.
+    """
 
     findings: Findings
-    types: dict[str, str | None] = field(default_factory=dict)
-    type_places: dict[str, Place] = field(default_factory=dict)
+    types: Types = field(default_factory=Types)
+    names: Names = field(default_factory=Names)
     symbols: dict[str, Symbol] = field(default_factory=dict)
-    procedures: Mapping[str, Signature | None] = field(default_factory=dict)  # of geometry; None: a broken file
+    objects: dict[str, Symbol] = field(default_factory=dict)
+    procedures: Mapping[str, Signature | None] = field(default_factory=dict)
 
-    def is_a(self, kind: str, ancestor: str) -> bool:
-        """Whether type `kind` is `ancestor` or one of its subtypes."""
-        current: str | None = kind
-        while current is not None:
-            if current == ancestor:
-                return True
-            current = self.types.get(current)
-        return False
-
-    def fits(self, kind: Kind, wanted: Kind) -> bool:
-        """Whether a term of `kind` may stand where `wanted` is asked for."""
-        if kind is None or wanted is None or kind == wanted:
-            return True
-        if isinstance(kind, Values) or isinstance(wanted, Values):
-            return isinstance(kind, Values) and isinstance(wanted, Values) and set(kind.names) <= set(wanted.names)
-        return NUMBER not in (kind, wanted) and self.is_a(kind, wanted)
-
-    def comparable(self, first: Kind, second: Kind) -> bool:
-        """Whether terms of these kinds can be equal."""
-        if isinstance(first, Values) and isinstance(second, Values):
-            return bool(set(first.names) & set(second.names))
-        return self.fits(first, second) or self.fits(second, first)
-
+    # ------------------------------------------------------------------------------------------------- declaring
     def declare(self, symbol: Symbol) -> bool:
         """Adds a symbol to the namespace; reports it if the name is taken, which also forbids shadowing."""
         earlier = self.symbols.get(symbol.name)
@@ -106,17 +99,17 @@ class Vocabulary:
 
     def report_taken(self, symbol: Symbol, earlier: Symbol) -> None:
         """Reports that the name of `symbol` already means `earlier`."""
+        assert symbol.place is not None and earlier.place is not None
         message = f'"{symbol.name}" is already the name of {earlier.description}'
         hint = f"declared at {spell_place(earlier.place)}; predicates, functions, objects, variables share names"
         self.findings.add(symbol.place, message, hint)
 
     def check_type(self, name: str, place: Place, where: str, *also: str) -> bool:
         """Whether `name` is a type; reports it if not, and may propose one of `also` as well."""
-        if name in self.types:
+        known = self.types.known
+        if name in known:
             return True
-        declared = {
-            known: (known, self.type_places.get(known)) for known in self.types if self.findings.may_suggest
-        }
+        declared = {each: (each, self.types.places.get(each)) for each in known if self.findings.may_suggest}
         if name in self.symbols:
             hint: str | None = f'"{name}" is {self.symbols[name].description}'
         else:
@@ -124,38 +117,81 @@ class Vocabulary:
         self.findings.add(place, f'unknown type "{name}" {where}', hint)
         return False
 
+    def report_renamed(self) -> None:
+        """Warns of every name that is not what its spelling lets expect."""
+        places = {each.written: each.place for each in self.all_of("predicate", "function")}
+        places |= {name: each.place for name, each in self.objects.items()}
+        for names, at in ((self.types.names, self.types.places), (self.names, places)):
+            for name, original in names.originals.items():
+                place = at.get(original)
+                plain = names.plain(original)
+                if name == plain or place is None:
+                    continue
+                owner = names.originals.get(plain)
+                reason = (
+                    f'"{plain}" is taken by "{owner}"'
+                    if owner is not None
+                    else f'"{plain}" has a meaning of its own'
+                )
+                message = f'"{original}" is called "{name}" in kabo and in its plans'
+                self.findings.add(place, message, reason, warning=True)
 
-@dataclass(frozen=True)
-class Scope:
-    """The names visible inside an action or a quantifier: the vocabulary's and those bound around it."""
+    # ------------------------------------------------------------------------------------------------- looking up
+    def all_of(self, *roles: Role) -> Iterator[Symbol]:
+        """The symbols with one of the roles, in the order of the file."""
+        return (symbol for symbol in self.symbols.values() if symbol.role in roles)
 
-    vocabulary: Vocabulary
-    bound: Mapping[str, Symbol] = field(default_factory=dict)
+    def is_predicate(self, name: str) -> bool:
+        """Whether a predicate of that name is declared, whatever the word means otherwise."""
+        symbol = self.symbols.get(name)
+        return symbol is not None and symbol.role == "predicate"
 
-    def find(self, name: str) -> Symbol | None:
-        """What `name` means here."""
-        return self.bound.get(name) or self.vocabulary.symbols.get(name)
+    def function(self, name: str) -> Symbol | None:
+        """The function of that name."""
+        symbol = self.symbols.get(name)
+        return symbol if symbol is not None and symbol.role == "function" else None
 
-    def names(self, *roles: str) -> dict[str, tuple[str, Place | None]]:
-        """Signature and place of every visible symbol with one of the roles (of all, without any)."""
-        visible = {**self.vocabulary.symbols, **self.bound}
-        return {name: (s.signature, s.place) for name, s in visible.items() if not roles or s.role in roles}
+    def written(self, *roles: Role) -> list[str]:
+        """The names in the file of all symbols with one of the roles."""
+        return [symbol.written for symbol in self.all_of(*roles)]
 
-    def check_free(self, symbol: Symbol) -> None:
-        """Reports it if the name of `symbol` is taken here."""
-        earlier = self.find(symbol.name)
-        if earlier is not None:
-            self.vocabulary.report_taken(symbol, earlier)
+    # ---------------------------------------------------------------------------------------------------- remedies
+    def signature(self, symbol: Symbol) -> str:
+        """How a symbol was declared: `robot_grasps(robot, bottle)`."""
+        kinds = ", ".join(self.types.common(kind) or "?" for kind in symbol.arguments)
+        return f"{symbol.written}({kinds})" if kinds else symbol.written
 
-    def with_bound(self, symbols: Mapping[str, Symbol]) -> "Scope":
-        """This scope with more names bound; names that are taken are reported and keep their new meaning."""
-        for symbol in symbols.values():
-            self.check_free(symbol)
-        return Scope(self.vocabulary, {**self.bound, **symbols})
+    def declared_at(self, symbol: Symbol) -> str | None:
+        """The remedy that shows a declaration."""
+        if symbol.place is None:
+            return None
+        return f"{self.signature(symbol)} is declared at {spell_place(symbol.place)}"
 
+    def near(self, word: str, known: Iterable[str], *, all_if_few: bool = True) -> str | None:
+        """The remedy `did you mean …` for an unknown name; with its declaration if it is a predicate or function."""
+        declared: dict[str, tuple[str, Place | None]] = {}
+        if self.findings.may_suggest:
+            declared = {
+                each.written: (self.signature(each), each.place) for each in self.all_of("predicate", "function")
+            }
+        return self.findings.near(word, list(known), declared, all_if_few=all_if_few)
 
-def term_of(symbol: Symbol, place: Place) -> Constant | Variable:
-    """The term that a symbol other than a predicate or function stands for."""
-    if symbol.role in ("parameter", "run-time variable", "variable"):
-        return Variable(symbol.name, str(symbol.kind or ""), place)
-    return Constant(symbol.name, place)
+    # -------------------------------------------------------------------------------------------- as a domain has them
+    def predicates_of_domain(self) -> dict[str, tuple[str, ...]]:
+        """The predicates with the types of their arguments."""
+        common = self.types.common
+        return {each.name: tuple(map(common, each.arguments)) for each in self.all_of("predicate")}
+
+    def functions_of_domain(self) -> dict[str, Function]:
+        """The functions with the types of their arguments and values."""
+        common = self.types.common
+        found = {}
+        for each in self.all_of("function"):
+            values = each.kind.names if isinstance(each.kind, Values) else None
+            value_type = None if values is not None or each.kind == NUMBERS else common(each.kind)
+            found[each.name] = Function(each.name, tuple(map(common, each.arguments)), value_type, values)
+        return found
+
+    def types_of_objects(self) -> dict[str, str]:
+        """The type of every object, by kabo's names; empty if it was declared with one that does not exist."""
+        return {each.name: each.type for each in self.objects.values()}

@@ -4,6 +4,34 @@ It knows arrays, metres and file formats; it knows nothing of epsilon, convex pa
 checked and told in one sentence; what is written is read back and compared bit by bit.
 """
 
-from kabo.lazy import lazy_names
+from kabo.meshes.hulls import hull_faces, hull_of
+from kabo.meshes.mesh import Mesh
+from kabo.meshes.reading import FORMATS, load_mesh
+from kabo.meshes.refusals import refuse, require_numbers, unusable
+from kabo.meshes.repair import outwards, repaired
+from kabo.meshes.requirements import require_closed, require_solid, units_warning
+from kabo.meshes.soundness import Soundness, examine
+from kabo.meshes.writing import WRITTEN, require_written, write_mesh, write_off, write_pieces
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__all__ = [
+    "FORMATS",
+    "WRITTEN",
+    "Mesh",
+    "Soundness",
+    "examine",
+    "hull_faces",
+    "hull_of",
+    "load_mesh",
+    "outwards",
+    "refuse",
+    "repaired",
+    "require_closed",
+    "require_numbers",
+    "require_solid",
+    "require_written",
+    "units_warning",
+    "unusable",
+    "write_mesh",
+    "write_off",
+    "write_pieces",
+]

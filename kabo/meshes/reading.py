@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from kabo.content_cache import ContentCache
 from kabo.errors import did_you_mean
 from kabo.language.formulas import Place
 from kabo.meshes.headers import misleading
@@ -21,12 +22,13 @@ from kabo.meshes.mesh import Faces, Mesh, Vertices, merged
 from kabo.meshes.plain_off import plain_triangles
 from kabo.meshes.refusals import EXPORT, refuse, require_numbers, unusable
 from kabo.meshes.words import counted
-from kabo.remembering import Remembered
 
 FORMATS = ("dae", "glb", "obj", "off", "ply", "stl")
 LARGEST_FILE = 2 * 1024**3  # bytes
 _SAID = 160  # characters of what a parser says
-_TRIANGLES: Remembered[tuple[Vertices, Faces]] = Remembered(16 << 20, lambda made: made[0].nbytes + made[1].nbytes)
+_TRIANGLES: ContentCache[tuple[Vertices, Faces]] = ContentCache(
+    16 << 20, lambda made: made[0].nbytes + made[1].nbytes
+)
 
 # What trimesh complains of, kabo says itself.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -91,7 +93,7 @@ def _read(path: Path, scale: tuple[float, float, float], place: Place) -> Mesh:
     except OSError as error:
         raise refuse(place, f'mesh file "{path.name}" cannot be read: {error.strerror}') from None
     key = hashlib.sha256(data).digest(), kind, scale
-    vertices, faces = _TRIANGLES.of(key, lambda: _triangles(data, kind, scale, path, place))
+    vertices, faces = _TRIANGLES.get_or_make(key, lambda: _triangles(data, kind, scale, path, place))
     return Mesh(vertices, faces, path)
 
 

@@ -6,4 +6,4 @@ meshes or goals.
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)

@@ -4,6 +4,53 @@ It knows the format `kabo-plan/1` (docs/plans.md) and nothing else: not who made
 Searches build plans with `PlanBuilder`, which makes equal continuations one node.
 """
 
-from kabo.lazy import lazy_names
+from kabo.plan.builder import PlanBuilder
+from kabo.plan.certificate import BodyParts, Certificate, Clearance, PairProof, StretchProof
+from kabo.plan.description import describe
+from kabo.plan.plan import (
+    Grant,
+    Node,
+    ObjectPose,
+    Plan,
+    Segment,
+    StateChange,
+    ValueOf,
+)
+from kabo.plan.policies import Decision, Observation, Policy, policy
+from kabo.plan.reading import load_plan, plan_from_json
+from kabo.plan.schema import schema
+from kabo.plan.statistics import PlanStatistics, plan_statistics, topological_order
+from kabo.plan.unfolding import unfold
+from kabo.plan.writing import plan_hash, plan_to_json, write_atomically, write_plan
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__all__ = [
+    "BodyParts",
+    "Certificate",
+    "Clearance",
+    "Decision",
+    "Grant",
+    "Node",
+    "ObjectPose",
+    "Observation",
+    "PairProof",
+    "Plan",
+    "PlanBuilder",
+    "PlanStatistics",
+    "Policy",
+    "Segment",
+    "StateChange",
+    "StretchProof",
+    "ValueOf",
+    "describe",
+    "load_plan",
+    "plan_from_json",
+    "plan_hash",
+    "plan_statistics",
+    "plan_to_json",
+    "policy",
+    "schema",
+    "topological_order",
+    "unfold",
+    "write_atomically",
+    "write_plan",
+]

@@ -99,7 +99,7 @@ def _hash(place: JsonValue) -> str:
 def _options(place: JsonValue) -> dict[str, str | float | int | None]:
     header = [name for name, option in OPTIONS.items() if option.in_header != "never"]
     fields = place.fields(_FIRST_OPTIONS, tuple(name for name in header if name not in _FIRST_OPTIONS))
-    return {name: _option(OPTIONS[name], value) for name, value in fields.items()}
+    return {name: _option(OPTIONS[name], value) for name, value in fields.items() if name in OPTIONS}
 
 
 def _option(option: Option, place: JsonValue) -> str | float | int | None:

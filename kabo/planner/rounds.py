@@ -1,143 +1,221 @@
-"""Rounds of planning with geometry: search proposes a skeleton, geometry is asked along it, what it refuses is learnt.
+"""Rounds of planning: the search proposes a skeleton, procedures are asked along it, and what they refuse is recorded.
 
-They end with a skeleton in which everything that was asked succeeded, with a proof, or with the budget.
+Three kinds of problems differ in what they ask: nothing (`SymbolicRounds`), functions that the caller supplies
+(`ExternalRounds`), or the geometry of a scene (`GeometricRounds`).
 """
 
 from collections.abc import Callable
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, Protocol
 
+from kabo import tuning
 from kabo.errors import CutOff
 from kabo.knowledge import GroundedTask
-from kabo.planner.geometry.eager import Interleaved
-from kabo.planner.geometry.evaluation import Evaluation, Evaluator, Expect, Variant
-from kabo.planner.geometry.refusals import Ledger
-from kabo.planner.geometry.repairing import REPAIRS, repaired
-from kabo.planner.run import Run, search_once
-from kabo.planner.search.skeleton import Exhausted, Skeleton, Unreachable
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
-
-VAIN = 100  # skeletons that are refused before more samples are drawn; four times as many each time after
+from kabo.planner.geometry.assembly import symbolic_variants
+from kabo.planner.geometry.eager import EagerGeometry
+from kabo.planner.geometry.evaluation import Evaluation, Evaluator, Expect, Variant, in_order
+from kabo.planner.geometry.external_procedures import ExternalProcedures
+from kabo.planner.geometry.procedure_server import ProcedureServer
+from kabo.planner.geometry.refusals import RefusalTable
+from kabo.planner.geometry.repairing import repaired
+from kabo.planner.run import PlanningRun, search_once
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Geometry, SearchResult, Skeleton, Unreachable
 
 Variants = tuple[Variant, ...]
 
 
-class Rounds:
-    """The rounds of one run; `geometry` is what the search sees of it at the time.
+class Rounds(Protocol):
+    """What a round asks, and how it goes on; `geometry` is what the search sees of it at the time."""
+
+    @property
+    def geometry(self) -> Geometry | None:
+        """What the search takes into account; None: every procedure succeeds."""
+        ...
+
+    def prepare(self) -> None:
+        """Called before each search."""
+        ...
+
+    def evaluated(self, skeleton: Skeleton) -> Variants | None:
+        """The skeleton with an answer for every call along it; None if one was refused, which is recorded."""
+        ...
+
+    def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
+        """How planning ends after a search, or a skeleton that was refused; None if there is more to try."""
+        ...
+
+
+class SymbolicRounds:
+    """Rounds without procedures: the first skeleton is the plan."""
+
+    geometry = None
+
+    def __init__(self, run: PlanningRun) -> None:
+        self._run = run
+
+    def prepare(self) -> None:
+        """Reports progress."""
+        self._run.report_progress("searching")
+
+    def evaluated(self, skeleton: Skeleton) -> Variants:
+        """The skeleton as variants without geometry."""
+        return symbolic_variants(skeleton.root, in_order(skeleton.root))
+
+    def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
+        """The answer of the one search."""
+        return None if isinstance(found, FoundSkeleton) else found
+
+
+class ExternalRounds:
+    """Rounds that ask functions which the caller supplies, until all calls along a skeleton succeed."""
+
+    def __init__(self, run: PlanningRun, task: GroundedTask, procedures: ExternalProcedures) -> None:
+        self._run, self._task, self.geometry = run, task, procedures
+        self._seconds = 0.0  # spent in procedures before the present search
+
+    def prepare(self) -> None:
+        """Asks all calls of procedures that are due to be asked at once."""
+        self._run.report_progress("asking", sum(counted.calls for counted in self.geometry.counted.values()))
+        self.geometry.prepare(self._task)
+        self._seconds = self.geometry.seconds
+
+    def evaluated(self, skeleton: Skeleton) -> Variants | None:
+        """The skeleton as variants without geometry, if every call along it succeeds."""
+        self._leave_out_procedures()
+        return (
+            symbolic_variants(skeleton.root, in_order(skeleton.root)) if self.geometry.follow(skeleton) else None
+        )
+
+    def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
+        """The answer of a search without a skeleton; or that the run is to stop."""
+        if isinstance(found, FoundSkeleton):
+            return Exhausted(self._run.searched, self._run.stop.spent or "time") if self._run.stop() else None
+        self._leave_out_procedures()
+        return found
+
+    def _leave_out_procedures(self) -> None:
+        """Subtracts the time in procedures from that of the search which asked them."""
+        self._run.symbolic_s -= self.geometry.seconds - self._seconds
+        self._seconds = self.geometry.seconds
+
+
+class GeometricRounds:
+    """Rounds that ask the geometry of a scene, lazily along skeletons or eagerly while searching.
 
     Args:
-        run: the options, and when to stop. task: what is known, and how it changes. server: the procedures.
-        expect: told which questions come.
+        run: the options, and when to stop.
+        task: the grounded problem.
+        server: answers the calls.
+        expect: called with the calls that will be asked next.
     """
 
-    def __init__(self, run: Run, task: GroundedTask, server: "GeometricProcedures", expect: Expect) -> None:
-        self.run, self.task, self.server, self.expect = run, task, server, expect
-        self.ledger = Ledger(server)
+    def __init__(self, run: PlanningRun, task: GroundedTask, server: ProcedureServer, expect: Expect) -> None:
+        self._run, self._task, self._server, self._on_expected = run, task, server, expect
+        self.refusals = RefusalTable(server)
         eager = run.options.geometry_order == "eager"
-        self.geometry: Ledger | Interleaved = Interleaved(server) if eager else self.ledger
-        self._vain = 0
+        self.geometry: RefusalTable | EagerGeometry = EagerGeometry(server) if eager else self.refusals
+        self._failed_skeletons = 0
+        self._begun = False
 
-    def played(self) -> Variants | Unreachable | Exhausted:
-        """The variants of a skeleton without a refusal; the proof that there is none; or the budget that was spent."""
-        try:
-            return self._played()
-        except CutOff:
-            return Exhausted(self.run.searched, self.run.stop.spent or "time")
+    @property
+    def _is_lazy(self) -> bool:
+        return self.geometry is self.refusals
 
-    def _played(self) -> Variants | Unreachable | Exhausted:
-        if self.geometry is self.ledger:
-            self._note_proofs()
-        while True:
-            self._change_order()
-            self._tell("searching")
-            found = search_once(self.run, self.task, self.geometry)
-            if isinstance(found, Unreachable | Exhausted):
-                proof = self._proof() if isinstance(found, Unreachable) else None
-                if proof is not None or not self._goes_on_after(found):
-                    return proof or found
-                continue
-            self._tell("moving")
-            variants = self._with_repairs(found.skeleton)
-            if variants is not None:
-                return variants
-            self._vain += 1
-            if self.geometry is not self.ledger and not self.geometry.try_harder():
-                return Exhausted(found.statistics, "expansions")
-            if self.geometry is self.ledger and self._vain >= VAIN * 4**self.ledger.effort:
-                self._vain = 0
-                self.ledger.try_harder()  # without end, skeletons may go round in circles that never are the same
+    def prepare(self) -> None:
+        """Before the first search records what is refuted without samples; turns to eager asking where lazy fails often."""
+        if not self._begun and self._is_lazy:
+            self._record_proofs()
+        self._begun = True
+        adaptive = self._run.options.geometry_order == "adaptive"
+        if self._is_lazy and adaptive and self._task.branchings and self.refusals.fails_too_often():
+            self.geometry = EagerGeometry(self._server)  # branches multiply what finished plans ask for nothing
+        self._report_progress("searching")
 
-    def _change_order(self) -> None:
-        """Asks while searching from now on, where asking along finished plans is in vain and branches multiply that."""
-        adaptive = self.run.options.geometry_order == "adaptive"
-        if self.geometry is self.ledger and adaptive and self.task.branchings and self.ledger.in_vain():
-            self.geometry = Interleaved(self.server)
+    def evaluated(self, skeleton: Skeleton) -> Variants | None:
+        """The skeleton with an answer for every call; where plans branch, repairs of it are tried as well."""
+        self._report_progress("moving")
+        for _ in range(1 + tuning.MAX_REPAIRS):
+            evaluation = self._evaluated(skeleton)
+            if not evaluation.refused:
+                return evaluation.variants
+            may_repair = bool(self._task.branchings) and self._is_lazy
+            other = repaired(skeleton, evaluation.refused, self.refusals) if may_repair else None
+            if other is None:
+                break
+            skeleton = other
+        return None
+
+    def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
+        """How planning ends: a proof, or a budget; None where other answers, or more samples, can still be tried."""
+        if isinstance(found, FoundSkeleton):
+            return self._after_refusal(found)
+        proof = self._proof() if isinstance(found, Unreachable) else None
+        if proof is not None:
+            return proof
+        return None if self._goes_on_after(found) else found
+
+    def _after_refusal(self, found: FoundSkeleton) -> Exhausted | None:
+        self._failed_skeletons += 1
+        if not self._is_lazy:
+            return None if self.geometry.try_harder() else Exhausted(found.statistics, "expansions")
+        if (
+            self._failed_skeletons
+            >= tuning.MAX_FAILED_SKELETONS * tuning.FAILED_SKELETONS_GROWTH**self.refusals.effort
+        ):
+            self._failed_skeletons = 0
+            self.refusals.try_harder()  # else skeletons could go round in circles without ever being the same
+        return None
 
     def _goes_on_after(self, found: Unreachable | Exhausted) -> bool:
         """Whether there is more to try after a search without a skeleton: other answers, from more samples."""
         if isinstance(found, Exhausted):
-            left = self.run.searched.expanded < self.run.options.max_expansions
+            left = self._run.searched.expanded < self._run.options.max_expansions
             return found.budget == "expansions" and left and self.geometry.try_harder()
         return not self.geometry.proved() and self.geometry.try_harder()
 
-    def _tell(self, doing: str) -> None:
-        self.run.tell(doing, sum(self.server.statistics.calls.values()))
+    def _report_progress(self, doing: str) -> None:
+        self._run.report_progress(doing, sum(self._server.statistics.calls.values()))
 
     # ------------------------------------------------------------------------------------------------- proofs
-    def _note_proofs(self) -> None:
-        """What can be refuted without sampling is, before the search builds on it."""
-        for call in dict.fromkeys(action.call for action in self.task.actions if action.call is not None):
-            failure = self.server.refuted(call)
+    def _record_proofs(self) -> None:
+        """Records every call that is refuted without sampling, before the search builds on it."""
+        for call in dict.fromkeys(action.call for action in self._task.actions if action.call is not None):
+            failure = self._server.refuted(call)
             if failure is not None:
-                self.ledger.refuse(call, 0, failure, [self.ledger.start])
+                self.refusals.record_refusal(call, 0, failure, [self.refusals.start])
 
     def _proof(self) -> Unreachable | None:
         """The proof that there is no plan whatever is sampled, where geometry was asked while searching."""
-        if self.geometry is self.ledger:
+        if self._is_lazy:
             return None
-        if not self.ledger.refusals:
-            self._note_proofs()
-        found = search_once(self.run, self.task, self.ledger) if self.ledger.proved() else None
+        if not self.refusals.refusals:
+            self._record_proofs()
+        found = search_once(self._run, self._task, self.refusals) if self.refusals.proved() else None
         if not isinstance(found, Unreachable):
             return None
-        self.geometry = self.ledger
+        self.geometry = self.refusals
         return found
 
     # ------------------------------------------------------------------------------------------------- asking
-    def _with_repairs(self, skeleton: Skeleton) -> Variants | None:
-        """The variants of the skeleton; where plans branch, other answers are tried before another skeleton is."""
-        for _ in range(1 + REPAIRS):
-            evaluation = self._evaluated(skeleton)
-            if not evaluation.refused:
-                break
-            mendable = bool(self.task.branchings) and self.geometry is self.ledger
-            found = repaired(skeleton, evaluation.refused, self.ledger) if mendable else None
-            if found is None:
-                break
-            skeleton = found
-        return None if evaluation.refused else evaluation.variants
-
     def _evaluated(self, skeleton: Skeleton) -> Evaluation:
-        """The evaluation of the skeleton, its refusals noted.
+        """The evaluation of the skeleton; its refusals are recorded.
 
         Raises:
             CutOff: time or budget was spent before all was asked.
         """
         began, geometry = perf_counter(), self.geometry
-        lazy = isinstance(geometry, Ledger)
-        advance: Callable[..., Any] = geometry.came if isinstance(geometry, Ledger) else _as_it_is
-        evaluator = Evaluator(self.server, advance, geometry.effort, self.server.stop, lazy, self.expect)
-        evaluation = evaluator.evaluate(skeleton.root, cast("Any", geometry.start))
-        if isinstance(geometry, Ledger):
+        lazy = isinstance(geometry, RefusalTable)
+        advance: Callable[..., Any] = geometry.record_success if isinstance(geometry, RefusalTable) else _unchanged
+        evaluator = Evaluator(self._server, advance, geometry.effort, self._server.stop, lazy, self._on_expected)
+        evaluation = evaluator.evaluate(skeleton.root, geometry.start)
+        if isinstance(geometry, RefusalTable):
             for refused in evaluation.refused:
-                geometry.refuse(refused.call, refused.attempt, refused.failure, refused.traces)
-        self.run.geometric_s += perf_counter() - began
+                geometry.record_refusal(refused.call, refused.attempt, refused.failure, refused.traces)
+        self._run.geometric_s += perf_counter() - began
         if not evaluation.whole:
             raise CutOff
         return evaluation
 
 
-def _as_it_is(_call: object, _attempt: int, trace: object, _answer: object) -> object:
+def _unchanged(_call: object, _attempt: int, trace: object, _answer: object) -> object:
     return trace

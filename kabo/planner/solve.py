@@ -1,37 +1,39 @@
 """The integrated planner [K ch. 6]: knowledge proposes a contingent plan, geometry proves or refuses it.
 
-until a plan is found, proven impossible, or the budget is spent:
+until a plan is found, proven impossible, or the budget is spent (`planned`):
     skeleton := a contingent plan on the knowledge level, taking every procedure as possible that is not refused
     ask the procedures along it, in order, wherever its branches lead
-    if all have a motion: the plan;  else: note the refusals and what they rest on (`rounds.py`)
+    if all have a motion: the plan;  else: record the refusals and what they depend on (`rounds.py`)
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kabo.budgets import default_memory
 from kabo.errors import CutOff
-from kabo.frozen_gc import older_objects_apart
+from kabo.frozen_gc import frozen_gc
 from kabo.knowledge import GroundedTask, ground, verdict_of
 from kabo.language.problem import Problem
 from kabo.options import Options, SolveOptions, takes_options
-from kabo.plan import Plan
-from kabo.planner.geometry.external_procedures import Procedures, refuse_without_motion
+from kabo.planner.geometry.assembly import assemble
+from kabo.planner.geometry.external_procedures import ExternalProcedures, refuse_without_motion
+from kabo.planner.geometry.workers import ProcedureWorkers
 from kabo.planner.proofs.reasons import beyond_reasoning, exhausted, no_plan
 from kabo.planner.result import Progress, Reason, Result
-from kabo.planner.run import Run, search_once, statistics_of, without_plan
-from kabo.planner.search.skeleton import Exhausted, Found, Unreachable
+from kabo.planner.rounds import ExternalRounds, GeometricRounds, Rounds, SymbolicRounds, Variants
+from kabo.planner.run import OnProcedures, PlanningRun, search_once, statistics_of, without_plan
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, Unreachable
 
-if TYPE_CHECKING:  # the geometry is imported where a scene needs it: symbolic problems never pay for it
-    from typing_extensions import Unpack  # Python 3.11 has it itself
+if TYPE_CHECKING:  # Python 3.11 has it itself, older ones in a package that only type checkers need
+    from typing_extensions import Unpack
 
-    from kabo.tasks.procedures import GeometricProcedures
+SHOWN_REFUSALS = 12  # calls that a reason names
 
 
 @takes_options
-@older_objects_apart()
+@frozen_gc()
 def solve(
     problem: Problem,
     *,
@@ -39,26 +41,26 @@ def solve(
     progress: Callable[[Progress], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., bool]] | None = None,
-    witness: "Callable[[GeometricProcedures], None] | None" = None,
+    on_procedures: OnProcedures | None = None,
     on_found: Callable[[Result], None] | None = None,
     **options: "Unpack[SolveOptions]",
 ) -> Result:
     """A branched plan in which every leaf fulfils the goal and every motion is proven free, or why there is none.
 
-    The same problem, options and seed give the same plan for any number of workers. Time, memory and whoever cancels
-    only cut off. A plan that was found by then is kept: what it lacks for that stands in `Result.cut_off`.
+    The same problem, options and seed give the same plan for any number of workers. Limits of time and memory, and
+    `cancelled`, only cut the run off. A plan that was found by then is kept; `Result.cut_off` says what it lacks.
 
     Args:
         problem: what to solve.
-        workers: processes that ask procedures of geometry; one: this one does.
-        progress: told now and then what is done.
-        cancelled: asked now and then whether to stop.
+        workers: processes that compute answers of geometric procedures; with 1 this process does.
+        progress: called periodically with the current progress.
+        cancelled: called periodically; True stops the run.
         procedures: functions by the names of procedures: of external ones that the domain declares, or of those of
             geometry, which then nobody else is asked for. Called with the arguments (names of objects and numbers),
             and with a `seed` if they take one. They answer true for success, or with their value, None if there is
             none. Equal arguments must have equal answers. Tests and calls without a function always succeed.
-        witness: given the procedures of geometry before any is called, to look at what came of them afterwards.
-        on_found: given the result as soon as there is a plan, if that is still to be refined or certified.
+        on_procedures: called with the procedures of geometry before any is asked; they keep what came of each call.
+        on_found: called with the result as soon as there is a plan, if that is still to be refined or certified.
         options: `kabo.options.SolveOptions`; what is None or absent is left to the problem, the scene or the default.
 
     Raises:
@@ -68,163 +70,103 @@ def solve(
     scene = problem.scene
     found: SolveOptions = {"memory": default_memory(), "epsilon": None if scene is None else scene.epsilon}
     chosen = Options.of(options, problem.options, found)
-    asked = Procedures(problem, procedures or {}, chosen.geometry_order, chosen.seed)
-    replaced = _stands_for_geometry(procedures, problem)
-    has_geometry = scene is not None and chosen.geometry != "none" and not replaced
-    if not has_geometry:
-        chosen = replace(chosen, geometry="none")
+    external = ExternalProcedures(problem, procedures or {}, chosen.geometry_order, chosen.seed)
+    has_geometry = scene is not None and chosen.geometry != "none" and not _replace_geometry(procedures, problem)
     if has_geometry:
         refuse_without_motion(problem)
-    asking = asked.answering() if procedures else problem
-    run = Run(asking, chosen, progress, cancelled, workers, witness=witness)
-    run.on_found = on_found
+    else:
+        chosen = replace(chosen, geometry="none")
+    run = PlanningRun(external.answering() if procedures else problem, chosen, progress, cancelled, workers)
+    run.on_procedures, run.on_found = on_procedures, on_found
     task = ground(run.problem)
-    run.symbolic_s = perf_counter() - run.began - asked.seconds
-    if procedures is not None and not has_geometry:
-        return _with_procedures(run, task, asked)
-    result = _integrated(run, task) if has_geometry else _symbolic(run, task)
-    return _with_figures(result, asked) if procedures else result
+    run.symbolic_s = perf_counter() - run.began - external.seconds
+    if has_geometry:
+        result = _with_geometry(run, task)
+    elif procedures is not None:
+        return _with_external(run, task, external)
+    else:
+        result = _symbolic(run, task)
+    return _with_figures(result, external) if procedures else result
 
 
-def _stands_for_geometry(procedures: Mapping[str, Callable[..., bool]] | None, problem: Problem) -> bool:
-    """Whether the given functions answer for procedures of geometry, and not only for external ones."""
+def planned(run: PlanningRun, task: GroundedTask, rounds: Rounds) -> Variants | Unreachable | Exhausted:
+    """A skeleton along which every call succeeded; the proof that there is none; or the budget that was spent."""
+    try:
+        while True:
+            rounds.prepare()
+            found = search_once(run, task, rounds.geometry)
+            variants = rounds.evaluated(found.skeleton) if isinstance(found, FoundSkeleton) else None
+            if variants is not None:
+                return variants
+            ending = rounds.ending(found)
+            if ending is not None:
+                return ending
+    except CutOff:
+        return Exhausted(run.searched, run.stop.spent or "time")
+
+
+# ------------------------------------------------------------------------------------ with a scene's geometry
+def _with_geometry(run: PlanningRun, task: GroundedTask) -> Result:
+    # Loads kernels for most of a second, which a problem without a scene never needs.
+    from kabo.planner.refine.with_geometry import finished, load_procedures, unsuccessful_calls
+
+    run.report_progress("loading the scene")
+    try:
+        server = load_procedures(run)
+    except CutOff:
+        spent = Exhausted(run.searched, run.stop.spent or "time")
+        return without_plan(run, task, spent, statistics_of(run))
+    if run.on_procedures is not None:
+        run.on_procedures(server)
+    with ProcedureWorkers(server, run.workers, run.stop) as workers:
+        rounds = GeometricRounds(run, task, server, workers.expect)
+        found = planned(run, task, rounds)
+        if isinstance(found, tuple):
+            return finished(run, found, server)
+        geometry = rounds.geometry
+        cut_off = isinstance(found, Exhausted)
+        failures = unsuccessful_calls(geometry, server) if cut_off else geometry.failures()
+        return without_plan(run, task, found, statistics_of(run, server), failures, proved=geometry.proved())
+
+
+# ------------------------------------------------------------------------------------------ without a scene's
+def _symbolic(run: PlanningRun, task: GroundedTask) -> Result:
+    found = planned(run, task, SymbolicRounds(run))
+    statistics = statistics_of(run)
+    return _solved(run, found) if isinstance(found, tuple) else without_plan(run, task, found, statistics)
+
+
+def _with_external(run: PlanningRun, task: GroundedTask, external: ExternalProcedures) -> Result:
+    """The result of planning until all external procedures along a plan succeed."""
+    found = planned(run, task, ExternalRounds(run, task, external))
+    statistics = statistics_of(run) | external.figures()
+    if isinstance(found, tuple):
+        return replace(_solved(run, found), statistics=statistics)
+    if isinstance(found, Exhausted):
+        return Result("exhausted", None, statistics, exhausted(found.budget, []))
+    refused = tuple(f"refused: {call}" for call in external.failed())
+    shown = refused[:SHOWN_REFUSALS]
+    unproved = beyond_reasoning(verdict_of(run.problem))
+    if unproved is not None:
+        return Result("exhausted", None, statistics, replace(unproved, details=(*unproved.details, *shown)))
+    if not refused:
+        return Result("no_plan", None, statistics, no_plan(run.problem, task, [], run.stop))
+    text = f"no plan reaches the goal without one of {len(refused)} calls that their procedures refused"
+    return Result("no_plan", None, statistics, Reason("refusals", None, text, shown))
+
+
+def _solved(run: PlanningRun, variants: Variants) -> Result:
+    """The result with a plan that has no motions."""
+    plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
+    return Result("solved", plan, statistics_of(run))
+
+
+def _replace_geometry(procedures: Mapping[str, Callable[..., bool]] | None, problem: Problem) -> bool:
+    """Whether the given functions stand for procedures of geometry: not all of them are declared as external."""
     return procedures is not None and not (procedures and problem.domain.procedures.keys() >= procedures.keys())
 
 
-def _with_figures(result: Result, asked: Procedures) -> Result:
-    """The result with what the given functions were asked among its statistics."""
-    rows = {**asked.figures()["procedures"], **result.statistics.get("procedures", {})}
+def _with_figures(result: Result, external: ExternalProcedures) -> Result:
+    """The result with the calls of external procedures among its statistics."""
+    rows = {**external.figures()["procedures"], **result.statistics.get("procedures", {})}
     return replace(result, statistics={**result.statistics, "procedures": rows})
-
-
-def _symbolic(run: Run, task: GroundedTask) -> Result:
-    from kabo.planner.geometry.assembly import assemble, symbolic_variants
-    from kabo.planner.geometry.evaluation import in_order
-
-    run.tell("searching")
-    found = search_once(run, task, None)
-    if not isinstance(found, Found):
-        return without_plan(run, task, found, None)
-    variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
-    plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
-    return Result("solved", plan, statistics_of(run, None))
-
-
-def _with_procedures(run: Run, task: GroundedTask, procedures: Procedures) -> Result:
-    """Plans until all procedures along one succeed."""
-    from kabo.planner.geometry.assembly import assemble, symbolic_variants
-    from kabo.planner.geometry.evaluation import in_order
-
-    while True:
-        run.tell("asking", sum(counted.calls for counted in procedures.counted.values()))
-        procedures.prepare(task)
-        asked = procedures.seconds
-        found = search_once(run, task, procedures)
-        run.symbolic_s -= procedures.seconds - asked
-        if not isinstance(found, Found):
-            break
-        if procedures.follow(found.skeleton):
-            variants = symbolic_variants(found.skeleton.root, in_order(found.skeleton.root))
-            plan = assemble(run.problem, variants, None, run.problem.files, run.options.written())
-            return Result("solved", plan, statistics_of(run, None) | procedures.figures())
-        if run.stop():
-            break
-    statistics = statistics_of(run, None) | procedures.figures()
-    told = tuple(f"refused: {call}" for call in procedures.failed())
-    unproved = beyond_reasoning(verdict_of(run.problem)) if isinstance(found, Unreachable) else None
-    if unproved is not None:
-        return Result("exhausted", None, statistics, replace(unproved, details=(*unproved.details, *told[:12])))
-    if isinstance(found, Unreachable):
-        if not told:
-            return Result("no_plan", None, statistics, no_plan(run.problem, task, [], run.stop))
-        text = f"no plan reaches the goal without one of {len(told)} calls that their procedures refused"
-        return Result("no_plan", None, statistics, Reason("refusals", None, text, told[:12]))
-    budget = found.budget if isinstance(found, Exhausted) else run.stop.spent or "time"
-    return Result("exhausted", None, statistics, exhausted(budget, []))
-
-
-def _integrated(run: Run, task: GroundedTask) -> Result:
-    from kabo.planner.geometry.workers import Workers
-    from kabo.planner.rounds import Rounds
-
-    assert run.problem.scene is not None
-    run.tell("loading the scene")
-    try:
-        server = _server(run)
-    except CutOff:
-        return without_plan(run, task, Exhausted(run.searched, run.stop.spent or "time"), None)
-    if run.witness is not None:
-        run.witness(server)
-    with Workers(server, run.workers, run.stop) as workers:
-        rounds = Rounds(run, task, server, workers.expect)
-        found = rounds.played()
-        if isinstance(found, Unreachable | Exhausted):
-            return without_plan(run, task, found, server, rounds.geometry)
-        plan = None
-        if run.on_found is not None and (run.options.quality == "good" or run.certifies):
-            plan = _assembled(run, found, server)
-            run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
-        if run.options.quality == "good":
-            run.tell("refining", sum(server.statistics.calls.values()))
-            run.refined, plan = _refined(found, server), None
-            if server.stop():
-                run.note_cut("refining", "some of its motion is as it was found")
-        if plan is None:
-            plan = _assembled(run, found, server)
-        plan = _certified(run, plan, server)
-        return Result("solved", plan, statistics_of(run, server), None, tuple(run.cut_off))
-
-
-def _assembled(run: Run, found: Any, server: "GeometricProcedures") -> Plan:
-    """The plan as it is written, with what grants its contacts."""
-    from kabo.planner.certify.granting import granted
-    from kabo.planner.geometry.assembly import assemble, files_read
-
-    assert run.problem.scene is not None
-    plan = assemble(run.problem, found, server, files_read(run.problem, server), run.options.written())
-    return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
-
-
-def _uncertified(run: Run, plan: Plan) -> Plan:
-    """The plan as it is if nothing more can be done for it: it says that its certificate is missing, and why."""
-    from kabo.planner.certify.certifying import UNFINISHED
-
-    return replace(plan, certificate_gaps=(UNFINISHED,)) if run.certifies else plan
-
-
-def _certified(run: Run, plan: Plan, server: "GeometricProcedures") -> Plan:
-    """The plan with its certificate, if one is asked for and there is time; samples are not drawn any more."""
-    if not run.certifies:
-        return plan
-    from kabo.planner.certify.certifying import certified
-
-    run.tell("certifying", sum(server.statistics.calls.values()))
-    run.stop = server.server.stop = run.stop.timely()
-    plan, run.certified = certified(plan, server.server.surroundings, run.stop.look)
-    if plan.certificate is None and run.stop.spent is not None:
-        run.note_cut("certifying", "the plan has no certificate")
-    return plan
-
-
-def _refined(variants: Any, server: "GeometricProcedures") -> Mapping[str, float]:
-    from kabo.planner.refine.refining import refine
-
-    return refine(variants, server).written()
-
-
-def _server(run: Run) -> "GeometricProcedures":
-    began = perf_counter()
-    from kabo.geometry_server import GeometryServer
-    from kabo.scene import load_scene
-    from kabo.tasks.procedures import GeometricProcedures
-
-    if run.problem.scene is None:
-        raise ValueError("only a problem with a scene has geometry")
-    scene = load_scene(run.problem.scene, run.stop.look)
-    exact = run.options.geometry == "exact"
-    server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
-    run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
-    server.stop = run.stop
-    run.load_s = perf_counter() - began
-    domain = run.problem.domain.path
-    return GeometricProcedures(server, None if domain is None else domain.parent)

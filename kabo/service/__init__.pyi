@@ -4,7 +4,7 @@ from kabo.service.client import Reply as Reply
 from kabo.service.inline import pack_problem as pack_problem
 from kabo.service.inline import problem_for as problem_for
 from kabo.service.server import Server as Server
-from kabo.service.server import Settings as Settings
+from kabo.service.server import ServerSettings as ServerSettings
 from kabo.service.session import DEFAULT_ENDPOINT as DEFAULT_ENDPOINT
 from kabo.service.session import client_config as client_config
 from kabo.service.session import server_config as server_config

@@ -1,7 +1,7 @@
-"""The client: picks a live server, sends, and sends again elsewhere with the same id when a server is lost.
+"""The client: sends a request to a live server and, if that is lost, again to another one, with the same id.
 
-Zenoh answers with nothing when a server is dead, denied or absent; so "nothing" means "not this server", and the
-liveliness tokens say which others there are.
+Zenoh returns no reply at all when a server is dead, absent or may not be asked. Then the client chooses another server
+among those whose liveliness tokens it sees.
 """
 
 import json
@@ -19,7 +19,7 @@ import zenoh
 
 from kabo.errors import ServiceError
 from kabo.service import keys
-from kabo.service.messages import Cancelled, Failure, Status
+from kabo.service.messages import Cancelled, ErrorReply, Status
 from kabo.service.session import open_session
 
 ELSEWHERE = frozenset({"busy", "shutting_down", "worker_died"})  # another server, or the same one later, may do it
@@ -42,7 +42,7 @@ class Reply:
 
 @dataclass(frozen=True)
 class _Lost:
-    """No answer from this server: try again, for the reason `code`."""
+    """This server has not answered the request, for the reason `code`; another attempt may succeed."""
 
     code: str
     message: str
@@ -54,7 +54,7 @@ def _foreign(server: str) -> _Lost:
 
 
 def _decoded(answer: "zenoh.Sample | zenoh.ReplyError", kind: Any) -> Any:
-    """What was answered, as a kind of message; None if it is none: the server is not one of kabo's."""
+    """An answer as a message of `kind`; None if it is none: the server is not a server of kabo."""
     try:
         return msgspec.json.decode(answer.payload.to_bytes(), type=kind)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
@@ -62,7 +62,7 @@ def _decoded(answer: "zenoh.Sample | zenoh.ReplyError", kind: Any) -> Any:
 
 
 class Client:
-    """A session that watches which servers are alive, and asks them.
+    """A zenoh session that watches which servers are alive, and sends requests to them.
 
     Args:
         config: of the zenoh session.
@@ -95,12 +95,12 @@ class Client:
             return sorted(self._load)
 
     def status(self, server: str) -> Status | None:
-        """What a server says of itself; None if it does not answer, or not in the words of this protocol."""
+        """The status of a server; None if it does not answer, or with something else."""
         answer = self._ask(server, "status", b"", STATUS_TIMEOUT_S)
         return _decoded(answer, Status) if isinstance(answer, zenoh.Sample) else None
 
     def cancel(self, identifier: str) -> bool:
-        """Cancels the request with this id wherever it is; whether any server was still working on it."""
+        """Cancels the request with this id on all servers; returns whether one of them was still working on it."""
         payload = msgspec.json.encode({"id": identifier})
         answers = [self._ask(server, "cancel", payload, STATUS_TIMEOUT_S) for server in self.servers()]
         told = (_decoded(answer, Cancelled) for answer in answers if isinstance(answer, zenoh.Sample))
@@ -115,7 +115,7 @@ class Client:
         identifier: str | None = None,
         on_progress: OnProgress | None = None,
     ) -> Reply:
-        """Asks a server to solve a problem, and another if that one is lost or busy.
+        """Asks a server to solve a problem, and another one if the first is lost or busy.
 
         Args:
             problem_for: the `problem` of the request for a server with this status (its files, or a path).
@@ -125,7 +125,8 @@ class Client:
             on_progress: called with every progress message, from another thread.
 
         Raises:
-            ServiceError: no server in time, all busy, cancelled, deadline, or the request was refused.
+            ServiceError: no server was found in time, all are busy, the request was cancelled or refused, or its deadline
+            has passed.
         """
         identifier = identifier or uuid.uuid4().hex
         until = time.monotonic() + deadline_s
@@ -170,7 +171,7 @@ class Client:
             plan = None if answer.attachment is None else answer.attachment.to_bytes()
             body = _decoded(answer, dict[str, Any])
             return _foreign(server) if body is None else Reply(body, plan, server)
-        error = _decoded(answer, Failure)
+        error = _decoded(answer, ErrorReply)
         if error is None:
             return _foreign(server)
         if error.code in ELSEWHERE:
@@ -178,7 +179,7 @@ class Client:
         raise ServiceError(error.code, error.message, request=identifier)
 
     def _progress(self, server: str, identifier: str, on_progress: OnProgress | None) -> Any:
-        """A subscription to the progress of a request, or nothing, as a context."""
+        """A subscription to the progress of a request, as a context manager; an empty one if nobody listens."""
         if on_progress is None:
             return nullcontext()
         seen = on_progress
@@ -188,7 +189,7 @@ class Client:
     def _ask(
         self, server: str, verb: str, payload: bytes, timeout_s: float
     ) -> "zenoh.Sample | zenoh.ReplyError | None":
-        """The one reply of a server; None if there is none, for whatever reason."""
+        """The reply of a server; None if there is none, for whatever reason."""
         token = zenoh.CancellationToken()
         with self._lock:
             if server not in self._load:
@@ -216,7 +217,7 @@ class Client:
                     self._load[server] -= 1
 
     def _pick(self, avoid: set[str], until: float) -> str | None:
-        """The live server with the fewest of our requests, rather none of `avoid`; waits if there is none."""
+        """The live server with the fewest requests of this client, outside of `avoid` if possible; waits for one."""
         with self._lock:
             while not self._load:
                 if not self._lock.wait(min(0.1, max(0.0, until - time.monotonic()))) and time.monotonic() >= until:

@@ -1,7 +1,7 @@
-"""Problems with all their files in one message: packed by the client, unpacked by a worker into its own folder.
+"""Problems with all their files in one message: the client packs them, a worker unpacks them into its own folder.
 
-A server opens no file that a request merely names: what lies inline goes into a temporary folder, and every path
-is checked to stay inside it before anything is opened.
+A server opens no file only because a request names it: the files of the message are written into a temporary folder,
+and every path is checked to stay inside it before a file is opened.
 """
 
 import base64
@@ -24,7 +24,7 @@ class Forbidden(Exception):
 
 
 def problem_for(path: Path, domain: Path | None = None) -> Callable[[Status], dict[str, Any]]:
-    """The `problem` of a request for a server with a status: a path if it lies below its root, else all files.
+    """Makes the `problem` of a request for a server's status: a path if it lies below its root, otherwise all files.
 
     Raises:
         InputError: see `pack_problem`.
@@ -42,7 +42,7 @@ def problem_for(path: Path, domain: Path | None = None) -> Callable[[Status], di
 
 
 def pack_problem(path: Path, domain: Path | None = None) -> dict[str, Any]:
-    """The `problem` of a request with every file that solving it reads, by paths from their common folder.
+    """The `problem` of a request with every file that solving it reads, by paths relative to their common folder.
 
     Raises:
         InputError: the problem is not valid; or a file cannot be sent, because it is named by an absolute path.
@@ -63,11 +63,11 @@ def unpack_problem(
     """Writes the inline files below `folder`; returns the problem file's path from there.
 
     Args:
-        between: called before each file; may raise, to end this.
+        between: called before each file; an error that it raises ends the unpacking.
 
     Raises:
         Forbidden: a name is absolute or leads out of the folder.
-        Unreadable: too many files, one cannot be written, or it is not clear which of them is the problem.
+        Unreadable: there are too many files, one cannot be written, or it is unclear which one is the problem.
     """
     files = problem.files or {}
     if len(files) > MAX_FILES:
@@ -84,7 +84,7 @@ def unpack_problem(
 
 
 def safe_name(name: str) -> PurePosixPath:
-    """A path of a request as a relative path without `..`.
+    """A path of a request, as a relative path without `..`.
 
     Raises:
         Forbidden: it is absolute, empty, leads out of its folder, or has characters that no file name has.
@@ -96,7 +96,7 @@ def safe_name(name: str) -> PurePosixPath:
 
 
 def below(root: Path, name: str) -> PurePosixPath:
-    """The path of the file `name` from the server's root; links may not lead out of it.
+    """The path of the file `name`, relative to the server's root; symbolic links may not lead out of it.
 
     Raises:
         Forbidden: it leads out of the root.

@@ -1,7 +1,7 @@
-"""Jobs and their outcomes: one run for equal requests, however often and by whomever they are sent.
+"""Jobs and their outcomes: equal requests are worked on once, however often and by whomever they are sent.
 
-An id belongs to the problem and options of its request. Who asks again joins the running job, with its deadline, or
-gets the stored outcome. Requests that wait and outcomes that are stored are bounded by bytes, so that a server may run
+An id belongs to the problem and options of its request. A client that asks again joins the running job, with its
+deadline, or gets the stored outcome. Waiting requests and stored outcomes are bounded by bytes, so that a server can run
 for ever.
 """
 
@@ -19,7 +19,7 @@ BYTES_PER_JOB = 1024  # what a stored outcome costs beside its bytes
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a job ended: `code` None is a reply with the plan file's bytes, if there is a plan; else an error."""
+    """How a job ended: with a reply (`code` None) and the plan file's bytes if there is a plan, or with an error."""
 
     code: str | None
     body: bytes
@@ -27,7 +27,7 @@ class Outcome:
 
     @property
     def size(self) -> int:
-        """The bytes that keeping it takes."""
+        """The memory that storing it takes [bytes]."""
         return BYTES_PER_JOB + len(self.body) + len(self.plan or b"")
 
 
@@ -35,8 +35,8 @@ Deliver = Callable[[Outcome], None]
 
 
 @dataclass(eq=False)
-class Job:
-    """A request on its way: `deadline` in seconds of this process' monotonic clock, `digest` of what is asked."""
+class SolveJob:
+    """A request that was let in: `deadline` on the monotonic clock [s], `digest` of its problem and options."""
 
     identifier: str
     request: bytes
@@ -49,36 +49,36 @@ class Job:
     waiting: list[Deliver] = field(default_factory=list)
 
     def failure(self, code: str, message: str) -> Outcome:
-        """The outcome of an error of this job."""
+        """The outcome if this job ends with an error."""
         return Outcome(code, error_body(code, message, self.identifier))
 
     def why_stop(self) -> str | None:
-        """The code with which the job must end now, or None."""
+        """The code of the error with which the job must end now; None if it may go on."""
         if self.cancelled.is_set():
             return "cancelled"
         return "deadline" if time.monotonic() > self.deadline else None
 
 
 class JobStore:
-    """All jobs by their ids: those on their way, and the outcomes of the last ones, oldest forgotten first.
+    """All jobs by their ids: the unfinished ones, and the latest finished ones with their outcomes.
 
     Args:
         max_bytes: of stored outcomes.
-        max_request_bytes: of the requests that are on their way; a single one is let in, however large.
+        max_request_bytes: of the unfinished requests; a single one is let in, however large.
     """
 
     def __init__(self, max_bytes: int = 64 << 20, max_request_bytes: int = 128 << 20) -> None:
         self._lock = threading.Lock()
-        self._unfinished: dict[str, Job] = {}
-        self._finished: OrderedDict[str, Job] = OrderedDict()
+        self._unfinished: dict[str, SolveJob] = {}
+        self._finished: OrderedDict[str, SolveJob] = OrderedDict()
         self._max_bytes, self._bytes = max_bytes, 0
         self._max_request_bytes, self._request_bytes = max_request_bytes, 0
 
-    def admit(self, job: Job, deliver: Deliver, enqueue: Callable[[Job], str | None]) -> str | None:
-        """Lets a request in: joins an equal one, delivers a stored outcome, or enqueues a new job.
+    def admit(self, job: SolveJob, deliver: Deliver, enqueue: Callable[[SolveJob], str | None]) -> str | None:
+        """Lets a request in: it joins an equal job, gets a stored outcome, or becomes a new job in the queue.
 
         Returns:
-            None, or the code of the error with which it was turned away (of `enqueue`, `busy` or `id_reused`).
+            None, or the code of the error with which it is refused (that of `enqueue`, `busy` or `id_reused`).
         """
         with self._lock:
             known = self._unfinished.get(job.identifier) or self._finished.get(job.identifier)
@@ -92,7 +92,7 @@ class JobStore:
         deliver(known.outcome)
         return None
 
-    def _let_in(self, job: Job, deliver: Deliver, enqueue: Callable[[Job], str | None]) -> str | None:
+    def _let_in(self, job: SolveJob, deliver: Deliver, enqueue: Callable[[SolveJob], str | None]) -> str | None:
         size = len(job.request)
         if self._unfinished and self._request_bytes + size > self._max_request_bytes:
             return "busy"
@@ -104,20 +104,20 @@ class JobStore:
         return refused
 
     def cancel(self, identifier: str) -> bool:
-        """Makes the job with this id end soon; whether there is one that has no outcome yet."""
+        """Makes the job with this id end soon; returns whether there is one without an outcome."""
         with self._lock:
             job = self._unfinished.get(identifier)
         if job is not None:
             job.cancelled.set()
         return job is not None
 
-    def unfinished(self) -> list[Job]:
+    def unfinished(self) -> list[SolveJob]:
         """The jobs that have no outcome yet, in the order of their arrival."""
         with self._lock:
             return list(self._unfinished.values())
 
-    def finish(self, job: Job, outcome: Outcome) -> None:
-        """Gives a job its outcome, once; whoever waits for it gets it now."""
+    def finish(self, job: SolveJob, outcome: Outcome) -> None:
+        """Gives a job its outcome, once, and delivers it to everybody who waits for it."""
         with self._lock:
             if job.outcome is not None:
                 return

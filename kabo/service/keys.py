@@ -1,7 +1,7 @@
-"""The key space of a server: `kabo/v1/<server>/<verb>`, one for every server, never shared.
+"""The keys of a server: `kabo/v1/<server>/<verb>`, never shared by two servers.
 
-A key shared by several servers would give each request to all of them; so a client chooses a server among the
-liveliness tokens and asks it alone [docs/decisions/003-service.md].
+A key shared by several servers would give each request to all of them. So a client chooses a server by its liveliness
+token and asks that one alone [docs/decisions/003-service.md].
 """
 
 import os
@@ -14,7 +14,7 @@ ALIVE = f"{ROOT}/*/alive"
 
 
 def new_server_name() -> str:
-    """A name for this process that no other has: host, process id, four random hexadecimal digits."""
+    """A unique name for this process: host, process id, four random hexadecimal digits."""
     host = re.sub(r"[^A-Za-z0-9_-]", "-", socket.gethostname()) or "host"
     return f"{host}-{os.getpid()}-{secrets.token_hex(2)}"
 
@@ -25,7 +25,7 @@ def verb(server: str, name: str) -> str:
 
 
 def progress(server: str, identifier: str) -> str:
-    """The key on which the progress of a request is put."""
+    """The key under which the progress of a request is published."""
     return f"{ROOT}/{server}/progress/{identifier}"
 
 

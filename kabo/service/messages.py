@@ -1,7 +1,7 @@
-"""The messages of the service as data: decoded and checked by msgspec, unknown keys refused.
+"""The messages of the service as data: msgspec decodes and checks them, and refuses unknown keys.
 
-`Envelope` is all that the server reads itself; problem and options stay raw bytes until a worker decodes them, so
-that a large request does not hold up the others.
+The server itself reads an `Envelope` only. Problem and options stay raw bytes until a worker decodes them, so that a
+large request does not hold up the others.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ _IDENTIFIER = re.compile(r"[A-Za-z0-9_.-]{1,128}")
 
 
 def _field(option: Option, said: Any) -> tuple[str, Any, Any]:
-    """Name, type and default of an option in a message; `said` is its type in `SolveOptions`."""
+    """The name, type and default of an option in a message; `said` is its type in `SolveOptions`."""
     limits = {"ge": option.at_least, "gt": option.above, "le": option.at_most}
     given: Any = {key: value for key, value in limits.items() if value is not None}
     kind = said if option.choices or option.kind is bool else Annotated[option.kind, msgspec.Meta(**given)]
@@ -44,7 +44,7 @@ def _field(option: Option, said: Any) -> tuple[str, Any, Any]:
     return option.name, kind, option.default
 
 
-if TYPE_CHECKING:  # checkers need not know the fields: whoever solves is given them by name
+if TYPE_CHECKING:  # its fields are known at run time only; `said` gives them the types of `SolveOptions`
     OptionsMessage = msgspec.Struct
 else:
     _SAID = get_type_hints(SolveOptions)
@@ -58,20 +58,20 @@ else:
 
 
 def said(message: OptionsMessage) -> SolveOptions:
-    """The options that a message says."""
+    """The options of a message, by name."""
     return cast("SolveOptions", msgspec.structs.asdict(message))
 
 
 class InlineFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """A file that is not text."""
+    """A file of a message that is not text."""
 
     base64: bytes  # msgspec decodes base64 itself
 
 
 class ProblemFiles(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True, frozen=True):
-    """A problem: all its files inline, or a path below the server's root. With `files`, `path` is one of them.
+    """A problem: all its files inline, or a path below the server's root. With `files`, `path` names one of them.
 
-    `domain` is the path of its domain file, where formats have one that the problem does not name (PDDL, PKS).
+    `domain` is the path of the domain file in formats whose problems do not name it (PDDL, PKS).
     """
 
     path: str | None = None
@@ -80,7 +80,7 @@ class ProblemFiles(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tru
 
 
 class SolveRequest(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """A request to solve, whole."""
+    """A whole request to solve a problem."""
 
     id: str
     problem: ProblemFiles
@@ -89,7 +89,7 @@ class SolveRequest(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class Envelope(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """The part of a request that the server itself reads; the rest is only known to be JSON."""
+    """The part of a request that the server reads; problem and options are only checked to be JSON."""
 
     id: str
     problem: msgspec.Raw
@@ -97,7 +97,7 @@ class Envelope(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     options: msgspec.Raw = msgspec.Raw(b"{}")
 
     def digest(self) -> bytes:
-        """What the id belongs to: the bytes of problem and options, whatever the deadline."""
+        """A hash of what the id belongs to: problem and options, but not the deadline."""
         digest = hashlib.sha256(len(memoryview(self.problem)).to_bytes(8, "big"))
         digest.update(self.problem)
         digest.update(self.options)
@@ -111,12 +111,12 @@ class CancelRequest(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class Cancelled(msgspec.Struct, frozen=True):
-    """The reply to `cancel`: whether the id is that of a job whose outcome was still open, which now ends."""
+    """The reply to `cancel`: whether the id belongs to an unfinished job, which now ends."""
 
     known: bool
 
 
-class Failure(msgspec.Struct, frozen=True):
+class ErrorReply(msgspec.Struct, frozen=True):
     """An error reply."""
 
     code: str
@@ -125,7 +125,7 @@ class Failure(msgspec.Struct, frozen=True):
 
 
 class Status(msgspec.Struct, frozen=True):
-    """What a server says of itself."""
+    """The status of a server."""
 
     server: str
     queued: int
@@ -138,14 +138,14 @@ class Status(msgspec.Struct, frozen=True):
 
 
 class Unreadable(ValueError):
-    """A message that cannot be used; the text says where and why."""
+    """A message that cannot be read; the text says where and why."""
 
 
 def read(kind: Any, raw: bytes) -> Any:
-    """A message of a kind.
+    """Decodes a message of a kind.
 
     Raises:
-        Unreadable: it is no JSON, misses a key, has an unknown one, or a value of the wrong type or range.
+        Unreadable: it is no JSON, lacks a key, has an unknown one, or a value of the wrong type or range.
     """
     try:
         message = msgspec.json.decode(raw, type=kind)

@@ -1,7 +1,8 @@
 """The server: declares the keys, lets requests in, and answers every one of them.
 
-A zenoh callback only reads the envelope and returns; an exception inside one would look to the client like "no
-such server", so every callback is wrapped and replies in any case.
+A zenoh callback only reads the envelope and returns. An exception inside a callback would look to the client as if there
+were no such server, so every callback is wrapped and replies in any case. To add a verb: its message in messages.py, and
+its handler here among `verbs`.
 """
 
 import time
@@ -16,7 +17,7 @@ import zenoh
 
 from kabo import __version__
 from kabo.service import keys
-from kabo.service.jobs import Job, JobStore, Outcome
+from kabo.service.jobs import JobStore, Outcome, SolveJob
 from kabo.service.messages import (
     PROTOCOL,
     Cancelled,
@@ -34,7 +35,7 @@ JSON = "application/json"
 RETRY_AFTER_S = 0.2
 MAX_REQUEST_BYTES = 32 << 20
 QUEUE_BYTES = 128 << 20
-TURNED_AWAY = {
+REFUSALS = {
     "busy": "the queue is full",
     "id_reused": "this id belongs to another request",
 }
@@ -43,15 +44,15 @@ Handler = Callable[[zenoh.Query], None]
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How a server works.
+class ServerSettings:
+    """The settings of a server.
 
     Args:
-        workers: processes.
+        workers: the number of worker processes.
         bound: how many requests may wait.
-        queue_bytes: of all requests that wait or are worked on; one is let in, however large.
-        store_bytes: of the outcomes that are kept for those who ask again.
-        root: requests may name paths below this folder, if it is given.
+        queue_bytes: the size of all unfinished requests; a single one is let in, however large.
+        store_bytes: the size of the outcomes that are kept for clients that ask again.
+        root: if it is given, requests may name paths below this folder.
         work: `module:function`; a function `warm_up` of that module is called in each worker before its first job.
     """
 
@@ -66,13 +67,15 @@ class Settings:
 class Server:
     """A planning service on one zenoh session; answers from the moment it is made until `close`.
 
-    Making it takes until all workers are warm: only then clients see the server.
+    The constructor returns when all workers are warm; only then do clients see the server.
 
     Raises:
         ServiceError: an endpoint cannot be used, or the workers die while they start.
     """
 
-    def __init__(self, config: zenoh.Config, settings: Settings = Settings(), name: str | None = None) -> None:
+    def __init__(
+        self, config: zenoh.Config, settings: ServerSettings = ServerSettings(), name: str | None = None
+    ) -> None:
         self.name = name or keys.new_server_name()
         self._settings, self._stopping = settings, False
         self._limit = min(MAX_REQUEST_BYTES, max_request_bytes(config))
@@ -101,11 +104,11 @@ class Server:
         self._token = self._session.liveliness().declare_token(keys.verb(self.name, "alive"))
 
     def worker_processes(self) -> list[int]:
-        """The ids of the worker processes that there are now."""
+        """The process ids of the workers."""
         return self._pool.processes()
 
     def close(self, patience_s: float = 10.0) -> None:
-        """Takes no more requests, lets the running ones end for a while, turns the rest away, and closes."""
+        """Refuses new requests, waits up to `patience_s` for the running ones, refuses the rest, and closes."""
         self._stopping = True  # the token stays: clients give up what they asked of a server without one
         until = time.monotonic() + patience_s
         while self._store.unfinished() and time.monotonic() < until:
@@ -125,10 +128,10 @@ class Server:
         envelope = read(Envelope, raw)
         if self._stopping:
             return _refuse(query, "shutting_down", "try another server", envelope.id)
-        job = Job(envelope.id, raw, time.monotonic() + envelope.deadline_s, envelope.digest())
+        job = SolveJob(envelope.id, raw, time.monotonic() + envelope.deadline_s, envelope.digest())
         refused = self._store.admit(job, partial(self._deliver, query), self._pool.enqueue)
         if refused is not None:
-            _refuse(query, refused, TURNED_AWAY[refused], envelope.id)
+            _refuse(query, refused, REFUSALS[refused], envelope.id)
         return None
 
     def _cancel(self, query: zenoh.Query) -> None:
@@ -159,7 +162,7 @@ class Server:
         with suppress(zenoh.ZError), query:  # the one who asked may be gone
             query.reply(keys.verb(self.name, verb), body, encoding=JSON, attachment=plan)
 
-    def _put_progress(self, job: Job, body: bytes) -> None:
+    def _put_progress(self, job: SolveJob, body: bytes) -> None:
         with suppress(zenoh.ZError):
             self._session.put(
                 keys.progress(self.name, job.identifier),
@@ -171,7 +174,7 @@ class Server:
 
 
 def _answered(handler: Handler, query: zenoh.Query) -> None:
-    """Runs a handler; whatever happens, the query gets an answer."""
+    """Runs a handler so that the query gets an answer whatever happens."""
     try:
         handler(query)
     except Unreadable as error:

@@ -1,4 +1,4 @@
-"""How zenoh sessions are opened: peers with explicit endpoints, nothing announced, no shared memory.
+"""Zenoh sessions: peers with explicit endpoints, without scouting and without shared memory.
 
 Shared memory is off whatever a configuration file says: a receiver that waits for its processor longer than 100 ms
 loses messages silently, and a planner keeps all processors busy.
@@ -22,24 +22,24 @@ ENVELOPE_BYTES = 64 << 10  # what a message needs beside its payload
 def server_config(
     listen: Sequence[str] = (), connect: Sequence[str] = (), file: Path | None = None
 ) -> zenoh.Config:
-    """The configuration of a server; without any endpoint it listens on the loopback default."""
+    """The configuration of a server; without endpoints it listens on `DEFAULT_ENDPOINT`."""
     if not listen and not connect and file is None:
         listen = [DEFAULT_ENDPOINT]
     return _config(listen, connect, file)
 
 
 def client_config(connect: Sequence[str] = (), file: Path | None = None) -> zenoh.Config:
-    """The configuration of a client; without any endpoint it looks for a server on the loopback default."""
+    """The configuration of a client; without endpoints it connects to `DEFAULT_ENDPOINT`."""
     if not connect and file is None:
         connect = [DEFAULT_ENDPOINT]
     return _config((), connect, file)
 
 
 def open_session(config: zenoh.Config) -> zenoh.Session:
-    """An open session.
+    """Opens a session.
 
     Raises:
-        ServiceError: an endpoint cannot be used: malformed, in use, refused.
+        ServiceError: an endpoint is malformed, in use, or refused.
     """
     try:
         return zenoh.open(config)
@@ -48,7 +48,7 @@ def open_session(config: zenoh.Config) -> zenoh.Session:
 
 
 def max_request_bytes(config: zenoh.Config) -> int:
-    """The longest request that arrives; a longer one would be dropped without an answer."""
+    """The size of the longest request that arrives [bytes]; a longer one would be dropped without an answer."""
     return int(json.loads(config.get_json("transport/link/rx/max_message_size"))) - ENVELOPE_BYTES
 
 

@@ -1,7 +1,7 @@
-"""Warmth: what a worker loads and compiles before its first job, so that a deadline need not pay for it.
+"""Warming up: what a worker loads and compiles before its first job, so that no request waits for it.
 
-Two problems that kabo brings along are planned, as if they had been asked for, which loads every room, the libraries and
-the kernels of geometry; the kernels of large symbolic searches are called once by themselves.
+A worker solves two problems that kabo brings along, which loads every room, the libraries and the kernels of geometry.
+The kernels of large symbolic searches are called once by themselves.
 """
 
 from pathlib import Path

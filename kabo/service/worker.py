@@ -1,11 +1,11 @@
-"""The worker process: one job at a time, told and answered through a pipe; zenoh is never loaded here.
+"""The worker process: gets one job at a time through a pipe and answers it; zenoh is never loaded here.
 
-The process is spawned, so nothing of the server's state crosses over. It ends by itself when the server is gone,
-even in the middle of a long kernel call. What it sends: ready, progress, done, stopped, refused or failed; ready for
-the first time when it is warm.
+The process is spawned, so it shares no state with the server. It ends by itself when the server has ended, even in the
+middle of a long kernel call. It sends ready (for the first time when it is warm), progress, and for each job done,
+stopped, refused or failed.
 
-What it answers is a function of the request's bytes: whatever it remembers from one job to the next is keyed by content
-[kabo.remembering], and its memory is collected and given back between jobs [docs/decisions/026-worker-purity.md].
+Its answer is a function of the request's bytes: what it keeps from one job to the next is keyed by content
+[kabo.content_cache], and garbage is collected and memory given back between jobs [docs/decisions/026-worker-purity.md].
 """
 
 import ctypes
@@ -27,9 +27,9 @@ from pathlib import Path
 import msgspec
 
 from kabo.errors import missing_library
-from kabo.frozen_gc import older_objects_apart
+from kabo.frozen_gc import frozen_gc
 from kabo.planner.result import Progress
-from kabo.service.messages import SolveRequest, Unreadable, read, said
+from kabo.service.messages import ProblemFiles, SolveRequest, Unreadable, read, said
 
 STOP = b"stop"
 TICK_S = 0.02
@@ -39,8 +39,8 @@ class Stopped(Exception):
     """The job was stopped at a check: "cancelled" or "deadline"."""
 
 
-class Refused(Exception):
-    """The request cannot be worked on."""
+class RequestRefused(Exception):
+    """The request cannot be worked on, for the reason `code`."""
 
     def __init__(self, code: str, message: str) -> None:
         super().__init__(message)
@@ -48,7 +48,7 @@ class Refused(Exception):
 
 
 class Ticker:
-    """What work calls now and then: sends progress, and says whether to stop; looks at most every 20 ms."""
+    """What a job calls periodically: sends its progress, and says whether to stop; looks every 20 ms at most."""
 
     def __init__(self, connection: Connection, remaining_s: float) -> None:
         self._connection = connection
@@ -62,7 +62,7 @@ class Ticker:
         return max(0.0, self.deadline - time.monotonic())
 
     def cancelled(self) -> bool:
-        """Whether the job must stop; `stopped` then says why."""
+        """Whether the job must stop; then `stopped` says why."""
         now = time.monotonic()
         if self.stopped is None and now >= self._next:
             self._next = now + TICK_S
@@ -74,17 +74,17 @@ class Ticker:
         return self.stopped is not None
 
     def check(self) -> None:
-        """Looks whether the job must stop.
+        """Returns if the job may go on.
 
         Raises:
-            Stopped: it must.
+            Stopped: it must stop.
         """
         if self.cancelled():
             assert self.stopped is not None
             raise Stopped(self.stopped)
 
     def progress(self, progress: Progress) -> None:
-        """Sends how far the work has come."""
+        """Sends the progress of the job, every 20 ms at most."""
         now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + TICK_S
@@ -98,44 +98,59 @@ def solve_work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes
     """Works on a request to solve: the JSON of the reply, and the plan file's bytes if there is a plan.
 
     Raises:
-        Refused: the request cannot be read, or names files that it may not.
+        RequestRefused: the request cannot be read, or names files that it may not.
         Stopped: the job was cancelled, or its deadline has passed.
     """
-    from kabo.requests import solve_file
-    from kabo.service import inline
+    from kabo.requests import solve_file  # here, as the server imports this module, and plans nothing
 
     try:
         message = read(SolveRequest, request)
-        with tempfile.TemporaryDirectory(prefix="kabo-", ignore_cleanup_errors=True) as own:
-            if message.problem.files is not None:
-                folder, path = Path(own), inline.unpack_problem(message.problem, Path(own), ticker.check)
-            elif message.problem.path is not None and root is not None:
-                folder, path = root, inline.below(root, message.problem.path)
-            else:
-                code = "bad_request" if message.problem.path is None else "forbidden"
-                raise Refused(code, "this server reads no paths: send all files in `$.problem.files`")
-            domain = None if message.problem.domain is None else Path(inline.below(folder, message.problem.domain))
-            ticker.check()
-            with _working_in(folder):
-                answer = solve_file(
-                    Path(path),
-                    said(message.options),
-                    domain=domain,
-                    within=Path(),
-                    progress=ticker.progress,
-                    cancelled=ticker.cancelled,
-                )
+        with _problem_in(message.problem, root, ticker) as (path, domain):
+            answer = solve_file(
+                path,
+                said(message.options),
+                domain=domain,
+                within=Path(),
+                progress=ticker.progress,
+                cancelled=ticker.cancelled,
+            )
     except Unreadable as error:
-        raise Refused("bad_request", str(error)) from None
-    except inline.Forbidden as error:
-        raise Refused("forbidden", str(error)) from None
+        raise RequestRefused("bad_request", str(error)) from None
     if ticker.stopped is not None:
         raise Stopped(ticker.stopped)
     return msgspec.json.encode({**answer.body, "id": message.id}), answer.plan
 
 
+@contextmanager
+def _problem_in(problem: ProblemFiles, root: Path | None, ticker: Ticker) -> Iterator[tuple[Path, Path | None]]:
+    """The files of a problem and of its domain (or None), by paths from the current folder, in which they all lie.
+
+    Raises:
+        RequestRefused: the request names files that it may not.
+        Unreadable: it is not clear which file is the problem, or a file cannot be written.
+        Stopped: the job was cancelled, or its deadline has passed.
+    """
+    from kabo.service import inline  # for the same reason
+
+    with tempfile.TemporaryDirectory(prefix="kabo-", ignore_cleanup_errors=True) as own:
+        try:
+            if problem.files is not None:
+                folder, path = Path(own), inline.unpack_problem(problem, Path(own), ticker.check)
+            elif problem.path is not None and root is not None:
+                folder, path = root, inline.below(root, problem.path)
+            else:
+                code = "bad_request" if problem.path is None else "forbidden"
+                raise RequestRefused(code, "this server reads no paths: send all files in `$.problem.files`")
+            domain = None if problem.domain is None else Path(inline.below(folder, problem.domain))
+        except inline.Forbidden as error:
+            raise RequestRefused("forbidden", str(error)) from None
+        ticker.check()
+        with _working_in(folder):
+            yield Path(path), domain
+
+
 def warm_up() -> None:
-    """Loads and compiles what requests need, and makes the caches of what never changes."""
+    """Loads and compiles what requests need, and fills caches of what never changes."""
     from kabo.service.warming import plan_once
 
     plan_once()
@@ -143,7 +158,7 @@ def warm_up() -> None:
 
 @contextmanager
 def _working_in(folder: Path) -> Iterator[None]:
-    """Makes `folder` the current one, so that findings name files as the client does; no other thread plans here."""
+    """Makes `folder` the current folder, so that findings name files as the client does; no other thread plans here."""
     before = os.getcwd()
     os.chdir(folder)
     try:
@@ -164,13 +179,13 @@ def worker_main(connection: Connection, work_name: str, root: Path | None) -> No
     work: Work = getattr(loaded, function)
     _warmed(getattr(loaded, "warm_up", None))
     try:
-        with older_objects_apart():  # collections between jobs pass over what was there before the first
+        with frozen_gc():  # collections between jobs pass over what was there before the first
             while True:
                 connection.send(("ready", None, None))
                 _answer_one(connection, work, root)
                 _tidy()
     except (EOFError, OSError):
-        return  # the server is gone: so are we
+        return  # the server has ended
 
 
 def _warmed(warm_up: Callable[[], None] | None) -> None:
@@ -184,15 +199,15 @@ def _warmed(warm_up: Callable[[], None] | None) -> None:
 
 
 def _answer_one(connection: Connection, work: Work, root: Path | None) -> None:
-    """Waits for a job and answers it; nothing of it is held afterwards."""
-    while (job := connection.recv()) == STOP:  # it came too late for the last job
+    """Waits for a job and answers it; no reference to the job remains afterwards."""
+    while (job := connection.recv()) == STOP:  # a request to stop that came after the last job had ended
         pass
     request, remaining_s = job
     connection.send(_worked(work, request, root, Ticker(connection, remaining_s)))
 
 
 def _tidy() -> None:
-    """Collects garbage and gives memory back: parsers of meshes leave megabytes in cycles for each job."""
+    """Collects garbage and gives memory back: each job leaves megabytes of cycles, made by parsers of meshes."""
     gc.collect()
     give_back()
 
@@ -211,7 +226,7 @@ def _worked(
         return ("done", *work(request, root, ticker))
     except Stopped as stopped:
         return "stopped", str(stopped), None
-    except Refused as refused:
+    except RequestRefused as refused:
         return "refused", refused.code, str(refused)
     except (EOFError, BrokenPipeError):
         raise

@@ -1,7 +1,7 @@
-"""The pool: a bounded queue, and for every worker process one thread that watches it.
+"""The pool of worker processes: a bounded queue, and for every process a thread that supervises it.
 
-A worker takes jobs from the moment it is warm. One that dies costs its job one attempt of two; one that does not stop in
-time is killed. The pool knows nothing of zenoh, and the work nothing of the pool.
+A worker takes jobs as soon as it is warm. If it dies, its job has lost one of two attempts; if it does not stop in time,
+it is killed. The pool knows nothing of zenoh, and the workers know nothing of the pool.
 """
 
 import multiprocessing
@@ -16,19 +16,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 from kabo.errors import ServiceError
-from kabo.service.jobs import Job, JobStore, Outcome
+from kabo.service.jobs import JobStore, Outcome, SolveJob
 from kabo.service.worker import STOP, give_back, worker_main
 
-GRACE_S = 0.5  # from the request to stop until SIGKILL
-ATTEMPTS = 2  # a job is tried again once, when its worker dies
-STARTS = 8  # a worker that dies before it is ready costs no attempt, but not for ever
+GRACE_S = 0.5  # from asking a worker to stop until SIGKILL
+ATTEMPTS = 2  # at a job whose worker dies
+STARTS = 8  # in a row of a worker that dies before it is ready; then its job fails
 MAX_PAUSE_S = 2.0  # between two starts of a worker, when it dies or cannot be started
 POLL_S = 0.02
-IDLE_S = 0.5  # how often a waiting worker's life is looked after
-SWEEP_S = 0.05
+IDLE_S = 0.5  # between two looks whether a waiting worker is alive
+SWEEP_S = 0.05  # between two looks at the deadlines of waiting jobs
 LARGE_BYTES = 1 << 20  # of a request, after which the server gives memory back
 
-OnProgress = Callable[[Job, bytes], None]
+OnProgress = Callable[[SolveJob, bytes], None]
 
 
 class Pool:
@@ -37,49 +37,49 @@ class Pool:
     def __init__(
         self, work: str, store: JobStore, *, workers: int, bound: int, root: Path | None, on_progress: OnProgress
     ) -> None:
-        self._queue: queue.Queue[Job] = queue.Queue(bound)
+        self._queue: queue.Queue[SolveJob] = queue.Queue(bound)
         self._store, self._closed = store, threading.Event()
         first = threading.Event()  # it compiles what is not yet compiled; the others find it on disk
-        self._attendants = [
-            _Attendant(self._queue, store, work, root, on_progress, None if n == 0 else first, first)
+        self._supervisors = [
+            _Supervisor(self._queue, store, work, root, on_progress, None if n == 0 else first, first)
             for n in range(workers)
         ]
         self._sweeper = threading.Thread(target=self._sweep, daemon=True)
-        for thread in (*self._attendants, self._sweeper):
+        for thread in (*self._supervisors, self._sweeper):
             thread.start()
 
     def warm_up(self) -> None:
         """Waits until every worker is warm.
 
         Raises:
-            ServiceError: one of them dies each time it starts.
+            ServiceError: a worker has died each time that it was started.
         """
-        for attendant in self._attendants:
-            attendant.tried.wait()
-        if not all(attendant.started for attendant in self._attendants):
+        for supervisor in self._supervisors:
+            supervisor.tried.wait()
+        if not all(supervisor.started for supervisor in self._supervisors):
             raise ServiceError("unavailable", f"a worker process died {STARTS} times while it started")
 
     @property
     def size(self) -> int:
         """The number of workers."""
-        return len(self._attendants)
+        return len(self._supervisors)
 
     def processes(self) -> list[int]:
-        """The ids of the worker processes that there are now."""
-        return [attendant.process for attendant in self._attendants if attendant.process is not None]
+        """The process ids of the workers."""
+        return [supervisor.process for supervisor in self._supervisors if supervisor.process is not None]
 
     @property
     def running(self) -> int:
         """The number of workers that have a job."""
-        return sum(attendant.busy for attendant in self._attendants)
+        return sum(supervisor.busy for supervisor in self._supervisors)
 
     @property
     def queued(self) -> int:
         """The number of jobs that wait for a worker."""
         return sum(not job.started for job in self._store.unfinished())
 
-    def enqueue(self, job: Job) -> str | None:
-        """Puts a job into the queue, or returns the code "busy"."""
+    def enqueue(self, job: SolveJob) -> str | None:
+        """Puts a job into the queue; returns the code "busy" if that is full."""
         try:
             self._queue.put_nowait(job)
         except queue.Full:
@@ -87,22 +87,22 @@ class Pool:
         return None
 
     def close(self) -> None:
-        """Ends all worker processes; jobs without an outcome get none from here."""
+        """Ends all worker processes; jobs without an outcome get none."""
         self._closed.set()
-        for attendant in self._attendants:
-            attendant.end()
-        for attendant in self._attendants:
-            attendant.join(5)
+        for supervisor in self._supervisors:
+            supervisor.end()
+        for supervisor in self._supervisors:
+            supervisor.join(5)
 
     def _sweep(self) -> None:
-        """Ends jobs in time that still wait for a worker."""
+        """Ends jobs at their deadline, or when they are cancelled, that still wait for a worker."""
         while not self._closed.wait(SWEEP_S):
             for job in self._store.unfinished():
                 if not job.started and (why := job.why_stop()) is not None:
                     self._store.finish(job, job.failure(why, "before a worker was free"))
 
 
-class _Worker(NamedTuple):
+class _WorkerProcess(NamedTuple):
     """A worker process and the server's end of its pipe."""
 
     process: SpawnProcess
@@ -115,11 +115,11 @@ class _Worker(NamedTuple):
         self.connection.close()
 
 
-def _spawned(work: str, root: Path | None) -> _Worker:
-    """A new worker process.
+def _spawned(work: str, root: Path | None) -> _WorkerProcess:
+    """Starts a worker process.
 
     Raises:
-        OSError: the system has no process, memory or file to give.
+        OSError: the system is out of processes, memory or file descriptors.
     """
     context = multiprocessing.get_context("spawn")
     connection, child = context.Pipe()
@@ -131,18 +131,18 @@ def _spawned(work: str, root: Path | None) -> _Worker:
         raise
     finally:
         child.close()
-    return _Worker(process, connection)
+    return _WorkerProcess(process, connection)
 
 
-class _Attendant(threading.Thread):
-    """A thread that keeps one worker process alive and warm, feeds it with jobs, and watches it.
+class _Supervisor(threading.Thread):
+    """A thread that keeps one worker process alive and warm, gives it jobs, and kills it where needed.
 
-    `tried` is set once a worker was warm for the first time, or has died `STARTS` times before it was.
+    `tried` is set when its worker is warm for the first time, or has died `STARTS` times before.
     """
 
     def __init__(
         self,
-        jobs: "queue.Queue[Job]",
+        jobs: "queue.Queue[SolveJob]",
         store: JobStore,
         work: str,
         root: Path | None,
@@ -155,7 +155,7 @@ class _Attendant(threading.Thread):
         self._arguments = (work, root)
         self._after, self.tried = after, tried if after is None else threading.Event()
         self._ending = threading.Event()
-        self._worker: _Worker | None = None
+        self._worker: _WorkerProcess | None = None
         self._ready = False  # the worker waits for a job
         self._false_starts = 0  # in a row
         self.started = self.busy = False
@@ -177,15 +177,15 @@ class _Attendant(threading.Thread):
 
     @property
     def process(self) -> int | None:
-        """The id of the worker process, if there is one now."""
+        """The id of the worker process; None if there is none now."""
         return None if self._worker is None else self._worker.process.pid
 
     def end(self) -> None:
-        """Makes the thread end soon, and its process with it."""
+        """Makes the thread and its process end soon."""
         self._ending.set()
 
-    def _serve(self, job: Job) -> None:
-        """Gives a job its outcome, whatever happens."""
+    def _serve(self, job: SolveJob) -> None:
+        """Works on a job and gives it its outcome, whatever happens."""
         self.busy = job.started = True
         large = len(job.request) > LARGE_BYTES
         try:
@@ -200,7 +200,7 @@ class _Attendant(threading.Thread):
             give_back()
 
     def _await_ready(self, given_up: Callable[[], bool]) -> bool:
-        """Whether the worker waits for a job; starts one where there is none, until `given_up` or the end."""
+        """Starts a worker if there is none and waits until it is ready; False at the end, or if `given_up`."""
         while not self._ending.is_set() and not given_up():
             if self._worker is None:
                 self._start()
@@ -236,14 +236,14 @@ class _Attendant(threading.Thread):
         self._worker = None
 
     @staticmethod
-    def _said_ready(worker: _Worker) -> bool:
+    def _said_ready(worker: _WorkerProcess) -> bool:
         wait([worker.connection, worker.process.sentinel], timeout=POLL_S)
         try:
             return bool(worker.connection.poll(0)) and worker.connection.recv()[0] == "ready"
         except (EOFError, OSError):  # it died: seen at once
             return False
 
-    def _outcome(self, job: Job) -> Outcome:
+    def _outcome(self, job: SolveJob) -> Outcome:
         while job.attempts < ATTEMPTS:
             if not self._await_ready(lambda: job.why_stop() is not None or self._false_starts >= STARTS):
                 break
@@ -258,8 +258,8 @@ class _Attendant(threading.Thread):
             return job.failure(why, "before it started")
         return job.failure("worker_died", "the worker process died twice")
 
-    def _attempt(self, job: Job) -> Outcome | None:
-        """Lets the process work on the job; None if the process died."""
+    def _attempt(self, job: SolveJob) -> Outcome | None:
+        """Lets the process work on a job; None if the process has died."""
         assert self._worker is not None
         try:
             self._worker.connection.send((job.request, job.deadline - time.monotonic()))
@@ -269,7 +269,7 @@ class _Attendant(threading.Thread):
         except (EOFError, OSError):
             return None
 
-    def _watched(self, job: Job, worker: _Worker) -> Outcome | None:
+    def _watched(self, job: SolveJob, worker: _WorkerProcess) -> Outcome | None:
         stop_asked = None
         while not self._ending.is_set():
             why = job.why_stop()
@@ -290,8 +290,8 @@ class _Attendant(threading.Thread):
         return job.failure("shutting_down", "try another server")
 
 
-def _ended_as(job: Job, kind: str, first: bytes | str, second: bytes | str | None) -> Outcome:
-    """The outcome that a worker's last message of a job means."""
+def _ended_as(job: SolveJob, kind: str, first: bytes | str, second: bytes | str | None) -> Outcome:
+    """The outcome of a job, from the last message that its worker sent."""
     if kind == "done":
         assert isinstance(first, bytes) and not isinstance(second, str)
         return Outcome(None, first, second)

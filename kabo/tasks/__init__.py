@@ -1,9 +1,9 @@
 """The tasks room: Task Construction, the language in which geometric procedures are written [T ch. 3].
 
-`core` knows no robot and nothing of kabo; `robots` has the stages that ask the geometry server; `files` reads and
-writes task files; `library` holds the tasks that domains may call.
+`core` plans tasks of any kind and imports nothing of kabo; `robots` has the stages that ask the geometry server;
+`files` reads and writes task files; `library` holds the tasks that domains may call.
 """
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)

@@ -1,7 +1,7 @@
-"""Calls of a domain bound to task files: arguments by name, what a call moves and reads, and how it is said.
+"""Binds the calls of a domain to task files: arguments by name, and the components that a call moves and reads.
 
-A call names a task file of the domain or of the library. Its arguments fill the file's properties; what it moves and
-reads follows from the stages of the task with these arguments, which is looked at once for each call.
+A call names a task file of the domain or of the library. Its arguments are bound to the file's declared properties; what
+it moves and reads follows from the stages of the task with these arguments.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,12 +25,12 @@ _PREPOSITIONS = ("robot", "body", "region")
 
 @lru_cache(maxsize=64)
 def library_task(name: str) -> TaskFile:
-    """A task file of the library; a task beside a domain is read anew for every problem."""
+    """A task file of the library, cached; task files beside a domain are read again for each problem."""
     return load_task_file(LIBRARY / f"{name}.yaml")
 
 
 @dataclass(frozen=True)
-class Bound:
+class BoundCall:
     """A ground call bound to its task: arguments by name, and the components that it moves and reads."""
 
     file: TaskFile
@@ -40,7 +40,7 @@ class Bound:
 
     @property
     def sentence(self) -> str:
-        """The beginning of why it fails: `right cannot place bottle_4 in dishwasher`."""
+        """The beginning of the sentence that says why it fails: `right cannot place bottle_4 in dishwasher`."""
         kinds = {each.name: each.kind for each in self.file.inputs}
         named = [
             (kinds[name], str(value)) for name, value in self.arguments.items() if kinds[name] in _PREPOSITIONS
@@ -55,8 +55,8 @@ class Bound:
         return text
 
 
-class _Looked:
-    """A task of a file that is only looked at: one call after the other is bound to it."""
+class _InspectedTask:
+    """A task of a file that is only inspected, never planned; the arguments of one call after the other are bound to it."""
 
     def __init__(self, file: TaskFile) -> None:
         self._file, self._task = file, file.task(partly=True)
@@ -65,7 +65,7 @@ class _Looked:
         self._arguments: Mapping[str, Any] = {}
 
     def stages(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
-        """Its robot stages, in order of time, with the arguments bound."""
+        """The robot stages in order of time, with the arguments bound."""
         if arguments is not self._arguments:
             for name in self._arguments.keys() - arguments.keys():
                 self._task.properties.unset(name)
@@ -75,10 +75,10 @@ class _Looked:
         return self._stages
 
     def check(self, arguments: Mapping[str, Any], scene: Scene) -> None:
-        """Refuses what means nothing whatever the arguments are, and names that the scene does not have.
+        """Checks that property values make sense for any arguments, and that the scene has what the stages name.
 
         Raises:
-            InputError: at their places in the file.
+            InputError: lists what is wrong, with its place in the file.
         """
         try:
             self.stages({})
@@ -86,10 +86,10 @@ class _Looked:
             self.stages(arguments)
             check_names(self._task, scene)
         except InitialisationError as error:
-            raise self._file.told(error) from None
+            raise self._file.located(error) from None
 
     def refuting(self, arguments: Mapping[str, Any]) -> tuple[RobotStage, ...]:
-        """Those that may tell, without sampling, that a call must fail."""
+        """The stages that can find out without sampling that a call fails."""
         self.stages(arguments)
         return self._refuting
 
@@ -99,41 +99,41 @@ def _may_refute(kind: type[RobotStage]) -> bool:
 
 
 class Bindings:
-    """The tasks that calls bind to, in the order in which they were first asked for."""
+    """The tasks that calls are bound to, cached, in the order of their first use."""
 
     def __init__(self, scene: Scene, folder: Path | None) -> None:
         self._scene, self._folder = scene, folder
-        self._bound: dict[GroundCall, Bound] = {}
-        self._looked: dict[str, _Looked] = {}
+        self._bound: dict[GroundCall, BoundCall] = {}
+        self._looked: dict[str, _InspectedTask] = {}
         self._files: dict[str, TaskFile] = {}
 
     @property
     def calls(self) -> tuple[GroundCall, ...]:
-        """Every call that was bound."""
+        """Every call that has been bound."""
         return tuple(self._bound)
 
-    def bind(self, call: GroundCall) -> Bound:
-        """The task of a call with its arguments by name."""
+    def bind(self, call: GroundCall) -> BoundCall:
+        """The call bound to its task."""
         if call not in self._bound:
             file = self._file(call.procedure)
             arguments = self._arguments(file, call)
             if call.procedure not in self._looked:
-                self._looked[call.procedure] = _Looked(file)
+                self._looked[call.procedure] = _InspectedTask(file)
                 self._looked[call.procedure].check(arguments, self._scene)
             stages = self._looked[call.procedure].stages(arguments)
             components = {*self._scene.robots, *self._scene.movable}
             moves = dict.fromkeys(name for stage in stages for name in stage.moves() if name in components)
             reads = dict.fromkeys(name for name in _read(stages) if name in components)
-            self._bound[call] = Bound(file, arguments, tuple(moves), tuple(reads))
+            self._bound[call] = BoundCall(file, arguments, tuple(moves), tuple(reads))
         return self._bound[call]
 
     def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """The robot stages of a call's task with its arguments, in order of time; until another one is asked for."""
+        """The robot stages of a call's task with its arguments, in order of time; valid until another call is bound."""
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].stages(arguments)
 
     def refuting(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """Those of them that may tell, without sampling, that the call must fail."""
+        """Those of these stages that can find out without sampling that the call fails."""
         arguments = self.bind(call).arguments
         return self._looked[call.procedure].refuting(arguments)
 
@@ -147,7 +147,7 @@ class Bindings:
         kinds = {each.name: each.kind for each in file.inputs}
         given = dict(zip(kinds, call.arguments, strict=False)) | dict(call.options)
         arguments = {name: _argument(value, kinds[name]) for name, value in given.items()}
-        for each in file.inputs:  # a constraint that a scene need not have
+        for each in file.inputs:  # a motion constraint that the scene may lack
             kept = each.kind == "motion_constraint" and each.name not in arguments
             if kept and each.default not in self._scene.motion_constraints:
                 arguments[each.name] = ""
@@ -155,14 +155,14 @@ class Bindings:
 
 
 def _argument(value: str | float, kind: str | None) -> Any:
-    """What a call gives, as the task declares it."""
+    """The value of an argument, of the type that the task declares."""
     if kind in ("boolean", "any") and value in TRUTH:
         return value == "true"
     return value if kind in ("number", "any") else str(value)
 
 
 def _read(stages: tuple[RobotStage, ...]) -> Iterator[str]:
-    """What stages read; a robot as well, where a motion goes on from where it stood, with no way in between."""
+    """The components that the stages read; also a robot whose first motion starts where it is, without a connector."""
     from_start = False
     for stage in stages:
         yield from stage.reads()

@@ -1,12 +1,12 @@
-"""Procedures: the calls of a domain as tasks on a geometry server, pure functions with a memory [T 3.9].
+"""Procedures: the calls of a domain, planned as tasks on a geometry server; answers are cached [T 3.9].
 
-A call binds to a task file; it succeeds with the task's solution, the segments of its motion and the components that
-it changes. Asked again, it gives the task's next solution. It fails with what its stages were refused for.
+A call is bound to a task file. It succeeds with a solution of the task: the segments of its motion and the components
+that it changes. Each further attempt returns the task's next solution. It fails with the failures of its stages.
 
-`GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): what was asked before, or in which
-process, changes when an answer is there, never which. So answers may be made elsewhere, ahead of time.
+`GeometricProcedures.call` is a pure function of (call, situation, attempt, effort): earlier calls, and the process that
+answers, change when an answer is there, never which. So answers may be computed elsewhere, ahead of time.
 
-A call that is cut off has no answer: it raises CutOff, and nothing is remembered of it, counted or learnt.
+A call that is cut off has no answer: it raises CutOff, and is neither cached nor counted nor learnt from.
 """
 
 from collections.abc import Callable
@@ -16,28 +16,28 @@ from pathlib import Path
 from kabo.geometry_server import Answer, Failure, GeometryServer, Situation, Statistics, Stream, Success
 from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
-from kabo.tasks.binding import Bindings, Bound
+from kabo.tasks.binding import Bindings, BoundCall
 from kabo.tasks.core import Failure as StageFailure
 from kabo.tasks.core import InitialisationError, Stage, Task
-from kabo.tasks.files.running import told_at_stage
+from kabo.tasks.files.running import located_at_stage
 from kabo.tasks.records import FORESEEN, Records
 from kabo.tasks.refusals import Refusals
 from kabo.tasks.robots import RobotStage, TaskScene, changed, segments
 
 Observe = Callable[[Stage, StageFailure], None]
 
-# Ways in vain that end a call: of short searches, and of long ones; four times as many with each effort.
-HASTY_WAYS, WAYS, MORE_WAYS = 8, 4, 4
-REMEMBERED = 256  # calls whose tasks are kept to be asked again; a task that was dropped starts over
+# Failed path searches that end a call: short ones (hasty), long ones; the factor by which each effort multiplies them.
+MAX_FAILED_PATHS_HASTY, MAX_FAILED_PATHS, PATHS_FACTOR = 8, 4, 4
+MAX_CACHED_TASKS = 256  # calls whose tasks are kept for further attempts; others start over
 
 
-# The answer to a call in a situation (attempt, effort) and what it cost, if another process was asked for it.
+# The answer of another process to a call in a situation (attempt, effort), with its statistics; None: not asked for.
 Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, Statistics] | None]
 
 
 @dataclass
-class _Asked:
-    """A call in a situation: its task, and what came of it so far."""
+class _PlannedCall:
+    """The task of a call in a situation, with its results so far."""
 
     task: Task
     refusals: Refusals
@@ -46,10 +46,10 @@ class _Asked:
 
 @dataclass
 class GeometricProcedures:
-    """Answers calls of procedures on a geometry server.
+    """Answers the calls of procedures on a geometry server.
 
-    `folder` (of the domain) may have task files of its own. `elsewhere` is asked first: answers are pure functions of
-    call, situation, attempt and effort, so they may come from another process that has a copy of this one.
+    `folder` (of the domain) may have task files of its own. `elsewhere` is asked first for an answer that another process
+    may have computed: answers are pure functions of call, situation, attempt and effort.
     """
 
     server: GeometryServer
@@ -58,7 +58,7 @@ class GeometricProcedures:
 
     def __post_init__(self) -> None:
         self._bindings = Bindings(self.scene, self.folder)
-        self._asked: dict[tuple[object, ...], _Asked] = {}
+        self._asked: dict[tuple[object, ...], _PlannedCall] = {}
         self._answers: dict[tuple[object, ...], Answer] = {}
         self.records = Records()
 
@@ -70,17 +70,17 @@ class GeometricProcedures:
 
     @property
     def statistics(self) -> Statistics:
-        """What the geometry did, in counts."""
+        """Counts of what the geometry server did."""
         return self.server.statistics
 
     @property
     def stop(self) -> Callable[[], bool]:
-        """Says that time or budget is spent."""
+        """A function that returns True once time or budget is spent."""
         return self.server.stop
 
     @property
     def states_met(self) -> int:
-        """How many distinct geometric states procedures have led to."""
+        """The number of distinct geometric states that successful calls have led to."""
         return len(self.server.identifiers)
 
     def identify(self, state: GeometricState) -> int:
@@ -92,29 +92,29 @@ class GeometricProcedures:
         return self.server.state(identifier)
 
     # ---------------------------------------------------------------------------------------------- the calls
-    def bind(self, call: GroundCall) -> Bound:
-        """The task of a call with its arguments by name."""
+    def bind(self, call: GroundCall) -> BoundCall:
+        """The call bound to its task."""
         return self._bindings.bind(call)
 
     def stages(self, call: GroundCall) -> tuple[RobotStage, ...]:
-        """The robot stages of a call's task with its arguments, in order of time; until another one is asked for."""
+        """The robot stages of a call's task with its arguments, in order of time; valid until another call is bound."""
         return self._bindings.stages(call)
 
     def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
-        """The components that must have one value before a call: what it moves, carries and refers to, sorted."""
+        """The components that must have a single value before a call: those it moves, carries or reads, sorted."""
         bound = self.bind(call)
         robots = [name for name in bound.moves if name in self.scene.robots]
         held = {name for robot in robots for name in situation.carried(robot)}
         return tuple(sorted({*bound.moves, *bound.reads, *held}))
 
     def knows(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> bool:
-        """Whether the answer to a call is remembered."""
+        """Whether the answer to a call is cached."""
         return ((call, effort, situation.key), attempt) in self._answers
 
     def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Answer:
-        """The answer of a procedure for every value that the situation leaves open, remembered.
+        """The answer to a call, valid for every value that the situation leaves open; cached.
 
-        `attempt` counts the successes to pass over: the task is planned on from where it was left.
+        `attempt` is the number of solutions to skip: planning continues where it was left.
 
         Raises:
             CutOff: time or budget was spent before there was an answer.
@@ -143,7 +143,7 @@ class GeometricProcedures:
             refusals.observe(*refused)
             return self._failure(call, situation, refusals, False)
         for hasty in (True, False):
-            asked = self._asked_on((*key, hasty), call, situation, attempt, effort, hasty)
+            asked = self._planned((*key, hasty), call, situation, attempt, effort, hasty)
             if attempt < len(asked.successes):
                 return asked.successes[attempt]
             if asked.successes or not asked.refusals.count("no_path"):
@@ -152,11 +152,10 @@ class GeometricProcedures:
         blamed = asked.task.explain()
         if asked.successes or not blamed.mismatches:
             return failure
-        return replace(
-            failure, message=f"{self.bind(call).sentence}: {blamed.text}"
-        )  # what was found never fitted
+        # Solutions of stages were found, but never joined.
+        return replace(failure, message=f"{self.bind(call).sentence}: {blamed.text}")
 
-    def _asked_on(
+    def _planned(
         self,
         key: tuple[object, ...],
         call: GroundCall,
@@ -164,13 +163,13 @@ class GeometricProcedures:
         attempt: int,
         effort: int,
         hasty: bool,
-    ) -> _Asked:
-        """A call's task, planned on until it has that many solutions, no more to try, or too often found no way.
+    ) -> _PlannedCall:
+        """Plans a call's task until it has enough solutions, is exhausted, or has too often found no path.
 
-        At first with short searches for ways: where one is hard to find, another grasp or place may be easy to reach.
+        A hasty call uses short path searches: where a path is hard to find, another grasp or place may be easy to reach.
         """
         asked = self._asked.pop(key, None) or self._ask(call)
-        most = (HASTY_WAYS if hasty else WAYS) * MORE_WAYS**effort
+        most = (MAX_FAILED_PATHS_HASTY if hasty else MAX_FAILED_PATHS) * PATHS_FACTOR**effort
 
         def stop() -> bool:
             return asked.refusals.count("no_path") >= most or self.stop()
@@ -179,14 +178,14 @@ class GeometricProcedures:
         try:
             found = asked.task.plan(scene, attempt + 1, stop=stop)
         except (InitialisationError, ValueError) as error:
-            told = told_at_stage(self.bind(call).file, asked.task, error)
+            told = located_at_stage(self.bind(call).file, asked.task, error)
             if told is None:
                 raise
             raise told from error
         if len(found) <= attempt:
-            self.server.look()  # if it was cut off, what was refused until then says nothing
+            self.server.look()  # raises CutOff if planning was cut off: then the failures so far prove nothing
         self._asked[key] = asked
-        if len(self._asked) > REMEMBERED:
+        if len(self._asked) > MAX_CACHED_TASKS:
             del self._asked[next(iter(self._asked))]
         for solution in found[len(asked.successes) :]:
             motion = segments(solution, self.scene, call.procedure)
@@ -198,16 +197,16 @@ class GeometricProcedures:
         failure = refusals.failure(bound.sentence, frozenset(bound.reads), self.scene, again=again)
         return replace(failure, reads=failure.reads | situation.carriers(failure.reads) - {*bound.moves})
 
-    def _ask(self, call: GroundCall) -> _Asked:
+    def _ask(self, call: GroundCall) -> _PlannedCall:
         bound = self.bind(call)
         task, refusals = bound.file.task(bound.arguments, seed=self.server.seed), Refusals()
         task.lazy, task.observe = True, refusals.observe
-        return _Asked(task, refusals)
+        return _PlannedCall(task, refusals)
 
     # ------------------------------------------------------------------------------------------- explanations
     @property
     def calls(self) -> tuple[GroundCall, ...]:
-        """Every call that anything was asked about, in order."""
+        """Every call that was bound, in order of first use."""
         return self._bindings.calls
 
     def again(
@@ -219,10 +218,10 @@ class GeometricProcedures:
         observe: Observe,
         enough: Callable[[], bool],
     ) -> int:
-        """Makes a call afresh, every refused attempt told to `observe`; how many solutions there were. Kept nowhere.
+        """Plans a call anew and reports every failed attempt to `observe`; returns the number of solutions, caches nothing.
 
         Raises:
-            CutOff: time or budget was spent; `enough`, asked between attempts, ends it without that.
+            CutOff: time or budget was spent. If `enough`, called between attempts, returns True, planning just ends.
         """
         refused = self._refuted(call, situation)
         if refused is not None:
@@ -234,7 +233,7 @@ class GeometricProcedures:
         return len(task.plan(TaskScene.of(self.server.context(effort), situation), attempt + 1, stop=enough))
 
     def wanted(self, call: GroundCall, situation: Situation) -> list[Stream]:
-        """What the stages of a call would sample in a situation, within reach or not."""
+        """The streams that the stages of a call would sample in a situation, also out of reach."""
         context = self.server.context()
         return [stream for stage in self.stages(call) for stream in stage.wanted(context, situation)]
 
@@ -248,7 +247,7 @@ class GeometricProcedures:
         return None
 
     def refuted(self, call: GroundCall) -> Failure | None:
-        """Why a call fails wherever what it reads is as at the start, if that can be told before any search."""
+        """Why a call fails wherever the components it reads are as at the start, if that is known before any search."""
         start, bound = Situation.of(self.scene.start), self.bind(call)
         found = self._refuted(call, start)
         if found is None:

@@ -1,17 +1,17 @@
-"""Records of calls: how often each succeeded and failed, and where it failed, so that it can be asked there again."""
+"""Statistics of calls: how often each succeeded and failed, and in which situations it failed, to explain it later."""
 
 from dataclasses import dataclass, field
 
 from kabo.geometry_server import Answer, Failure, Situation
 from kabo.language.formulas import GroundCall
 
-FORESEEN = -1  # the effort of what was told before any search, without a sample
-PLACES = 3  # where a call failed: as many are kept, the first ones of the greatest effort
+FORESEEN = -1  # effort of a failure that was known before any search, without sampling
+MAX_KEPT_SITUATIONS = 3  # situations kept in which a call failed: the first ones with the greatest effort
 
 
 @dataclass(frozen=True)
 class Where:
-    """A situation in which a call failed, from which attempt on, and the effort that was made."""
+    """A situation in which a call failed, with the attempt and the effort."""
 
     situation: Situation
     attempt: int
@@ -21,14 +21,14 @@ class Where:
 
 @dataclass
 class Record:
-    """What came of all the times that one call was made."""
+    """The answers to one call: their numbers, and the situations in which it failed."""
 
     successes: int = 0
     failures: int = 0
     places: list[Where] = field(default_factory=list)
 
     def note(self, situation: Situation, attempt: int, effort: int, answer: Answer) -> None:
-        """One answer; of a call that had other answers before it, a failure is told only if there are no others."""
+        """Counts an answer; a failure after earlier solutions is kept only if no attempt failed at once."""
         if not isinstance(answer, Failure):
             self.successes += 1
             return
@@ -38,7 +38,7 @@ class Record:
         if kept and rank > kept:
             self.places.clear()
         if not kept or rank >= kept:
-            self.places = [*self.places, Where(situation, attempt, effort, answer)][:PLACES]
+            self.places = [*self.places, Where(situation, attempt, effort, answer)][:MAX_KEPT_SITUATIONS]
 
 
 @dataclass
@@ -48,5 +48,5 @@ class Records:
     of: dict[GroundCall, Record] = field(default_factory=dict)
 
     def note(self, call: GroundCall, situation: Situation, attempt: int, effort: int, answer: Answer) -> None:
-        """One answer to a call."""
+        """Counts an answer to a call."""
         self.of.setdefault(call, Record()).note(situation, attempt, effort, answer)

@@ -6,4 +6,4 @@ with dictionaries and sets and with the original triangle meshes. Every fault is
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)

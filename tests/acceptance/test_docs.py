@@ -39,6 +39,11 @@ def test_every_option_is_described_and_every_described_option_exists():
         assert found - {"--workers"} == options_of(name) - {"--workers"}
 
 
+def test_every_value_of_an_option_is_described():
+    values = {value for option in OPTIONS.values() for value in option.choices}
+    assert not {value for value in values if f"`{value}`" not in COMMANDS_PAGE}
+
+
 def test_every_exit_code_is_described():
     listed = {int(code) for code in re.findall(r"^\| (\d+) \|", COMMANDS_PAGE, flags=re.MULTILINE)}
     assert listed == {

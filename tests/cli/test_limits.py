@@ -77,7 +77,7 @@ def test_a_plan_that_was_found_is_written_however_its_certificate_ends(ended, tm
 
     def run(options: argparse.Namespace) -> int:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        options.door.keep()(body, plan)
+        options.surrounding.on_found()(body, plan)
         if ended == "interrupt":
             os.kill(os.getppid(), signal.SIGINT)
         elif ended == "crash":

@@ -6,8 +6,8 @@ import json
 import jsonschema
 import pytest
 
-import kabo as facade
 from kabo.plan import schema
+from kabo.planner import solve as planner
 
 RESULT = schema("kabo-result-1")
 
@@ -93,7 +93,7 @@ def test_an_interrupt_is_exit_4_without_a_file(kabo, parcels, monkeypatch):
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(facade, "solve", interrupted)
+    monkeypatch.setattr(planner, "solve", interrupted)
     said = kabo("solve", "one.yaml", "--json")
     jsonschema.validate(said.json, RESULT)
     assert said.code == 4 and "interrupted" in said.err
@@ -104,7 +104,7 @@ def test_a_defect_is_exit_1_and_says_how_to_report_it(kabo, parcels, monkeypatch
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("on purpose")
 
-    monkeypatch.setattr(facade, "solve", broken)
+    monkeypatch.setattr(planner, "solve", broken)
     said = kabo("solve", "one.yaml", "--json")
     assert said.code == 1 and said.json["code"] == "failed"
     assert "a defect of kabo" in said.err and "report" in said.err
@@ -114,6 +114,6 @@ def test_a_missing_system_library_is_told_in_one_line(kabo, parcels, monkeypatch
     def missing(*_: object, **__: object) -> None:
         raise ImportError("libgomp.so.1: cannot open shared object file: No such file or directory")
 
-    monkeypatch.setattr(facade, "solve", missing)
+    monkeypatch.setattr(planner, "solve", missing)
     said = kabo("solve", "one.yaml")
     assert said.code == 1 and said.err.count("\n") == 1 and "apt-get install libgomp1" in said.err

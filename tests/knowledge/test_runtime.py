@@ -1,7 +1,9 @@
 """Run-time variables: `c: {value_of: f(s)}` means the term wherever the action says c [docs/knowledge.md#actions]."""
 
 from kabo.knowledge import ground
+from kabo.knowledge.runtime import RunTimeValue
 from kabo.language import formulas as f
+from kabo.language import spell_bound
 from kabo.language.problem import Action, Function, Parameter
 from tests.knowledge.asking import applicable, holds, outcomes, state_after, then
 from tests.support.small_problems import (
@@ -140,3 +142,8 @@ def test_the_value_may_be_an_object_that_arguments_are_compared_with():
     initial = [add(cmp(app("below", "x"), "=", "y"), cmp(app("below", "y"), "=", "x"))]
     task = ground(problem(actions=[use], initial=initial, functions=[below]))
     assert [str(one) for one in task.actions] == ["use(x, below(x))"]
+
+
+def test_a_value_of_run_time_is_spelled_as_its_term():
+    claim = f.Comparison("=", RunTimeValue(app("shade")), f.Constant("u"))  # type: ignore[arg-type]
+    assert spell_bound(know(claim), {}) == "K(shade = u)"

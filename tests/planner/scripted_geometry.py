@@ -29,7 +29,7 @@ class Scripted:
     def test(self, call, trace):
         return self.tests.get(str(call), lambda trace: True)(trace)
 
-    def settle(self, trace):
+    def confirm(self, trace):
         return True
 
     def refused_everywhere(self):

@@ -71,7 +71,7 @@ def solved(name: str, looks: Looks, **options: Any) -> tuple[Result, list[Geomet
     if next(RUNS) % 25 == 0:
         gc.collect()  # runs leave cycles behind, with all that they remembered
     asked: list[GeometricProcedures] = []
-    result = solve(problem(name), **{**LIMITS, **options}, cancelled=looks, witness=asked.append)
+    result = solve(problem(name), **{**LIMITS, **options}, cancelled=looks, on_procedures=asked.append)
     return result, asked
 
 

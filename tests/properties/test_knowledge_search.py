@@ -9,21 +9,21 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from kabo.knowledge import ground
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
-from kabo.planner.search.searches import SEARCHES
-from kabo.planner.search.skeleton import Found, Unreachable
+from kabo.planner.search.skeleton import FoundSkeleton, Unreachable
 from tests.support import oracles_knowledge as oracles
 from tests.support.small_problems import branching_problems, gambles, problems
 
 ANY = st.one_of(gambles(), branching_problems(), problems())
 
 
-@given(problem=ANY, search=st.sampled_from(sorted(SEARCHES)))
+@given(problem=ANY, search=st.sampled_from(sorted(ALGORITHMS)))
 def test_a_plan_reaches_the_goal_in_every_possible_world(problem, search):
     """Executed step by step by an interpreter that shares no code with the planner."""
     found = find_skeleton(ground(problem), search=search)
     event(type(found).__name__)
-    if isinstance(found, Found):
+    if isinstance(found, FoundSkeleton):
         nodes = list(found.skeleton.nodes())
         event(f"branches: {sum(len(node.outcomes) for node in nodes)}")
         for world in oracles.worlds(problem, oracles.initial_state(problem)):
@@ -32,9 +32,9 @@ def test_a_plan_reaches_the_goal_in_every_possible_world(problem, search):
 
 def agrees_with_brute_force(problem):
     """All searches agree, and lie between brute force with and without stopping early at a goal."""
-    found = [find_skeleton(ground(problem), search=search) for search in SEARCHES]
-    assert all(isinstance(result, Found | Unreachable) for result in found)
-    solved = {isinstance(result, Found) for result in found}
+    found = [find_skeleton(ground(problem), search=search) for search in ALGORITHMS]
+    assert all(isinstance(result, FoundSkeleton | Unreachable) for result in found)
+    solved = {isinstance(result, FoundSkeleton) for result in found}
     assert len(solved) == 1, "the searches disagree"
     surely, perhaps = oracles.solvable(problem, early=False), oracles.solvable(problem, early=True)
     event(f"solvable: {perhaps}" + ("" if surely == perhaps else ", depends on the order of branching"))
@@ -60,7 +60,7 @@ def test_breadth_first_and_iterative_deepening_find_shortest_weak_plans(problem)
     """The first weak plan is as long as the goal is far, if no branch forces another way."""
     for search in ("breadth-first", "iterative-deepening"):
         found = find_skeleton(ground(problem), search=search)
-        if isinstance(found, Found) and not any(node.outcomes for node in found.skeleton.nodes()):
+        if isinstance(found, FoundSkeleton) and not any(node.outcomes for node in found.skeleton.nodes()):
             length = sum(node.action is not None for node in found.skeleton.nodes())
             event(f"length: {length}")
             assert length == oracles.shortest_weak_plan(problem)
@@ -101,4 +101,4 @@ def test_the_hash_seed_of_python_changes_nothing():
         for seed in ("1", "2")
     }
     assert len(texts) == 1
-    assert "Found" in texts.pop()
+    assert "FoundSkeleton" in texts.pop()

@@ -33,7 +33,7 @@ def planned(task, *, jobs=JOBS, pruning=True, lazy=False, depth_first=0, workers
     task.reset()
     task.pruning, task.lazy, task.depth_first = pruning, lazy, depth_first
     if workers is not None:
-        task._workers = InlineWorkers(task._run(None), workers, pays=0.0)
+        task._workers = InlineWorkers(task._run(None), workers, min_seconds=0.0)
     found = task.plan(jobs=jobs if piece is None else piece, workers=workers)
     while piece is not None and not task.exhausted and sum(s.calls for s in task.statistics.values()) < jobs:
         found = task.plan(jobs=piece, workers=workers)

@@ -12,10 +12,10 @@ import pytest
 from kabo.errors import InputError
 from kabo.knowledge import GroundedTask, ground
 from kabo.language import load_problem
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
-from kabo.planner.search.nodes import Space
-from kabo.planner.search.searches import SEARCHES
-from kabo.planner.search.skeleton import Exhausted, Limits
+from kabo.planner.search.nodes import SearchSpace
+from kabo.planner.search.skeleton import Exhausted, SearchLimits
 from kabo.planner.solve import solve
 from kabo.verify import verify_plan
 from tests.conftest import PROPERTY_SCALE
@@ -72,7 +72,7 @@ def verdict(problem, search: str) -> str:
 
 
 @pytest.mark.parametrize("own", [False, True], ids=["pddl", "own"])
-@pytest.mark.parametrize("search", sorted(SEARCHES))
+@pytest.mark.parametrize("search", sorted(ALGORITHMS))
 def test_what_is_proved_to_have_no_plan_has_none(load, search, own):
     seen, wrong = Counter(), {}
     for seed in range(COUNT):
@@ -88,13 +88,13 @@ def test_what_is_proved_to_have_no_plan_has_none(load, search, own):
     assert seen["solvable", "solved"] > COUNT // 5
 
 
-@pytest.mark.parametrize("search", sorted(SEARCHES))
+@pytest.mark.parametrize("search", sorted(ALGORITHMS))
 def test_a_search_on_finitely_many_states_ends(load, search):
     for seed in range(COUNT):
         if truth(seed, False) == "contradiction":
             continue
         task = ground(load(seed, False))
-        found = find_skeleton(task, search=search, limits=Limits(50_000))
+        found = find_skeleton(task, search=search, limits=SearchLimits(50_000))
         assert not isinstance(found, Exhausted), seed
         if found.statistics.expanded > TIMES:
             assert found.statistics.expanded <= TIMES * states_of_knowledge(task), seed
@@ -102,7 +102,7 @@ def test_a_search_on_finitely_many_states_ends(load, search):
 
 def states_of_knowledge(task: GroundedTask) -> int:
     """How many states of knowledge can be reached, those counted once that say the same."""
-    space = Space(task, None, task.may_wait)
+    space = SearchSpace(task, None, task.may_wait)
     seen, waiting = {space.key(space.start)}, [space.start]
     while waiting:
         node = waiting.pop()

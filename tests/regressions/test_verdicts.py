@@ -8,7 +8,7 @@ import pytest
 
 import kabo
 from kabo.cli import main
-from kabo.planner.search.searches import SEARCHES
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.solve import solve
 
 SCHEMAS = Path(kabo.__file__).parent / "plan" / "schemas"
@@ -89,7 +89,7 @@ def said(tmp_path, capsys, monkeypatch):
     return run
 
 
-@pytest.mark.parametrize("search", sorted(SEARCHES))
+@pytest.mark.parametrize("search", sorted(ALGORITHMS))
 @pytest.mark.parametrize("name", CASES)
 def test_what_takes_reasoning_by_cases_is_not_proved_to_have_no_plan(said, name, search):
     text, place = CASES[name]
@@ -116,7 +116,7 @@ def test_what_is_of_no_use_is_told_with_the_same_reserve(tmp_path, capsys):
     assert "Of no use, as far as kabo's knowledge goes:" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("search", sorted(SEARCHES))
+@pytest.mark.parametrize("search", sorted(ALGORITHMS))
 def test_a_number_that_is_sensed_is_beyond_knowledge(tmp_path, search):
     (tmp_path / "domain.yaml").write_text(WEIGH)
     (tmp_path / "p.yaml").write_text(
@@ -128,7 +128,7 @@ def test_a_number_that_is_sensed_is_beyond_knowledge(tmp_path, search):
     assert "domain.yaml:10:12: " in result.reason.details[0]
 
 
-@pytest.mark.parametrize("search", sorted(SEARCHES))
+@pytest.mark.parametrize("search", sorted(ALGORITHMS))
 def test_a_search_on_ten_beliefs_ends(said, search):
     """1,143 states of knowledge for ten beliefs, 1,001 of them different; it took 5,797 expansions at most."""
     code, body = said("solve", ENDLESS, "--search", search, "-o", "plan.json")

@@ -7,11 +7,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from kabo.service import Server, Settings, server_config
+from kabo.service import Server, ServerSettings, server_config
 
 if __name__ == "__main__":
     endpoint, workers, bound, work = sys.argv[1:5]
-    settings = Settings(workers=int(workers), bound=int(bound), work=work, store_bytes=100_000)
+    settings = ServerSettings(workers=int(workers), bound=int(bound), work=work, store_bytes=100_000)
     server = Server(server_config([endpoint]), settings)
     told = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: told.set())

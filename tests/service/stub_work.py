@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from kabo.planner.result import Progress
-from kabo.service.worker import Refused, Stopped, Ticker
+from kabo.service.worker import RequestRefused, Stopped, Ticker
 
 
 def warm_up() -> None:
@@ -34,7 +34,7 @@ def work(request: bytes, root: Path | None, ticker: Ticker) -> tuple[bytes, byte
     if wanted.get("raise"):
         raise RuntimeError("on purpose")
     if wanted.get("refuse"):
-        raise Refused("forbidden", "on purpose")
+        raise RequestRefused("forbidden", "on purpose")
     end = time.monotonic() + wanted.get("for_s", 0.0)
     if wanted.get("deaf"):
         time.sleep(wanted["for_s"])

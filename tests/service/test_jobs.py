@@ -2,14 +2,14 @@
 
 import time
 
-from kabo.service.jobs import Job, JobStore, Outcome
+from kabo.service.jobs import JobStore, Outcome, SolveJob
 
 
-def job(name: str, size: int, digest: bytes = b"") -> Job:
-    return Job(name, bytes(size), time.monotonic() + 60, digest)
+def job(name: str, size: int, digest: bytes = b"") -> SolveJob:
+    return SolveJob(name, bytes(size), time.monotonic() + 60, digest)
 
 
-def admitted(store: JobStore, each: Job) -> str | None:
+def admitted(store: JobStore, each: SolveJob) -> str | None:
     return store.admit(each, lambda _: None, lambda _: None)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from kabo.service import pack_problem
-from kabo.service.jobs import Job, JobStore, Outcome
+from kabo.service.jobs import JobStore, Outcome, SolveJob
 from kabo.service.workers import Pool
 from tests.conftest import PROPERTY_SCALE
 from tests.service.conftest import REPOSITORY
@@ -35,7 +35,7 @@ def test_after_many_requests_a_worker_is_as_large_as_after_a_few():
         (worker,) = pool.processes()
         for k in range(1, REQUESTS + 1):
             request = json.dumps({"id": f"n{k}", "problem": packed[k % len(packed)]}).encode()
-            job = Job(f"n{k}", request, time.monotonic() + 300)
+            job = SolveJob(f"n{k}", request, time.monotonic() + 300)
             assert store.admit(job, answers.put, pool.enqueue) is None
             assert json.loads(answers.get(timeout=300).body)["status"] == "solved"
             if k in (WARM, REQUESTS):

@@ -5,7 +5,7 @@ import queue
 import time
 
 from kabo.service import workers
-from kabo.service.jobs import Job, JobStore, Outcome
+from kabo.service.jobs import JobStore, Outcome, SolveJob
 from kabo.service.workers import Pool
 from tests.service.conftest import STUB
 
@@ -15,7 +15,7 @@ def test_a_job_is_no_longer_running_when_its_answer_is_delivered():
     pool = Pool(STUB, store, workers=1, bound=4, root=None, on_progress=lambda *_: None)
     try:
         request = json.dumps({"id": "a", "options": {"x": 3}}).encode()
-        job = Job("a", request, time.monotonic() + 60)
+        job = SolveJob("a", request, time.monotonic() + 60)
         assert store.admit(job, lambda outcome: answers.put((outcome, pool.running)), pool.enqueue) is None
         outcome, running = answers.get(timeout=60)
     finally:
@@ -39,7 +39,7 @@ def test_a_worker_that_cannot_be_started_for_a_while_loses_no_job(monkeypatch):
     pool = Pool(STUB, store, workers=1, bound=4, root=None, on_progress=lambda *_: None)
     try:
         request = json.dumps({"id": "a", "options": {"x": 3}}).encode()
-        assert store.admit(Job("a", request, time.monotonic() + 60), answers.put, pool.enqueue) is None
+        assert store.admit(SolveJob("a", request, time.monotonic() + 60), answers.put, pool.enqueue) is None
         assert json.loads(answers.get(timeout=60).body)["square"] == 9
     finally:
         pool.close()
@@ -54,7 +54,7 @@ def test_a_job_is_answered_when_its_thread_meets_a_defect():
     try:
         for name, options, code in (("a", {"for_s": 0.1}, "failed"), ("b", {}, None)):
             request = json.dumps({"id": name, "options": options}).encode()
-            assert store.admit(Job(name, request, time.monotonic() + 60), answers.put, pool.enqueue) is None
+            assert store.admit(SolveJob(name, request, time.monotonic() + 60), answers.put, pool.enqueue) is None
             assert answers.get(timeout=60).code == code
     finally:
         pool.close()

@@ -2,7 +2,7 @@
 
 import pickle
 
-from kabo.tasks.core.run.workers import Workers, _answer, _Worker
+from kabo.tasks.core.run.workers import StageWorkers, _answer, _StageWorker
 
 
 class Inline:
@@ -25,12 +25,12 @@ class Inline:
         self._said.clear()
 
 
-class InlineWorkers(Workers):
+class InlineWorkers(StageWorkers):
     """Everything that workers do but for the processes; every job that may be sent is."""
 
     def _begun(self):
         functions = [node.function() for node in self._leaves]
-        self._workers.append(_Worker(None, Inline(functions)))
+        self._workers.append(_StageWorker(None, Inline(functions)))
         return self._workers[-1]
 
     def close(self):

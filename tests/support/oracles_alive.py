@@ -7,8 +7,8 @@ parked must be of no use. At the end (`at_rest`) both must be equal, and every j
 from kabo.tasks.core.model.solutions import LEFT, RIGHT
 from kabo.tasks.core.run.fallbacks import ConnectingFallbacksNode, PropagatingFallbacksNode
 from kabo.tasks.core.run.groups import ParallelNode, SerialNode
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.leaves import ConnectorNode, PropagatorNode
-from kabo.tasks.core.run.nodes import Leaf
 from kabo.tasks.core.run.wrappers import WrapperNode
 
 

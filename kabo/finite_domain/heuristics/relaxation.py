@@ -14,12 +14,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.arrays import Integers
 from kabo.finite_domain.heuristics.plain_relaxation import PlainTables, relaxed_plan
 
 Facts = Sequence[int] | NDArray[Any] | int  # an int is a set of bits: bit i says that fact i is true
 Engine = Literal["automatic", "python", "compiled"]
-WORTH_LOADING = 600_000  # visits of preconditions and adds, which take Python as long as loading the kernel takes
 BUCKETS = 1024  # of the queue of facts, at most
 UNREACHED_BELOW = 1 << 28  # h_add is cut off here: it only serves to compare supporters
 
@@ -135,7 +135,11 @@ class _Core:
             return False
         if self._switched:
             return True
-        if self._engine == "automatic" and _spent.visits < WORTH_LOADING and not _load.cache_info().currsize:
+        if (
+            self._engine == "automatic"
+            and _spent.visits < tuning.PLAIN_RELAXATION_VISITS
+            and not _load.cache_info().currsize
+        ):
             return False
         self._prepare()
         self._switched = True

@@ -12,13 +12,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain import search
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget
 from kabo.finite_domain.result import SearchResult
 from kabo.finite_domain.search.plain_novelty import PlainNovelty
-
-PLAIN_STATES = 4000  # states kept in plain Python at most, which takes less time than loading the kernel
-PLAIN_PAIRS = 200_000  # the same in pairs of variables that these states are compared by, and operators
 
 
 def bfws(
@@ -54,7 +52,7 @@ def _plain_states(compiled: CompiledTask) -> int:
     if _compiled.cache_info().currsize:
         return 0
     each = len(compiled.normal.sizes) ** 2 + len(compiled.normal.operators) + 1
-    return compiled.plain_left("novelty", min(PLAIN_STATES, PLAIN_PAIRS // each))
+    return compiled.plain_left("novelty", min(tuning.PLAIN_NOVELTY_STATES, tuning.PLAIN_NOVELTY_PAIRS // each))
 
 
 @cache

@@ -6,11 +6,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from kabo import tuning
 from kabo.finite_domain import search
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget, as_number
 from kabo.finite_domain.result import SearchResult
-
-PLAIN_WORK = 5000  # generated states, which take Python less time than loading the kernel takes
 
 
 def astar(
@@ -19,7 +18,7 @@ def astar(
     start: Sequence[int] | None = None,
     forbidden: Sequence[int] | NDArray[Any] | None = None,
     budget: SearchBudget | None = None,
-    plain_work: int = PLAIN_WORK,
+    plain_work: int | None = None,
 ) -> SearchResult:
     """A plan of least cost; or the proof that there is none.
 
@@ -33,7 +32,8 @@ def astar(
     """
     budget = budget or SearchBudget()
     packed, never = compiled.start(start), compiled.never(forbidden)
-    found = _plain(compiled, packed, never, budget, plain_work)
+    work = tuning.PLAIN_ASTAR_STATES if plain_work is None else plain_work
+    found = _plain(compiled, packed, never, budget, work)
     if found is None:
         found = search.astar_compiled(compiled, packed, never, budget)
     return found

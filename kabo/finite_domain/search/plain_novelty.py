@@ -7,11 +7,11 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
+from kabo import tuning
 from kabo.finite_domain.compiled_task import CompiledTask, Never, SearchBudget, as_number
 from kabo.finite_domain.result import SearchResult
 
 MOST_PLAN_FACTS = 256  # facts of a relaxed plan that are counted; further ones are ignored
-PAIR_BYTES = 512 << 20  # memory for the pairs of facts seen; later partitions compare single facts only
 
 
 def pair_words(facts: int) -> int:
@@ -22,7 +22,7 @@ def pair_words(facts: int) -> int:
 
 def pair_partitions(facts: int) -> int:
     """The number of partitions for which there is memory to remember the pairs of facts seen."""
-    return PAIR_BYTES // max(8, 8 * pair_words(facts))
+    return tuning.NOVELTY_PAIR_BYTES // max(8, 8 * pair_words(facts))
 
 
 class PlainNovelty:

@@ -17,17 +17,17 @@ from scipy.spatial import QhullError
 
 from kabo.arrays import Array
 from kabo.compilation import cache_folder
+from kabo.content_cache import ContentCache
 from kabo.geometry.bounding.nearness import proven_near
 from kabo.geometry.bounding.pieces import uncovered
 from kabo.geometry.bounding.reduction import hull_planes
 from kabo.geometry.triangles.solids import Solid
-from kabo.remembering import Remembered
 
 METHOD = 1  # to be counted up when what is proven, or how, changes
 MOST_PARTS = 2000  # more are never made; what a file may announce is bounded before anything is computed
 NOTED = "proven"  # the folder of the cache that remembers proofs by their names
 
-_PROVEN: Remembered[bool] = Remembered(1 << 20, lambda _: len(hashlib.sha256().hexdigest()))
+_PROVEN: ContentCache[bool] = ContentCache(1 << 20, lambda _: len(hashlib.sha256().hexdigest()))
 
 
 def believed(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
@@ -38,7 +38,7 @@ def believed(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) 
     if not _sensible(solid, parts, deviations):
         return False
     name = _name(solid, parts, deviations)
-    return _PROVEN.of(name, lambda: _noted(name).is_file() or _proven(solid, parts, deviations, name))
+    return _PROVEN.get_or_make(name, lambda: _noted(name).is_file() or _proven(solid, parts, deviations, name))
 
 
 def _proven(solid: Solid, parts: Sequence[Array], deviations: Sequence[float], name: str) -> bool:
@@ -57,7 +57,7 @@ def remember(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) 
     """Notes that parts were proven while they were made, so that they need not be proven when they are read again."""
     name = _name(solid, parts, deviations)
     _note(name)
-    _PROVEN.of(name, lambda: True)
+    _PROVEN.get_or_make(name, lambda: True)
 
 
 def _sensible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:

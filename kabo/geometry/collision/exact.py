@@ -16,13 +16,13 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from kabo.arrays import Array, Integers
+from kabo.content_cache import ContentCache
 from kabo.geometry.budget import Budget
 from kabo.geometry.collision.arrays import chain_of, last_shared_joints
 from kabo.geometry.collision.kernels.tracks import motion, turning
 from kabo.geometry.collision.views import FREE, Counters
 from kabo.geometry.parts import FixedGroup, Mesh, MovingGroup, poses_of
 from kabo.geometry.triangles.solids import Solid
-from kabo.remembering import Remembered
 from kabo.scene import KinematicTree
 from kabo.scene.kernels.poses import forward_kinematics
 
@@ -68,12 +68,12 @@ def _surface(mesh: Mesh) -> Surface:
     return Surface(model, vertices.min(axis=0), vertices.max(axis=0), corners, Solid(vertices, faces))
 
 
-_SURFACES: Remembered[Surface] = Remembered(64 << 20, lambda made: TRIANGLE_BYTES * len(made.solid.faces))
+_SURFACES: ContentCache[Surface] = ContentCache(64 << 20, lambda made: TRIANGLE_BYTES * len(made.solid.faces))
 
 
 def surface_of(mesh: Mesh) -> Surface:
     """The surface of a mesh, made once for each pair of arrays."""
-    return _SURFACES.of(_Arrays(mesh), lambda: _surface(mesh))
+    return _SURFACES.get_or_make(_Arrays(mesh), lambda: _surface(mesh))
 
 
 def surrounds(outer: Surface, points: Array) -> bool:

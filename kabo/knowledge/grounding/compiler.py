@@ -6,7 +6,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from itertools import product
 
-from kabo.knowledge.binding import Binding, ground_call, object_of, plain
+from kabo.knowledge.binding import Binding, object_of, plain
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.external import Externals
 from kabo.knowledge.facts import AtomBits, BitTable, Claim, NumberBits, TermBits
@@ -91,7 +91,7 @@ class Compiler:
             case Test(call=External() as external):
                 return self._externals(binding).test(external)
             case Test(call=ProcedureCall() as call):
-                return GeometricTest(ground_call(call, binding))
+                return GeometricTest(call.ground(binding))
         return self._compound(formula, binding)
 
     def _compound(self, formula: Formula, binding: Binding) -> Query:

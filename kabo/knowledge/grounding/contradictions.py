@@ -8,7 +8,7 @@ from kabo.errors import Diagnostic, InputError
 from kabo.knowledge.entries import Entry
 from kabo.knowledge.facts import AtomBits, Claim, Group, TermBits
 from kabo.knowledge.queries import union
-from kabo.knowledge.text import claim_text
+from kabo.language import spell_bound
 from kabo.language.formulas import (
     Application,
     Atom,
@@ -163,7 +163,7 @@ def _excludes(one: Fact, other: Fact) -> bool:
 
 def _opposites(before: Literal | Comparison, fact: Literal | Comparison, path: str) -> Diagnostic:
     where = "" if before.place is None else f" at {before.place.file}:{before.place.line}:{before.place.column}"
-    message = f'"{claim_text(fact, {})}" contradicts "{claim_text(before, {})}"{where}'
+    message = f'"{spell_bound(fact, {})}" contradicts "{spell_bound(before, {})}"{where}'
     return _diagnostic(fact.place, message, _ONE_TIME, path)
 
 

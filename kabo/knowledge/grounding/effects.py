@@ -10,7 +10,7 @@ from kabo.knowledge.numbers import Compare
 from kabo.knowledge.progression import Assignment, Update
 from kabo.knowledge.queries import TRUE, AllOf, Query, conjunction, disjunction, negation
 from kabo.knowledge.runtime import RunTimeValue
-from kabo.knowledge.text import claim_text
+from kabo.language import spell_bound
 from kabo.language.formulas import (
     Application,
     Atom,
@@ -216,7 +216,7 @@ class _Databases:
 
     def _conjunction(self, fact: Fact, adds: bool) -> Update:
         pairs = list(self._conjuncts(fact))
-        text = " and ".join(claim_text(literal, binding) for literal, binding in pairs)
+        text = " and ".join(spell_bound(literal, binding) for literal, binding in pairs)
         claims = tuple(self._claim(literal, binding) for literal, binding in pairs)
         group = self.compiler.fluents.conjunction(text, claims)
         if not adds:

@@ -21,7 +21,7 @@ from kabo.knowledge.queries import FALSE, TRUE, Query, bits_of, conjunction, tes
 from kabo.knowledge.reachability import Reach, relaxed_reach
 from kabo.knowledge.relevance import Relevance
 from kabo.knowledge.task import GoalPart, GroundedTask
-from kabo.knowledge.text import formula_text
+from kabo.language import spell_bound
 from kabo.language.formulas import And, Change, Forall, Formula, WorldEffect
 from kabo.language.problem import Problem
 
@@ -284,7 +284,7 @@ def _denied(actions: Iterable[GroundAction], goal: Query, closure: Closure) -> i
 
 def _goal_parts(compiler: Compiler, goal: tuple[Formula, ...], binding: Binding) -> Iterator[GoalPart]:
     for formula, bound in conjuncts(compiler, goal, binding):
-        yield GoalPart(formula_text(formula, bound), compiler.query(formula, bound))
+        yield GoalPart(spell_bound(formula, bound), compiler.query(formula, bound))
 
 
 def conjuncts(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Seq
 from typing import Any, NamedTuple, TypeVar
 
 from kabo.knowledge.actions import RunTimeArgument
-from kabo.knowledge.binding import Binding, ground_call
+from kabo.knowledge.binding import Binding
 from kabo.knowledge.grounding.compiler import Compiler
 from kabo.knowledge.grounding.effects import Sensed, WorldUpdate, compile_effects, compile_sensing
 from kabo.knowledge.grounding.statics import StaticFacts
@@ -16,7 +16,7 @@ from kabo.knowledge.grounding.worldly import compile_world_effects
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import FALSE, TRUE, Query, conjunction
 from kabo.knowledge.runtime import without_runtime_variables
-from kabo.knowledge.text import term_text
+from kabo.language import spell_bound
 from kabo.language.formulas import Effect, Formula, GroundCall, Literal, Term, Variable
 from kabo.language.problem import Action, Problem
 
@@ -109,9 +109,9 @@ class ActionSchema:
     def _instance(self, binding: Binding, precondition: Query) -> ActionInstance:
         action, compiler = self.action, self.compiler
         updates, sense, plain, worlds = self._effects(binding)
-        call = None if action.geometry is None else ground_call(action.geometry, binding)
+        call = None if action.geometry is None else action.geometry.ground(binding)
         arguments = {
-            p.name: binding[p.name] if p.value_of is None else RunTimeArgument(term_text(p.value_of, binding))
+            p.name: binding[p.name] if p.value_of is None else RunTimeArgument(spell_bound(p.value_of, binding))
             for p in self.declared.parameters
         }
         cost = self._once(

@@ -9,16 +9,18 @@ from dataclasses import dataclass, field
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction, disjunction
-from kabo.language.foreign_vocabulary import Bound, Vocabulary
 from kabo.language.pddl.conditions import read_condition
-from kabo.language.pddl.conflicts import Surroundings, additions_win, may_be_same
+from kabo.language.pddl.conflicts import ConflictContext, additions_win, may_be_same
 from kabo.language.pddl.declarations import read_variables
-from kabo.language.pddl.effects import Piece, read_effects
-from kabo.language.pddl.forms import Document, Form, Node, Word
-from kabo.language.pddl.terms import Context, read_atom
+from kabo.language.pddl.dialect import read_atom, resolver_of
+from kabo.language.pddl.effects import ConditionalEffect, read_effects
+from kabo.language.pddl.forms import Document, Form, Node, Token
 from kabo.language.pddl.updates import updates_of
 from kabo.language.problem import Action, Parameter
+from kabo.language.resolver import NameResolver
 from kabo.language.tree_algebra import symbols
+from kabo.language.types import types_of
+from kabo.language.vocabulary import Symbol, Vocabulary
 
 _PARTS = (":parameters", ":precondition", ":effect", ":observe")
 _MOST_COMPARED = 100
@@ -27,43 +29,43 @@ _REFUSED_PARTS = (":duration", ":condition", ":vars", ":only-in-expansions", ":e
 
 
 @dataclass
-class Schema:
+class ActionSchema:
     """An action as it was read."""
 
     name: str  # kabo's
-    context: Context
-    parameters: list[Bound] = field(default_factory=list)
+    resolver: NameResolver
+    parameters: list[Symbol] = field(default_factory=list)
     preconditions: list[f.Formula] = field(default_factory=list)
-    pieces: list[Piece] = field(default_factory=list)
+    pieces: list[ConditionalEffect] = field(default_factory=list)
     sensed: list[f.Atom] = field(default_factory=list)
     place: f.Place | None = None
 
 
-def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: str) -> Schema:
+def read_action(document: Document, vocabulary: Vocabulary, form: Form, name: str) -> ActionSchema:
     """The parts of `(:action name …)`; what is wrong is reported and left out."""
     parts = _parts_of(document, form)
-    shown = form.items[1].text if isinstance(form.items[1], Word) else name
+    shown = form.items[1].text if isinstance(form.items[1], Token) else name
     where = f'in action "{shown}"'
-    schema = Schema(name, Context(document, vocabulary, where), place=document.place(form.items[1]))
+    schema = ActionSchema(name, resolver_of(document, vocabulary, where), place=document.place(form.items[1]))
     parameters = parts.get(":parameters")
     if isinstance(parameters, Form):
-        bound = read_variables(document, vocabulary, parameters.items, {}, split=False)[0]
+        bound = read_variables(schema.resolver, parameters.items, split=False)[0]
         schema.parameters = list(bound.values())
-        schema.context = schema.context.inside(bound)
+        schema.resolver = schema.resolver.inside(bound)
     elif parameters is not None:
         document.report(parameters, f'expected "(?x - type …)" as the parameters of action "{shown}"')
     for each in schema.parameters:
         schema.preconditions += _membership(each)
     if ":precondition" in parts:
-        condition = read_condition(schema.context, parts[":precondition"])
+        condition = read_condition(schema.resolver, parts[":precondition"])
         if condition is not None:
             flat = conjunction([condition])
             schema.preconditions += flat.parts if isinstance(flat, f.And) else [flat]
             schema.preconditions = [each for each in schema.preconditions if each != f.Truth(True)]
     if ":effect" in parts:
-        schema.pieces = read_effects(schema.context, parts[":effect"])
+        schema.pieces = read_effects(schema.resolver, parts[":effect"])
     if ":observe" in parts:
-        schema.sensed = list(_sensed(schema.context, parts[":observe"]))
+        schema.sensed = list(_sensed(schema.resolver, parts[":observe"]))
     return schema
 
 
@@ -73,7 +75,7 @@ def _parts_of(document: Document, form: Form) -> dict[str, Node]:
     waiting = form.items[2:][::-1]
     while waiting:
         key = waiting.pop()
-        word = key.text if isinstance(key, Word) else ""
+        word = key.text if isinstance(key, Token) else ""
         if word not in _PARTS:
             if word in _REFUSED_PARTS:
                 document.report(key, f'"{word}" of an action is not supported')
@@ -84,7 +86,7 @@ def _parts_of(document: Document, form: Form) -> dict[str, Node]:
                 continue
         elif word in found:
             document.report(key, f'"{word}" stands twice in this action')
-        if not waiting or (isinstance(waiting[-1], Word) and waiting[-1].text.startswith(":")):
+        if not waiting or (isinstance(waiting[-1], Token) and waiting[-1].text.startswith(":")):
             document.report(key, f'"{word}" has no value')
             continue
         value = waiting.pop()
@@ -93,34 +95,34 @@ def _parts_of(document: Document, form: Form) -> dict[str, Node]:
     return found
 
 
-def _membership(bound: Bound) -> Iterator[f.Formula]:
+def _membership(bound: Symbol) -> Iterator[f.Formula]:
     """That a parameter of the type (either a b) is one of these: kabo declares it with their common supertype."""
-    variable = bound.variable
-    if len(bound.kinds) == 1 or variable.type in bound.kinds:
+    variable, kinds = bound.variable, types_of(bound.kind)
+    if len(kinds) == 1 or variable.type in kinds:
         return
     one_of = []
-    for kind in bound.kinds:
+    for kind in kinds:
         same = f.Variable(f"{variable.name}_as_{kind}", kind, variable.place)
         equal = f.Know(f.Comparison("=", variable, same, variable.place), variable.place)
         one_of.append(f.Exists((same,), equal, variable.place))
     yield disjunction(one_of, variable.place)
 
 
-def _sensed(context: Context, node: Node) -> Iterator[f.Atom]:
+def _sensed(here: NameResolver, node: Node) -> Iterator[f.Atom]:
     """The atoms of `:observe`: one, its negation, or several joined by `and`."""
     head = node.head if isinstance(node, Form) else ""
-    if isinstance(node, Form) and head not in context.vocabulary.predicates:
+    if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
         if head == "and" or not node.items:
             for part in node.rest:
-                yield from _sensed(context, part)
+                yield from _sensed(here, part)
             return
         if head == "not" and len(node.items) == 2:
-            yield from _sensed(context, node.items[1])
+            yield from _sensed(here, node.items[1])
             return
         if head in ("or", "oneof", "forall", "exists", "imply", "when", "="):
-            context.report(node, f'"{head}" in :observe is not supported {context.where}', "observe single atoms")
+            here.report(node, f'"{head}" in :observe is not supported {here.where}', "observe single atoms")
             return
-    atom = read_atom(context, node)
+    atom = read_atom(here, node)
     if atom is not None:
         yield atom
 
@@ -147,39 +149,37 @@ class Surmise:
         return not self.unknown & symbols(tree)
 
 
-def build_action(schema: Schema, surmise: Surmise) -> Action:
+def build_action(schema: ActionSchema, surmise: Surmise) -> Action:
     """The action; what cannot be expressed is reported."""
-    context, vocabulary = schema.context, surmise.vocabulary
-    sorts: Mapping[str, str] = dict(vocabulary.objects.values())
+    here, vocabulary = schema.resolver, surmise.vocabulary
+    sorts: Mapping[str, str] = vocabulary.types_of_objects()
 
-    def report(piece: Piece, fatal: bool) -> None:
+    def report(piece: ConditionalEffect, fatal: bool) -> None:
         message = "this effect may meet one that adds the same atom, and nobody knows whether it does"
         if fatal:
-            _report(context, piece, f"{message}: not supported {context.where}")
+            _report(here, piece, f"{message}: not supported {here.where}")
         else:
-            _report(context, piece, f"{message}; both are taken as they stand", warning=True)
+            _report(here, piece, f"{message}; both are taken as they stand", warning=True)
 
     cost = [each for each in schema.pieces if each.symbol == surmise.cost]
     pieces = [each for each in schema.pieces if not (surmise.cost_only and each.symbol == surmise.cost)]
-    around = Surroundings(vocabulary.types, sorts, tuple(schema.preconditions), surmise.known, report)
-    pieces = summed(context, pieces)
-    _warn_of_meeting_numbers(context, pieces, around)
-    effects = updates_of(context, additions_win(pieces, around), surmise.known)
+    around = ConflictContext(vocabulary.types, sorts, tuple(schema.preconditions), surmise.known, report)
+    pieces = summed(here, pieces)
+    _warn_of_meeting_numbers(here, pieces, around)
+    effects = updates_of(here, additions_win(pieces, around), surmise.known)
     for atom in schema.sensed:
         if any(each.symbol == atom.predicate for each in pieces):
-            _report(context, atom, f"sensing what the same action changes is not supported {context.where}")
-    parameters = tuple(
-        Parameter(each.variable.name, each.variable.type, None, each.variable.place) for each in schema.parameters
-    )
+            _report(here, atom, f"sensing what the same action changes is not supported {here.where}")
+    parameters = tuple(Parameter(each.name, each.type, None, each.place) for each in schema.parameters)
     return Action(
         schema.name, parameters, tuple(schema.preconditions), None, effects, tuple(schema.sensed),
-        _cost(context, cost, surmise), schema.place,
+        _cost(here, cost, surmise), schema.place,
     )  # fmt: skip
 
 
-def summed(context: Context, pieces: list[Piece]) -> list[Piece]:
+def summed(here: NameResolver, pieces: list[ConditionalEffect]) -> list[ConditionalEffect]:
     """The pieces with several changes of one number made one: PDDL adds them up."""
-    found: list[Piece] = []
+    found: list[ConditionalEffect] = []
     joined: dict[int, int] = {}  # how many changes are one now, by where it is
     numbers: dict[object, int] = {}  # term and condition -> where its first change is
     for piece in pieces:
@@ -192,43 +192,43 @@ def summed(context: Context, pieces: list[Piece]) -> list[Piece]:
         joined[rival] = joined.get(rival, 1) + 1
         simple = all(not each.variables and each.condition == f.Truth(True) for each in (first, piece))
         if joined[rival] > _MOST_CHANGES:
-            _report(context, piece, f'"{piece.symbol}" is changed more than {_MOST_CHANGES} times {context.where}')
+            _report(here, piece, f'"{piece.symbol}" is changed more than {_MOST_CHANGES} times {here.where}')
             break
         if simple and first.changes and piece.changes and _is_sum(first) and _is_sum(piece):
             found[rival] = _joined(first, piece)
         else:
-            message = f'"{piece.symbol}" is changed twice by this action: not supported {context.where}'
-            _report(context, piece, message)
+            message = f'"{piece.symbol}" is changed twice by this action: not supported {here.where}'
+            _report(here, piece, message)
     return found
 
 
-def _warn_of_meeting_numbers(context: Context, pieces: list[Piece], around: Surroundings) -> None:
+def _warn_of_meeting_numbers(here: NameResolver, pieces: list[ConditionalEffect], around: ConflictContext) -> None:
     """Warns of changes of one function's values that may turn out to be of the same value."""
-    changed: dict[str, list[Piece]] = {}
+    changed: dict[str, list[ConditionalEffect]] = {}
     for piece in pieces:
         if isinstance(piece.outcome, f.Comparison):
             rivals = changed.setdefault(piece.symbol, [])
             if len(rivals) < _MOST_COMPARED and any(may_be_same(piece, each, around) for each in rivals):
                 message = "two effects may change the same value: then the action is not applicable here"
-                _report(context, piece, message, warning=True)
+                _report(here, piece, message, warning=True)
             rivals.append(piece)
 
 
-def _is_sum(piece: Piece) -> bool:
+def _is_sum(piece: ConditionalEffect) -> bool:
     right = piece.outcome.right if isinstance(piece.outcome, f.Comparison) else None
     return isinstance(right, f.Arithmetic) and right.operator in "+-"
 
 
-def _joined(first: Piece, second: Piece) -> Piece:
+def _joined(first: ConditionalEffect, second: ConditionalEffect) -> ConditionalEffect:
     assert isinstance(first.outcome, f.Comparison) and isinstance(second.outcome, f.Comparison)
     change = second.outcome.right
     assert isinstance(change, f.Arithmetic)
     right = f.Arithmetic(change.operator, first.outcome.right, change.right, change.place)
     outcome = f.Comparison("=", first.outcome.left, right, first.outcome.place)
-    return Piece((), f.Truth(True), outcome, True, first.place)
+    return ConditionalEffect((), f.Truth(True), outcome, True, first.place)
 
 
-def _cost(context: Context, pieces: Iterable[Piece], surmise: Surmise) -> f.Term:
+def _cost(here: NameResolver, pieces: Iterable[ConditionalEffect], surmise: Surmise) -> f.Term:
     """What the action adds to the cost; 1 if no cost is minimised."""
     if surmise.cost is None:
         return f.Number(1.0)
@@ -237,14 +237,14 @@ def _cost(context: Context, pieces: Iterable[Piece], surmise: Surmise) -> f.Term
         right = piece.outcome.right if isinstance(piece.outcome, f.Comparison) else None
         plain = not piece.variables and piece.condition == f.Truth(True)
         if not (plain and piece.changes and isinstance(right, f.Arithmetic) and right.operator == "+"):
-            _report(context, piece, f"a cost that is not simply increased is not supported {context.where}")
+            _report(here, piece, f"a cost that is not simply increased is not supported {here.where}")
             continue
         if surmise.cost in symbols(right.right):
-            _report(context, piece, f"a cost that depends on itself is not supported {context.where}")
+            _report(here, piece, f"a cost that depends on itself is not supported {here.where}")
         total = right.right if total == f.Number(0.0) else f.Arithmetic("+", total, right.right, right.place)
     return total
 
 
-def _report(context: Context, tree: Piece | f.Atom, message: str, *, warning: bool = False) -> None:
-    place = tree.place or f.Place(context.document.source.name, 1, 1)
-    context.document.findings.add(place, message, None, warning=warning)
+def _report(here: NameResolver, tree: ConditionalEffect | f.Atom, message: str, *, warning: bool = False) -> None:
+    place = tree.place or f.Place(here.source.name, 1, 1)
+    here.findings.add(place, message, None, warning=warning)

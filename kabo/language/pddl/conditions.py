@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterable
 
 from kabo.language import formulas as f
 from kabo.language.connectives import OPPOSITE, conjunction, denied, disjunction
-from kabo.language.foreign_vocabulary import Bound
 from kabo.language.pddl.declarations import read_variables
+from kabo.language.pddl.dialect import read_atom, read_comparison
 from kabo.language.pddl.forms import Form, Node
-from kabo.language.pddl.terms import Context, read_atom, read_comparison
+from kabo.language.resolver import NameResolver
+from kabo.language.vocabulary import Symbol
 
 _REFUSED = {
     "preference": "a preference",
@@ -25,77 +26,77 @@ _REFUSED = {
 }  # fmt: skip
 
 
-def read_condition(context: Context, node: Node, *, positive: bool = True) -> f.Formula | None:
+def read_condition(here: NameResolver, node: Node, *, positive: bool = True) -> f.Formula | None:
     """The query that a condition (or with `positive` False its negation) asks; None after a report."""
     head = node.head if isinstance(node, Form) else ""
-    if isinstance(node, Form) and head not in context.vocabulary.predicates:
+    if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
         if not node.items:  # an empty condition is true
-            return f.Truth(positive, context.place(node))
+            return f.Truth(positive, here.place(node))
         read = _CONNECTIVES.get(head)
         if read is not None:
-            return read(context, node, positive)
+            return read(here, node, positive)
         if head in OPPOSITE:
-            return _comparison(context, node, positive)
+            return _comparison(here, node, positive)
         if head in _REFUSED:
-            context.report(node, f"{_REFUSED[head]} is not supported {context.where}")
+            here.report(node, f"{_REFUSED[head]} is not supported {here.where}")
             return None
-    atom = read_atom(context, node)
+    atom = read_atom(here, node)
     return None if atom is None else f.Know(f.Literal(atom, positive, atom.place), atom.place)
 
 
-def _comparison(context: Context, form: Form, positive: bool) -> f.Formula | None:
-    claim = read_comparison(context, form)
+def _comparison(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
+    claim = read_comparison(here, form)
     if claim is None:
         return None
     if isinstance(claim, f.Truth):
         return f.Truth(claim.value == positive, claim.place)
-    return f.Know(claim if positive else denied(claim), context.place(form))
+    return f.Know(claim if positive else denied(claim), here.place(form))
 
 
-def _all(context: Context, nodes: Iterable[Node], positive: bool) -> list[f.Formula] | None:
-    parts = [read_condition(context, node, positive=positive) for node in nodes]
+def _all(here: NameResolver, nodes: Iterable[Node], positive: bool) -> list[f.Formula] | None:
+    parts = [read_condition(here, node, positive=positive) for node in nodes]
     whole = [part for part in parts if part is not None]
     return whole if len(whole) == len(parts) else None
 
 
-def _and(context: Context, form: Form, positive: bool) -> f.Formula | None:
-    parts = _all(context, form.rest, positive)
+def _and(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
+    parts = _all(here, form.rest, positive)
     if parts is None:
         return None
-    return (conjunction if positive else disjunction)(parts, context.place(form))
+    return (conjunction if positive else disjunction)(parts, here.place(form))
 
 
-def _or(context: Context, form: Form, positive: bool) -> f.Formula | None:
-    parts = _all(context, form.rest, positive)
+def _or(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
+    parts = _all(here, form.rest, positive)
     if parts is None:
         return None
-    return (disjunction if positive else conjunction)(parts, context.place(form))
+    return (disjunction if positive else conjunction)(parts, here.place(form))
 
 
-def _not(context: Context, form: Form, positive: bool) -> f.Formula | None:
+def _not(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     if len(form.items) != 2:
-        context.report(form, f'"not" takes one condition, not {len(form.items) - 1}')
+        here.report(form, f'"not" takes one condition, not {len(form.items) - 1}')
         return None
-    return read_condition(context, form.items[1], positive=not positive)
+    return read_condition(here, form.items[1], positive=not positive)
 
 
-def _imply(context: Context, form: Form, positive: bool) -> f.Formula | None:
+def _imply(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     if len(form.items) != 3:
-        context.report(form, f'"imply" takes two conditions, not {len(form.items) - 1}')
+        here.report(form, f'"imply" takes two conditions, not {len(form.items) - 1}')
         return None
-    first = read_condition(context, form.items[1], positive=not positive)
-    second = read_condition(context, form.items[2], positive=positive)
+    first = read_condition(here, form.items[1], positive=not positive)
+    second = read_condition(here, form.items[2], positive=positive)
     if first is None or second is None:
         return None
-    return (disjunction if positive else conjunction)([first, second], context.place(form))
+    return (disjunction if positive else conjunction)([first, second], here.place(form))
 
 
-def _quantified(context: Context, form: Form, positive: bool) -> f.Formula | None:
+def _quantified(here: NameResolver, form: Form, positive: bool) -> f.Formula | None:
     universal = (form.head == "forall") == positive
-    place = context.place(form)
+    place = here.place(form)
     parts: list[f.Formula] = []
-    for bound in quantified_variables(context, form):
-        body = read_condition(context.inside(bound), form.items[2], positive=positive)
+    for bound in quantified_variables(here, form):
+        body = read_condition(here.inside(bound), form.items[2], positive=positive)
         if body is None:
             return None
         variables = tuple(each.variable for each in bound.values())
@@ -108,15 +109,15 @@ def _quantified(context: Context, form: Form, positive: bool) -> f.Formula | Non
     return (conjunction if universal else disjunction)(parts, place)
 
 
-def quantified_variables(context: Context, form: Form) -> list[dict[str, Bound]]:
+def quantified_variables(here: NameResolver, form: Form) -> list[dict[str, Symbol]]:
     """The variables of `(forall (?x - t) body)`, see `read_variables`; none after a report."""
     variables = form.items[1] if len(form.items) == 3 else None
     if not isinstance(variables, Form):
-        context.report(form, f'expected "({form.head} (?x - type …) …)"')
+        here.report(form, f'expected "({form.head} (?x - type …) …)"')
         return []
-    return read_variables(context.document, context.vocabulary, variables.items, context.scope)
+    return read_variables(here, variables.items)
 
 
-_CONNECTIVES: dict[str, Callable[[Context, Form, bool], f.Formula | None]] = {
+_CONNECTIVES: dict[str, Callable[[NameResolver, Form, bool], f.Formula | None]] = {
     "and": _and, "or": _or, "not": _not, "imply": _imply, "forall": _quantified, "exists": _quantified,
 }  # fmt: skip

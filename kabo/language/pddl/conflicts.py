@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction, denied, disjunction, negated
-from kabo.language.foreign_vocabulary import Types
-from kabo.language.pddl.effects import Piece
+from kabo.language.pddl.effects import ConditionalEffect
 from kabo.language.tree_algebra import rebound, renaming, substituted, variable_names
+from kabo.language.types import Types
 
 _MOST_PARTS = 64  # of one deletion
 _MOST_MEETINGS = 20_000  # of one action
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class ConflictContext:
     """What is known where deletions and additions meet.
 
     Attributes:
@@ -34,7 +34,7 @@ class Surroundings:
     sorts: Mapping[str, str]
     assumed: tuple[f.Formula, ...]
     known: Callable[[object], bool]
-    report: Callable[[Piece, bool], None]
+    report: Callable[[ConditionalEffect, bool], None]
 
     def sort(self, term: f.Term) -> str | None:
         """The type of a term, if it is a variable or an object."""
@@ -58,14 +58,14 @@ class Surroundings:
         return any(f.Know(f.Comparison("!=", one, other)) in self.assumed for one, other in both)
 
 
-def additions_win(pieces: list[Piece], around: Surroundings) -> list[Piece]:
+def additions_win(pieces: list[ConditionalEffect], around: ConflictContext) -> list[ConditionalEffect]:
     """The pieces of one action with deletions that no longer meet an addition."""
-    additions: dict[str, list[Piece]] = {}
+    additions: dict[str, list[ConditionalEffect]] = {}
     pieces = list(dict.fromkeys(pieces))
     for piece in pieces:
         if isinstance(piece.outcome, f.Literal) and piece.outcome.positive:
             additions.setdefault(piece.symbol, []).append(piece)
-    resolved: list[Piece] = []
+    resolved: list[ConditionalEffect] = []
     meetings = 0
     for piece in pieces:
         if not isinstance(piece.outcome, f.Literal) or piece.outcome.positive:
@@ -85,7 +85,7 @@ def additions_win(pieces: list[Piece], around: Surroundings) -> list[Piece]:
     return resolved
 
 
-def _differ_plainly(deletion: Piece, addition: Piece) -> bool:
+def _differ_plainly(deletion: ConditionalEffect, addition: ConditionalEffect) -> bool:
     """Whether some argument is one object here and another one there."""
     for first, second in zip(deletion.arguments, addition.arguments, strict=True):
         if first != second and isinstance(first, f.Constant) and isinstance(second, f.Constant):
@@ -93,7 +93,7 @@ def _differ_plainly(deletion: Piece, addition: Piece) -> bool:
     return False
 
 
-def _renamed(addition: Piece, avoided: set[str]) -> Piece:
+def _renamed(addition: ConditionalEffect, avoided: set[str]) -> ConditionalEffect:
     """The addition with variables of its own, none of which is to be avoided."""
     own = variable_names((addition.variables, addition.condition, addition.outcome))
     renamed = renaming(addition.variables, avoided, avoided | own)
@@ -105,12 +105,14 @@ def _renamed(addition: Piece, avoided: set[str]) -> Piece:
     )
 
 
-def may_be_same(first: Piece, second: Piece, around: Surroundings) -> bool:
+def may_be_same(first: ConditionalEffect, second: ConditionalEffect, around: ConflictContext) -> bool:
     """Whether two pieces may be about the same atom or term."""
     return _equalities(first, second, around) is not None
 
 
-def _equalities(deletion: Piece, addition: Piece, around: Surroundings) -> list[tuple[f.Term, f.Term]] | None:
+def _equalities(
+    deletion: ConditionalEffect, addition: ConditionalEffect, around: ConflictContext
+) -> list[tuple[f.Term, f.Term]] | None:
     """The pairs of arguments that must be equal for the two to meet; None if they never do."""
     pairs = []
     for first, second in zip(deletion.arguments, addition.arguments, strict=True):
@@ -124,7 +126,9 @@ def _equalities(deletion: Piece, addition: Piece, around: Surroundings) -> list[
     return pairs
 
 
-def _apart(deletion: Piece, addition: Piece, around: Surroundings) -> Iterator[Piece]:
+def _apart(
+    deletion: ConditionalEffect, addition: ConditionalEffect, around: ConflictContext
+) -> Iterator[ConditionalEffect]:
     """The deletion, restricted to where the addition does not happen."""
     pairs = _equalities(deletion, addition, around)
     if pairs is None:
@@ -158,7 +162,9 @@ class _Meeting:
     parts: tuple[f.Formula, ...]
 
 
-def _restricted(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Iterator[Piece]:
+def _restricted(
+    deletion: ConditionalEffect, meeting: _Meeting, around: ConflictContext
+) -> Iterator[ConditionalEffect]:
     own = deletion.condition.parts if isinstance(deletion.condition, f.And) else (deletion.condition,)
     own = own + around.assumed
     meeting = replace(meeting, parts=tuple(part for part in meeting.parts if part not in own))
@@ -179,7 +185,9 @@ def _restricted(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Ite
         yield from _by_unknown(deletion, meeting, around)
 
 
-def _by_unknown(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Iterator[Piece]:
+def _by_unknown(
+    deletion: ConditionalEffect, meeting: _Meeting, around: ConflictContext
+) -> Iterator[ConditionalEffect]:
     """Where the addition depends on what may be unknown: one copy for each claim that may fail."""
     claims = [part for part in meeting.parts if isinstance(part, f.Know)]
     if meeting.variables or len(claims) < len(meeting.parts):
@@ -192,7 +200,7 @@ def _by_unknown(deletion: Piece, meeting: _Meeting, around: Surroundings) -> Ite
         yield _under(deletion, [*same, f.Know(denied(claim.claim), claim.place)])
 
 
-def _under(piece: Piece, parts: Iterable[f.Formula]) -> Piece:
+def _under(piece: ConditionalEffect, parts: Iterable[f.Formula]) -> ConditionalEffect:
     return replace(piece, condition=conjunction([piece.condition, *parts], piece.place))
 
 

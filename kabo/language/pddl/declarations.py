@@ -1,32 +1,34 @@
 """PDDL declarations: types, constants, predicates, functions, and the typed lists that all of them use."""
 
 from collections.abc import Iterator
+from typing import Literal
 
-from kabo.language.foreign_vocabulary import ANY, NUMBER, OBJECT, Bound, Kinds, Scope, Signature, Vocabulary
-from kabo.language.formulas import Variable
-from kabo.language.pddl.forms import Document, Form, Node, Word
+from kabo.language.pddl.forms import Form, Node, Token
+from kabo.language.resolver import NameResolver
+from kabo.language.types import ANY, NUMBER, NUMBERS, OBJECT, Kind, type_of, types_of
+from kabo.language.vocabulary import Symbol
 
 _MOST_ALTERNATIVES = 64
 
 
-def typed_list(document: Document, nodes: list[Node]) -> Iterator[tuple[Word, Node | None]]:
+def typed_list(here: NameResolver, nodes: list[Node]) -> Iterator[tuple[Token, Node | None]]:
     """Every name of `a b - t c` with its type; the type is None where none is written."""
-    waiting: list[Word] = []
+    waiting: list[Token] = []
     position = 0
     while position < len(nodes):
         node = nodes[position]
         position += 1
         if isinstance(node, Form):
-            document.report(node, f'unexpected "{document.text(node)}", expected a name')
+            here.report(node, f'unexpected "{here.quote(node)}", expected a name')
         elif node.text != "-":
             waiting.append(node)
         elif position == len(nodes):
-            document.report(node, "a type must follow this hyphen")
+            here.report(node, "a type must follow this hyphen")
         else:
             kind = nodes[position]
             position += 1
             if not waiting:
-                document.report(node, "no name stands before this hyphen")
+                here.report(node, "no name stands before this hyphen")
             for word in waiting:
                 yield word, kind
             waiting = []
@@ -34,82 +36,78 @@ def typed_list(document: Document, nodes: list[Node]) -> Iterator[tuple[Word, No
         yield word, None
 
 
-def read_types(document: Document, vocabulary: Vocabulary, section: Form | None) -> None:
+def read_types(here: NameResolver, section: Form | None) -> None:
     """Declares the types of `(:types …)`; `object` is there always, and the parent of what has none."""
-    types = vocabulary.types
-    written = [] if section is None else list(typed_list(document, section.rest))
+    types = here.vocabulary.types
+    written = [] if section is None else list(typed_list(here, section.rest))
     types.declare(OBJECT, None)
-    declared: dict[str, Word] = {}
+    declared: dict[str, Token] = {}
     for word, _ in written:
         if word.text != OBJECT and word.text not in types.known:
-            types.declare(word.text, document.place(word))
+            types.declare(word.text, here.place(word))
             declared[word.text] = word
     for _, kind in written:  # what stands only behind a hyphen is a type as well
-        if isinstance(kind, Word) and kind.text not in types.known:
-            types.declare(kind.text, document.place(kind))
+        if isinstance(kind, Token) and kind.text not in types.known:
+            types.declare(kind.text, here.place(kind))
             declared[kind.text] = kind
     parents: dict[str, str] = {}
     for word, kind in written:
-        parent = _parent(document, vocabulary, kind)
+        parent = _parent(here, kind)
         if word.text == OBJECT:
             if parent not in (None, OBJECT):
-                document.report(word, '"object" is the root of all types and has no supertype')
+                here.report(word, '"object" is the root of all types and has no supertype')
         elif parents.setdefault(word.text, parent or OBJECT) != (parent or OBJECT):
             message = f'the type "{word.text}" has two supertypes, "{parents[word.text]}" and "{parent}"'
-            document.report(word, f"{message}: not supported", "kabo's types form a tree")
+            here.report(word, f"{message}: not supported", "kabo's types form a tree")
     for name in declared:
         types.parents[types.known[name]] = types.known.get(parents.get(name, OBJECT), types.known[OBJECT])
     for name, word in declared.items():
         if types.known[OBJECT] not in types.ancestors(types.known[name]):
-            document.report(word, f'the type "{name}" is its own supertype')
+            here.report(word, f'the type "{name}" is its own supertype')
             types.parents[types.known[name]] = types.known[OBJECT]
 
 
-def _parent(document: Document, vocabulary: Vocabulary, kind: Node | None) -> str | None:
+def _parent(here: NameResolver, kind: Node | None) -> str | None:
     if isinstance(kind, Form):
-        if kind.head == "either" and len(kind.items) == 2 and isinstance(kind.items[1], Word):
+        if kind.head == "either" and len(kind.items) == 2 and isinstance(kind.items[1], Token):
             return kind.items[1].text
-        document.report(
-            kind, "a type with several supertypes (either …) is not supported", "kabo's types form a tree"
-        )
+        here.report(kind, "a type with several supertypes (either …) is not supported", "kabo's types form a tree")
         return None
     return None if kind is None else kind.text
 
 
-def read_kinds(document: Document, vocabulary: Vocabulary, node: Node | None) -> Kinds | None:
+def read_kinds(here: NameResolver, node: Node | None) -> Kind | None:
     """The types that a type specifier allows: one, or those of `(either a b)`; None after a report."""
-    types = vocabulary.types
+    types = here.vocabulary.types
     if node is None:
         return (types.known[OBJECT],)
     words = [node]
     if isinstance(node, Form):
         if node.head != "either" or len(node.items) < 2:
-            document.report(node, f'unexpected "{document.text(node)}", expected a type or (either …)')
+            here.report(node, f'unexpected "{here.quote(node)}", expected a type or (either …)')
             return None
         words = node.rest
     kinds: list[str] = []
     for word in words:
-        if not isinstance(word, Word):
-            document.report(word, "expected the name of a type")
+        if not isinstance(word, Token):
+            here.report(word, "expected the name of a type")
             return None
         if word.text not in types.known:
-            hint = vocabulary.findings.near(word.text, list(types.known))
-            document.report(word, f'unknown type "{word.text}"', hint)
+            hint = here.findings.near(word.text, list(types.known))
+            here.report(word, f'unknown type "{word.text}"', hint)
             return None
         kinds.append(types.known[word.text])
     return tuple(dict.fromkeys(kinds))
 
 
 # ------------------------------------------------------------------------------------------ predicates, functions
-def read_predicates(document: Document, vocabulary: Vocabulary, section: Form | None) -> None:
+def read_predicates(here: NameResolver, section: Form | None) -> None:
     """Declares the predicates of `(:predicates …)`."""
     for node in [] if section is None else section.rest:
-        signature = _signature(document, vocabulary, node, "predicate")
-        if signature is not None:
-            vocabulary.predicates[signature.original] = signature
+        _declare(here, node, "predicate")
 
 
-def read_functions(document: Document, vocabulary: Vocabulary, section: Form | None) -> None:
+def read_functions(here: NameResolver, section: Form | None) -> None:
     """Declares the functions of `(:functions …)`: numbers, or objects of the type behind the hyphen."""
     waiting: list[Node] = []
     nodes = [] if section is None else section.rest
@@ -121,92 +119,90 @@ def read_functions(document: Document, vocabulary: Vocabulary, section: Form | N
             waiting.append(node)
             continue
         if node.text != "-" or position == len(nodes):
-            document.report(node, f'unexpected "{node.text}", expected "(name …)" or "- type" in (:functions …)')
+            here.report(node, f'unexpected "{node.text}", expected "(name …)" or "- type" in (:functions …)')
             continue
         kind = nodes[position]
         position += 1
-        number = isinstance(kind, Word) and kind.text == NUMBER
-        value: Kinds | None = (NUMBER,) if number else read_kinds(document, vocabulary, kind)
-        _declare_functions(document, vocabulary, waiting, value or (NUMBER,))
+        number = isinstance(kind, Token) and kind.text == NUMBER
+        value: Kind | None = NUMBERS if number else read_kinds(here, kind)
+        _declare_functions(here, waiting, value or NUMBERS)
         waiting = []
-    _declare_functions(document, vocabulary, waiting, (NUMBER,))
+    _declare_functions(here, waiting, NUMBERS)
 
 
-def _declare_functions(document: Document, vocabulary: Vocabulary, nodes: list[Node], value: Kinds) -> None:
+def _declare_functions(here: NameResolver, nodes: list[Node], value: Kind) -> None:
     for node in nodes:
-        signature = _signature(document, vocabulary, node, "function", value)
-        if signature is not None:
-            vocabulary.functions[signature.original] = signature
+        _declare(here, node, "function", value)
 
 
-def _signature(
-    document: Document, vocabulary: Vocabulary, node: Node, role: str, value: Kinds | None = None
-) -> Signature | None:
+def _declare(here: NameResolver, node: Node, role: Literal["predicate", "function"], value: Kind = ANY) -> None:
+    vocabulary = here.vocabulary
     if not isinstance(node, Form) or not node.head:
-        document.report(node, f'unexpected "{document.text(node)}", expected "(name ?x - type …)" for a {role}')
-        return None
+        here.report(node, f'unexpected "{here.quote(node)}", expected "(name ?x - type …)" for a {role}')
+        return
     name = node.head
-    kinds = [read_kinds(document, vocabulary, kind) for _, kind in typed_list(document, node.rest)]
-    for taken, what in ((vocabulary.predicates, "predicate"), (vocabulary.functions, "function")):
-        if name in taken:
-            hint = vocabulary.declared_at(taken[name])
-            document.report(node.items[0], f'"{name}" is already the name of a {what}', hint)
-            return None
+    kinds = [read_kinds(here, kind) for _, kind in typed_list(here, node.rest)]
+    earlier = vocabulary.symbols.get(name)
+    if earlier is not None:
+        message = f'"{name}" is already the name of {earlier.description}'
+        here.report(node.items[0], message, vocabulary.declared_at(earlier))
+        return
     arguments = tuple(ANY if each is None else each for each in kinds)
-    return Signature(vocabulary.names.take(name), name, arguments, value, document.place(node.items[0]))
+    own, place = vocabulary.names.take(name), here.place(node.items[0])
+    vocabulary.symbols[name] = Symbol(role, own, place, value, arguments, original=name)
 
 
 # -------------------------------------------------------------------------------------------- objects, variables
-def read_objects(document: Document, vocabulary: Vocabulary, section: Form | None, what: str) -> None:
+def read_objects(here: NameResolver, section: Form | None, what: str) -> None:
     """Declares the objects of `(:objects …)` or `(:constants …)`."""
-    for word, kind in typed_list(document, [] if section is None else section.rest):
-        kinds = read_kinds(document, vocabulary, kind) or ("",)
+    objects = here.vocabulary.objects
+    for word, kind in typed_list(here, [] if section is None else section.rest):
+        kinds = read_kinds(here, kind) or ANY
         if word.text.startswith("?"):
-            document.report(word, f'"{word.text}" is a variable, expected the name of {what}')
-        elif len(kinds) > 1:
-            document.report(word, f'"{word.text}" is of several types (either …): not supported for {what}')
-        elif word.text in vocabulary.objects:
-            if vocabulary.objects[word.text][1] != kinds[0]:
-                document.report(word, f'"{word.text}" is declared twice, with different types')
+            here.report(word, f'"{word.text}" is a variable, expected the name of {what}')
+        elif len(types_of(kinds)) > 1:
+            here.report(word, f'"{word.text}" is of several types (either …): not supported for {what}')
+        elif word.text in objects:
+            if objects[word.text].kind != kinds:
+                here.report(word, f'"{word.text}" is declared twice, with different types')
         else:
-            vocabulary.objects[word.text] = (vocabulary.names.take(word.text), kinds[0])
-            vocabulary.places[word.text] = document.place(word)
+            name, place = here.vocabulary.names.take(word.text), here.place(word)
+            objects[word.text] = Symbol("object", name, place, kinds, original=word.text, type=type_of(kinds))
 
 
-def read_variables(
-    document: Document, vocabulary: Vocabulary, nodes: list[Node], scope: Scope, *, split: bool = True
-) -> list[dict[str, Bound]]:
+def read_variables(here: NameResolver, nodes: list[Node], *, split: bool = True) -> list[dict[str, Symbol]]:
     """The variables of a parameter list or quantifier, by their names in the file.
 
     Args:
-        document: where they stand.
-        vocabulary: the declared names.
+        here: the names that are declared, and the variables around the list, whose names in kabo stay apart.
         nodes: the list.
-        scope: the variables around it, whose names in kabo stay apart.
         split: whether (either a b) gives one alternative for a and one for b.
 
     Returns:
         The alternatives; several only if a variable is of several types.
     """
-    alternatives: list[dict[str, Bound]] = [{}]
-    for word, kind in typed_list(document, nodes):
-        kinds = read_kinds(document, vocabulary, kind)
+    alternatives: list[dict[str, Symbol]] = [{}]
+    for word, kind in typed_list(here, nodes):
+        kinds = read_kinds(here, kind)
         kinds = ANY if kinds is None else kinds
         if not word.text.startswith("?") or len(word.text) < 2:
-            document.report(word, f'"{word.text}" is no variable', f'write "?{word.text}"')
+            here.report(word, f'"{word.text}" is no variable', f'write "?{word.text}"')
             continue
         if word.text in alternatives[0]:
-            document.report(word, f'the variable "{word.text}" stands twice in this list')
+            here.report(word, f'the variable "{word.text}" stands twice in this list')
             continue
-        taken = {bound.variable.name for bound in (*scope.values(), *alternatives[0].values())}
-        name = vocabulary.names.free(word.text[1:], taken)
-        place = document.place(word)
-        choices = [(each,) for each in kinds] if split and kinds else [kinds]
+        taken = {symbol.name for symbol in (*here.scope.values(), *alternatives[0].values())}
+        name = here.vocabulary.names.free(word.text[1:], taken)
+        place = here.place(word)
+        choices: list[Kind] = [(each,) for each in types_of(kinds)] if split and kinds else [kinds]
         if len(alternatives) * len(choices) > _MOST_ALTERNATIVES:
-            document.report(word, "too many combinations of types (either …) in one list")
+            here.report(word, "too many combinations of types (either …) in one list")
             choices = choices[:1]
         alternatives = [
-            {**found, word.text: Bound(Variable(name, vocabulary.types.common(choice), place), choice)}
+            {
+                **found,
+                word.text: Symbol("variable", name, place, choice, type=here.vocabulary.types.common(choice)),
+            }
             for found in alternatives
             for choice in choices
         ]

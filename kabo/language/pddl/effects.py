@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction
-from kabo.language.foreign_vocabulary import NUMBER, Kinds
 from kabo.language.pddl.conditions import quantified_variables, read_condition
+from kabo.language.pddl.dialect import read_atom, read_number, read_term
 from kabo.language.pddl.forms import Form, Node
-from kabo.language.pddl.terms import Context, read_atom, read_number, read_term
+from kabo.language.resolver import NameResolver, one_of
 from kabo.language.tree_algebra import rebound
+from kabo.language.types import NUMBERS, Kind
 
 _CHANGES = {"increase": "+", "decrease": "-", "scale-up": "*", "scale-down": "/"}
 _REFUSED = {
@@ -25,7 +26,7 @@ Outcome = f.Literal | f.Comparison
 
 
 @dataclass(frozen=True)
-class Piece:
+class ConditionalEffect:
     """One outcome of an action.
 
     Attributes:
@@ -59,111 +60,108 @@ class Piece:
         return self.outcome.left.arguments
 
 
-def read_effects(context: Context, node: Node) -> list[Piece]:
+def read_effects(here: NameResolver, node: Node) -> list[ConditionalEffect]:
     """All pieces of an effect; those that are wrong are reported and left out."""
-    return list(_pieces(context, node, (), f.Truth(True)))
+    return list(_pieces(here, node, (), f.Truth(True)))
 
 
 def _pieces(
-    context: Context, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
+    here: NameResolver, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
     head = node.head if isinstance(node, Form) else ""
-    if isinstance(node, Form) and head not in context.vocabulary.predicates:
+    if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
         if head == "and" or not node.items:
             for part in node.rest:
-                yield from _pieces(context, part, variables, condition)
+                yield from _pieces(here, part, variables, condition)
             return
         if head == "forall":
-            for bound in quantified_variables(context, node):
+            for bound in quantified_variables(here, node):
                 more = tuple(each.variable for each in bound.values())
                 before = rebound(condition, {variable.name for variable in more})
-                yield from _pieces(context.inside(bound), node.items[2], variables + more, before)
+                yield from _pieces(here.inside(bound), node.items[2], variables + more, before)
             return
         if head == "when":
-            yield from _conditional(context, node, variables, condition)
+            yield from _conditional(here, node, variables, condition)
             return
         if head == "assign" or head in _CHANGES:
-            yield from _assignment(context, node, variables, condition)
+            yield from _assignment(here, node, variables, condition)
             return
         if head in _REFUSED:
-            context.report(node, f"{_REFUSED[head]} is not supported {context.where}")
+            here.report(node, f"{_REFUSED[head]} is not supported {here.where}")
             return
         if head == "=":
-            context.report(node, f'"=" is no effect {context.where}', "write (assign (f …) value)")
+            here.report(node, f'"=" is no effect {here.where}', "write (assign (f …) value)")
             return
-    yield from _literal(context, node, variables, condition)
+    yield from _literal(here, node, variables, condition)
 
 
 def _conditional(
-    context: Context, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
+    here: NameResolver, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
     if len(form.items) != 3:
-        context.report(form, 'expected "(when condition effect)"')
+        here.report(form, 'expected "(when condition effect)"')
         return
-    inner = read_condition(context, form.items[1])
-    both = f.Truth(True) if inner is None else conjunction([condition, inner], context.place(form))
-    pieces = list(_pieces(context, form.items[2], variables, both))
+    inner = read_condition(here, form.items[1])
+    both = f.Truth(True) if inner is None else conjunction([condition, inner], here.place(form))
+    pieces = list(_pieces(here, form.items[2], variables, both))
     if inner is not None:
         yield from (replace(piece, place=piece.place) for piece in pieces)
 
 
 def _literal(
-    context: Context, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
-    positive = not (
-        isinstance(node, Form) and node.head == "not" and node.head not in context.vocabulary.predicates
-    )
+    here: NameResolver, node: Node, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
+    positive = not (isinstance(node, Form) and node.head == "not" and not here.vocabulary.is_predicate("not"))
     inner = node
     if isinstance(node, Form) and not positive:
         if len(node.items) != 2:
-            context.report(node, f'"not" takes one atom, not {len(node.items) - 1}')
+            here.report(node, f'"not" takes one atom, not {len(node.items) - 1}')
             return
         inner = node.items[1]
-    atom = read_atom(context, inner)
+    atom = read_atom(here, inner)
     if atom is not None:
-        place = context.place(node)
-        yield Piece(variables, condition, f.Literal(atom, positive, place), False, place)
+        place = here.place(node)
+        yield ConditionalEffect(variables, condition, f.Literal(atom, positive, place), False, place)
 
 
 def _assignment(
-    context: Context, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
-) -> Iterator[Piece]:
+    here: NameResolver, form: Form, variables: tuple[f.Variable, ...], condition: f.Formula
+) -> Iterator[ConditionalEffect]:
     if len(form.items) != 3:
-        context.report(form, f'expected "({form.head} (f …) value)"')
+        here.report(form, f'expected "({form.head} (f …) value)"')
         return
-    left = read_term(context, form.items[1])
-    place = context.place(form)
+    left = read_term(here, form.items[1])
+    place = here.place(form)
     if left is None:
         return
-    term, kinds = left
+    term, kind = left
     if not isinstance(term, f.Application):
-        context.report(form.items[1], f'"{form.head}" changes the value of a function, expected one')
+        here.report(form.items[1], f'"{form.head}" changes the value of a function, expected one')
         return
-    right = _value(context, form, kinds)
+    right = _value(here, form, kind)
     if right is None:
         return
     changes = form.head in _CHANGES
     if changes:
         right = f.Arithmetic(_CHANGES[form.head], term, right, place)  # type: ignore[arg-type]
-    yield Piece(variables, condition, f.Comparison("=", term, right, place), changes, place)
+    yield ConditionalEffect(variables, condition, f.Comparison("=", term, right, place), changes, place)
 
 
-def _value(context: Context, form: Form, kinds: Kinds) -> f.Term | None:
+def _value(here: NameResolver, form: Form, kind: Kind) -> f.Term | None:
     """The right side of an assignment, of a type that the function's value may have."""
     node = form.items[2]
-    if kinds == (NUMBER,):
-        return read_number(context, node)
+    if kind == NUMBERS:
+        return read_number(here, node)
     if form.head in _CHANGES:
-        context.report(form, f'"{form.head}" changes numbers, "{context.document.text(form.items[1])}" is none')
+        here.report(form, f'"{form.head}" changes numbers, "{here.quote(form.items[1])}" is none')
         return None
     if node.head == "undefined" if isinstance(node, Form) else node.text == "undefined":
-        context.report(node, "a function without a value (undefined) is not supported")
+        here.report(node, "a function without a value (undefined) is not supported")
         return None
-    found = read_term(context, node)
+    found = read_term(here, node)
     if found is None:
         return None
-    if not context.vocabulary.types.fits(found[1], kinds):
-        wanted = " or ".join(kinds)
-        context.report(node, f'the value must be of type {wanted}, "{context.document.text(node)}" is not')
+    if not here.vocabulary.types.fits(found[1], kind):
+        here.report(node, f'the value must be of type {one_of(kind)}, "{here.quote(node)}" is not')
         return None
     return found[0]

@@ -15,7 +15,7 @@ _UNPRINTABLE = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 
 
 @dataclass(eq=False, slots=True)
-class Word:
+class Token:
     """A word in lower case: a name, a variable, a keyword or a number."""
 
     text: str
@@ -31,7 +31,7 @@ class Word:
 class Form:
     """What stands between a pair of parentheses."""
 
-    items: list["Word | Form"]
+    items: list["Token | Form"]
     start: int
     end: int
 
@@ -39,15 +39,15 @@ class Form:
     def head(self) -> str:
         """The first word; empty if there is none."""
         first = self.items[0] if self.items else None
-        return first.text if isinstance(first, Word) else ""
+        return first.text if isinstance(first, Token) else ""
 
     @property
-    def rest(self) -> list["Word | Form"]:
+    def rest(self) -> list["Token | Form"]:
         """What follows the first item."""
         return self.items[1:]
 
 
-Node = Word | Form
+Node = Token | Form
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +100,7 @@ def read_forms(source: SourceFile, findings: Findings) -> Document | None:
             opened.pop().end = start + 1
             items = opened[-1].items if opened else outermost
         else:
-            items.append(Word(text.lower(), start))
+            items.append(Token(text.lower(), start))
     if opened:
         hint = "the file ends before it is closed" if len(opened) == 1 else f"{len(opened)} are open at the end"
         findings.add(source.place(opened[-1].start), "this parenthesis is never closed", hint)
@@ -110,7 +110,7 @@ def read_forms(source: SourceFile, findings: Findings) -> Document | None:
 
 def _document(source: SourceFile, findings: Findings, nodes: list[Node]) -> Document | None:
     for node in nodes:
-        if isinstance(node, Word):
+        if isinstance(node, Token):
             word = _UNPRINTABLE.sub("�", node.text[:40])
             findings.add(source.place(node.start, node.end), f'unexpected "{word}", expected "(define …"')
             return None

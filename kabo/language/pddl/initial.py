@@ -10,10 +10,12 @@ from itertools import product
 from typing import Literal
 
 from kabo.language import formulas as f
-from kabo.language.foreign_vocabulary import NUMBER, Signature, Vocabulary
 from kabo.language.pddl.conditions import read_condition
+from kabo.language.pddl.dialect import read_term
 from kabo.language.pddl.forms import Form, Node
-from kabo.language.pddl.terms import Context, read_term
+from kabo.language.resolver import NameResolver, one_of
+from kabo.language.types import NUMBERS
+from kabo.language.vocabulary import Symbol, Vocabulary
 
 _FACTS_AT_ONCE = 100
 _MOST_CLAUSES = 1000
@@ -35,12 +37,12 @@ class Initial:
         return {atom.predicate for atom in self.unknown}
 
 
-def read_initial(context: Context, section: Form | None) -> Initial:
+def read_initial(here: NameResolver, section: Form | None) -> Initial:
     """What `(:init …)` says: a plain list, or one `(and …)`."""
     initial = Initial()
     members: list[f.Literal] = []
     for node in [] if section is None else section.rest:
-        _read_entry(context, initial, node, members)
+        _read_entry(here, initial, node, members)
     for literal in members:
         if literal.atom not in initial.facts:
             initial.unknown.setdefault(literal.atom, literal)
@@ -48,58 +50,58 @@ def read_initial(context: Context, section: Form | None) -> Initial:
         if atom in initial.facts and literal.place is not None:
             truth = "true" if initial.facts[atom].positive else "false"
             message = f"this atom is said to be unknown, and to be {truth}"
-            context.document.findings.add(literal.place, message, _other(initial.facts[atom]))
+            here.findings.add(literal.place, message, _other(initial.facts[atom]))
     return initial
 
 
-def _read_entry(context: Context, initial: Initial, node: Node, members: list[f.Literal]) -> None:
+def _read_entry(here: NameResolver, initial: Initial, node: Node, members: list[f.Literal]) -> None:
     head = node.head if isinstance(node, Form) else ""
-    if isinstance(node, Form) and head not in context.vocabulary.predicates:
+    if isinstance(node, Form) and not here.vocabulary.is_predicate(head):
         if head == "and" or not node.items:
             for part in node.rest:
-                _read_entry(context, initial, part, members)
+                _read_entry(here, initial, part, members)
             return
         read = {"oneof": _oneof, "or": _or, "imply": _or, "unknown": _unknown, "=": _value}.get(head)
         if read is not None:
-            read(context, initial, node, members)
+            read(here, initial, node, members)
             return
         if head == "not" and len(node.items) == 2 and _head(node.items[1]) in ("and", "or", "imply", "not"):
-            _or(context, initial, node, members)
+            _or(here, initial, node, members)
             return
         if head in ("forall", "exists", "when", "<", ">", "<=", ">=", "probabilistic"):
-            context.report(node, f'"{head}" is not supported {context.where}')
+            here.report(node, f'"{head}" is not supported {here.where}')
             return
     if head == "at" and isinstance(node, Form) and len(node.items) == 3 and isinstance(node.items[2], Form):
-        context.report(node, f"a fact at a later time (at t …) is not supported {context.where}")
+        here.report(node, f"a fact at a later time (at t …) is not supported {here.where}")
         return
-    literal = _literal(context, node)
+    literal = _literal(here, node)
     if literal is not None:
-        _add_fact(context, initial, node, literal)
+        _add_fact(here, initial, node, literal)
 
 
 def _head(node: Node) -> str:
     return node.head if isinstance(node, Form) else ""
 
 
-def _literal(context: Context, node: Node) -> f.Literal | None:
+def _literal(here: NameResolver, node: Node) -> f.Literal | None:
     """A ground literal."""
-    formula = read_condition(context, node)
+    formula = read_condition(here, node)
     if formula is None:
         return None
     if isinstance(formula, f.Know) and isinstance(formula.claim, f.Literal):
         arguments = formula.claim.atom.arguments
         if all(isinstance(argument, f.Constant) for argument in arguments):
             return formula.claim
-        context.report(node, f"only objects may be arguments {context.where}")
+        here.report(node, f"only objects may be arguments {here.where}")
         return None
-    context.report(node, f'unexpected "{context.document.text(node)}" {context.where}, expected an atom')
+    here.report(node, f'unexpected "{here.quote(node)}" {here.where}, expected an atom')
     return None
 
 
-def _add_fact(context: Context, initial: Initial, node: Node, literal: f.Literal) -> None:
+def _add_fact(here: NameResolver, initial: Initial, node: Node, literal: f.Literal) -> None:
     earlier = initial.facts.setdefault(literal.atom, literal)
     if earlier.positive != literal.positive:
-        context.report(node, f'"{context.document.text(node)}" contradicts what stands before', _other(earlier))
+        here.report(node, f'"{here.quote(node)}" contradicts what stands before', _other(earlier))
 
 
 def _other(earlier: f.Claim) -> str | None:
@@ -108,49 +110,50 @@ def _other(earlier: f.Claim) -> str | None:
     return None if place is None else f"remove this one, or the one at {place.file}:{place.line}:{place.column}"
 
 
-def _unknown(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+def _unknown(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
     if len(form.items) < 2:
-        context.report(form, 'expected "(unknown (p …))"')
+        here.report(form, 'expected "(unknown (p …))"')
     for node in form.rest:
-        literal = _literal(context, node)
+        literal = _literal(here, node)
         if literal is not None:
             initial.unknown.setdefault(literal.atom, literal)
 
 
-def _oneof(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+def _oneof(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
     conjunctions: list[list[f.Literal]] = []
     for node in form.rest:
-        both = _head(node) == "and" and "and" not in context.vocabulary.predicates
-        if _head(node) in ("or", "oneof", "imply") and _head(node) not in context.vocabulary.predicates:
-            context.report(node, f'"{_head(node)}" inside of (oneof …) is not supported {context.where}')
+        both = _head(node) == "and" and not here.vocabulary.is_predicate("and")
+        if _head(node) in ("or", "oneof", "imply") and not here.vocabulary.is_predicate(_head(node)):
+            here.report(node, f'"{_head(node)}" inside of (oneof …) is not supported {here.where}')
             return
-        literals = [_literal(context, part) for part in (node.rest if both and isinstance(node, Form) else [node])]
+        literals = [_literal(here, part) for part in (node.rest if both and isinstance(node, Form) else [node])]
         whole = list(dict.fromkeys(literal for literal in literals if literal is not None))
         if None in literals or not whole:
             return
         if whole not in conjunctions:
             conjunctions.append(whole)
     if not conjunctions:
-        context.report(form, f"(oneof) has no members {context.where}")
+        here.report(form, f"(oneof) has no members {here.where}")
     elif len(conjunctions) == 1:
         for literal in conjunctions[0]:
-            _add_fact(context, initial, form, literal)
+            _add_fact(here, initial, form, literal)
     else:
-        whole = [_case(context, initial, form, each, members) for each in conjunctions]
+        whole = [_case(here, initial, form, each, members) for each in conjunctions]
         members += whole
-        initial.exactly_one.append(f.Change("add", "Kx", tuple(whole), context.place(form)))
+        initial.exactly_one.append(f.Change("add", "Kx", tuple(whole), here.place(form)))
 
 
 def _case(
-    context: Context, initial: Initial, form: Form, parts: list[f.Literal], members: list[f.Literal]
+    here: NameResolver, initial: Initial, form: Form, parts: list[f.Literal], members: list[f.Literal]
 ) -> f.Literal:
     """A literal that holds where all of the parts do: the only one, or an atom of its own, tied to them by clauses."""
     if len(parts) == 1:
         return parts[0]
-    vocabulary, place = context.vocabulary, context.place(form)
-    name = f"case-{1 + sum(each.startswith('case-') for each in vocabulary.predicates)}"
-    vocabulary.predicates[name] = Signature(vocabulary.names.take(name), name, (), None, place)
-    case = f.Literal(f.Atom(vocabulary.predicates[name].name, (), place), True, place)
+    vocabulary, place = here.vocabulary, here.place(form)
+    name = f"case-{1 + sum(each.startswith('case-') for each in vocabulary.written('predicate'))}"
+    symbol = Symbol("predicate", vocabulary.names.take(name), place, original=name)
+    vocabulary.symbols[name] = symbol
+    case = f.Literal(f.Atom(symbol.name, (), place), True, place)
     opposites = [replace(part, positive=not part.positive) for part in parts]
     clauses = [(replace(case, positive=False), part) for part in parts]
     for clause in [*clauses, (case, *opposites)]:
@@ -159,25 +162,25 @@ def _case(
     return case
 
 
-def _or(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
-    formula = read_condition(context, form)
+def _or(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+    formula = read_condition(here, form)
     if formula is None:
         return
-    place = context.place(form)
+    place = here.place(form)
     try:
         clauses = list(_clauses(formula))
     except _TooMany:
-        context.report(form, f"this disjunction has more than {_MOST_CLAUSES} clauses {context.where}")
+        here.report(form, f"this disjunction has more than {_MOST_CLAUSES} clauses {here.where}")
         return
     except _NoClause as error:
-        context.report(form, f"{error} inside of a disjunction is not supported {context.where}")
+        here.report(form, f"{error} inside of a disjunction is not supported {here.where}")
         return
     for clause in clauses:
         literals = tuple(dict.fromkeys(clause))
         if any(replace(each, positive=not each.positive) in literals for each in literals):
             continue  # always true
         if len(literals) == 1:
-            _add_fact(context, initial, form, literals[0])
+            _add_fact(here, initial, form, literals[0])
         else:
             members.extend(literals)
             initial.at_least_one.append(f.Change("add", "Kor", literals, place))
@@ -212,34 +215,34 @@ def _clauses(formula: f.Formula) -> list[tuple[f.Literal, ...]]:
     return [tuple(literal for clause in combination for literal in clause) for combination in product(*sides)]
 
 
-def _value(context: Context, initial: Initial, form: Form, members: list[f.Literal]) -> None:
+def _value(here: NameResolver, initial: Initial, form: Form, members: list[f.Literal]) -> None:
     """`(= (f a) 3)` or `(= (f a) b)`."""
     if len(form.items) != 3:
-        context.report(form, f'"=" compares two things, not {len(form.items) - 1}')
+        here.report(form, f'"=" compares two things, not {len(form.items) - 1}')
         return
-    left, right = read_term(context, form.items[1]), read_term(context, form.items[2])
+    left, right = read_term(here, form.items[1]), read_term(here, form.items[2])
     if left is None or right is None:
         return
     term, value = left[0], right[0]
     ground = isinstance(term, f.Application) and all(isinstance(each, f.Constant) for each in term.arguments)
     if not (ground and isinstance(term, f.Application) and isinstance(value, f.Constant | f.Number)):
-        context.report(form, f'expected "(= (function object …) value)" {context.where}')
-    elif not context.vocabulary.types.fits(right[1], left[1]) and NUMBER not in (*left[1], *right[1]):
-        context.report(form.items[2], f"the value must be of type {' or '.join(left[1])}")
-    elif left[1] != right[1] and NUMBER in (*left[1], *right[1]):
-        context.report(form.items[2], "a number is compared with an object")
+        here.report(form, f'expected "(= (function object …) value)" {here.where}')
+    elif NUMBERS not in (left[1], right[1]) and not here.vocabulary.types.fits(right[1], left[1]):
+        here.report(form.items[2], f"the value must be of type {one_of(left[1])}")
+    elif NUMBERS in (left[1], right[1]) and left[1] != right[1]:
+        here.report(form.items[2], "a number is compared with an object")
     else:
-        known = f.Comparison("=", term, value, context.place(form))
+        known = f.Comparison("=", term, value, here.place(form))
         earlier = initial.values.setdefault(term, known)
         if earlier != known:
-            message = f'"{context.document.text(form)}" contradicts what stands before'
-            context.report(form, message, _other(earlier))
+            message = f'"{here.quote(form)}" contradicts what stands before'
+            here.report(form, message, _other(earlier))
 
 
 # -------------------------------------------------------------------------------------------------------- building
 def build_initial(vocabulary: Vocabulary, initial: Initial, left_out: str | None) -> tuple[f.Effect, ...]:
     """The initial updates, applied one after the other; `left_out` is a function that is only a cost."""
-    effects: list[f.Effect] = [_all_false(vocabulary, each) for each in vocabulary.predicates.values()]
+    effects: list[f.Effect] = [_all_false(vocabulary, each) for each in vocabulary.all_of("predicate")]
     forgotten = [f.Literal(atom, False, literal.place) for atom, literal in initial.unknown.items()]
     effects += _together("del", forgotten)
     effects += _together("add", [each for each in initial.facts.values() if each.positive])
@@ -248,15 +251,15 @@ def build_initial(vocabulary: Vocabulary, initial: Initial, left_out: str | None
     return (*effects, *initial.exactly_one, *initial.at_least_one)
 
 
-def _all_false(vocabulary: Vocabulary, signature: Signature) -> f.Effect:
+def _all_false(vocabulary: Vocabulary, symbol: Symbol) -> f.Effect:
     variables: list[f.Variable] = []
-    for number, kinds in enumerate(signature.arguments):
+    for number, kind in enumerate(symbol.arguments):
         letter = _LETTERS[number % len(_LETTERS)]
         name = vocabulary.names.free(letter, [variable.name for variable in variables])
-        variables.append(f.Variable(name, vocabulary.types.common(kinds), signature.place))
-    atom = f.Atom(signature.name, tuple(variables), signature.place)
-    change = f.Change("add", "Kf", (f.Literal(atom, False, signature.place),), signature.place)
-    return f.ForEach(tuple(variables), (change,), signature.place) if variables else change
+        variables.append(f.Variable(name, vocabulary.types.common(kind), symbol.place))
+    atom = f.Atom(symbol.name, tuple(variables), symbol.place)
+    change = f.Change("add", "Kf", (f.Literal(atom, False, symbol.place),), symbol.place)
+    return f.ForEach(tuple(variables), (change,), symbol.place) if variables else change
 
 
 def _together(operation: Literal["add", "del"], facts: Sequence[f.Claim]) -> Iterator[f.Change]:

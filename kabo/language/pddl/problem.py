@@ -5,18 +5,20 @@ from collections.abc import Iterable, Mapping
 from kabo.language import formulas as f
 from kabo.language.definitions import Definition
 from kabo.language.findings import Findings
-from kabo.language.foreign_vocabulary import NUMBER, Vocabulary
 from kabo.language.names import Names
-from kabo.language.pddl.actions import Schema, Surmise, build_action, read_action
+from kabo.language.pddl.actions import ActionSchema, Surmise, build_action, read_action
 from kabo.language.pddl.conditions import read_condition
 from kabo.language.pddl.declarations import read_functions, read_objects, read_predicates, read_types
-from kabo.language.pddl.forms import Form, Node, Word, read_forms
+from kabo.language.pddl.dialect import resolver_of
+from kabo.language.pddl.forms import Form, Node, Token, read_forms
 from kabo.language.pddl.initial import Initial, build_initial, read_initial
 from kabo.language.pddl.sections import PddlDefinition, definitions_of
-from kabo.language.pddl.terms import Context
 from kabo.language.problem import Domain, Problem
+from kabo.language.resolver import NameResolver
 from kabo.language.source import SourceFile
 from kabo.language.tree_algebra import nodes, symbols
+from kabo.language.types import NUMBERS
+from kabo.language.vocabulary import Vocabulary
 
 
 class Pddl:
@@ -50,23 +52,23 @@ def read_pddl(
     vocabulary = Vocabulary(findings)
     _declare(vocabulary, domain)
     if problem is not None:
-        read_objects(problem.document, vocabulary, problem.first(":objects"), "an object")
+        read_objects(resolver_of(problem.document, vocabulary, ""), problem.first(":objects"), "an object")
     schemas = _schemas(vocabulary, domain)
     if problem is None:
         _build(vocabulary, domain, schemas, Surmise(vocabulary, may_be_unknown(schemas, set())))
         return None
-    at_start = Context(problem.document, vocabulary, "in :init")
+    at_start = resolver_of(problem.document, vocabulary, "in :init")
     initial = read_initial(at_start, _required(problem, ":init"))
-    goal = _goal(Context(problem.document, vocabulary, "in :goal"), _required(problem, ":goal"))
+    goal = _goal(resolver_of(problem.document, vocabulary, "in :goal"), _required(problem, ":goal"))
     unknown = may_be_unknown(schemas, initial.unknown_symbols())
-    cost = _cost(Context(problem.document, vocabulary, "in :metric"), problem.first(":metric"))
+    cost = _cost(resolver_of(problem.document, vocabulary, "in :metric"), problem.first(":metric"))
     only = cost is not None and not _asks_for(cost, schemas, goal)
     surmise = Surmise(vocabulary, frozenset(unknown), cost, only)
     built = _build(vocabulary, domain, schemas, surmise)
     vocabulary.report_renamed()
     _warn_of_disjunctions(at_start, schemas, goal, surmise)
     _check_values(vocabulary, initial, problem)
-    objects = dict(vocabulary.objects.values())
+    objects = vocabulary.types_of_objects()
     effects = build_initial(vocabulary, initial, cost if only else None)
     if only:
         built.functions.pop(cost or "")  # type: ignore[attr-defined]
@@ -75,11 +77,11 @@ def read_pddl(
 
 
 def _declare(vocabulary: Vocabulary, domain: PddlDefinition) -> None:
-    document = domain.document
-    read_types(document, vocabulary, domain.first(":types"))
-    read_predicates(document, vocabulary, domain.first(":predicates"))
-    read_functions(document, vocabulary, domain.first(":functions"))
-    read_objects(document, vocabulary, domain.first(":constants"), "a constant")
+    here = resolver_of(domain.document, vocabulary, "")
+    read_types(here, domain.first(":types"))
+    read_predicates(here, domain.first(":predicates"))
+    read_functions(here, domain.first(":functions"))
+    read_objects(here, domain.first(":constants"), "a constant")
 
 
 def _required(problem: PddlDefinition, keyword: str) -> Form | None:
@@ -89,11 +91,11 @@ def _required(problem: PddlDefinition, keyword: str) -> Form | None:
     return section
 
 
-def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[Schema]:
+def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[ActionSchema]:
     names, seen, schemas = Names(), set(), []
     for form in domain.actions:
         word = form.items[1]
-        assert isinstance(word, Word)
+        assert isinstance(word, Token)
         if word.text in seen:
             domain.document.report(word, f'the action "{word.text}" is defined twice')
             continue
@@ -102,17 +104,18 @@ def _schemas(vocabulary: Vocabulary, domain: PddlDefinition) -> list[Schema]:
     return schemas
 
 
-def _build(vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[Schema], surmise: Surmise) -> Domain:
+def _build(
+    vocabulary: Vocabulary, domain: PddlDefinition, schemas: list[ActionSchema], surmise: Surmise
+) -> Domain:
     actions = {schema.name: build_action(schema, surmise) for schema in schemas}
     mentioned = {node.name for node in nodes(tuple(actions.values())) if isinstance(node, f.Constant)}
     constants = {}
-    for original, (name, kind) in vocabulary.objects.items():  # an object that an action names is one as well
-        place = vocabulary.places[original]
-        if name in mentioned or (place is not None and _is_constant(domain, place)):
-            constants[name] = kind
+    for each in vocabulary.objects.values():  # an object that an action names is one as well
+        if each.name in mentioned or (each.place is not None and _is_constant(domain, each.place)):
+            constants[each.name] = each.type
     return Domain(
-        Names().take(domain.name), vocabulary.types.in_order(), constants, vocabulary.kabo_predicates(),
-        vocabulary.kabo_functions(), (), actions, domain.document.source.path, worldly=True,
+        Names().take(domain.name), vocabulary.types.in_order(), constants, vocabulary.predicates_of_domain(),
+        vocabulary.functions_of_domain(), (), actions, domain.document.source.path, worldly=True,
     )  # fmt: skip
 
 
@@ -128,7 +131,7 @@ def _position(place: f.Place) -> tuple[int, int]:
     return place.line, place.column
 
 
-def may_be_unknown(schemas: Iterable[Schema], from_start: set[str]) -> frozenset[str]:
+def may_be_unknown(schemas: Iterable[ActionSchema], from_start: set[str]) -> frozenset[str]:
     """The predicates and functions of which something may be unknown: at the start, or made so by an effect.
 
     An effect makes its outcome unknown if its condition is about what may be.
@@ -150,12 +153,12 @@ def may_be_unknown(schemas: Iterable[Schema], from_start: set[str]) -> frozenset
 
 
 # ------------------------------------------------------------------------------------------------- goal and metric
-def _goal(context: Context, section: Form | None) -> tuple[f.Formula, ...]:
+def _goal(here: NameResolver, section: Form | None) -> tuple[f.Formula, ...]:
     if section is None:
         return ()
     if len(section.items) != 2:
-        context.report(section, f"a goal is one condition, not {len(section.items) - 1}", "join them: (and …)")
-    parts = [read_condition(context, node) for node in section.rest]
+        here.report(section, f"a goal is one condition, not {len(section.items) - 1}", "join them: (and …)")
+    parts = [read_condition(here, node) for node in section.rest]
     flat = [each for part in parts if part is not None for each in _conjuncts(part)]
     return tuple(flat)
 
@@ -164,28 +167,28 @@ def _conjuncts(formula: f.Formula) -> tuple[f.Formula, ...]:
     return formula.parts if isinstance(formula, f.And) else (formula,)
 
 
-def _cost(context: Context, section: Form | None) -> str | None:
+def _cost(here: NameResolver, section: Form | None) -> str | None:
     """The function (by kabo's name) whose value at the end is to be minimised."""
     if section is None:
         return None
     sense = section.items[1] if len(section.items) == 3 else None
-    if not isinstance(sense, Word) or sense.text not in ("minimize", "maximize"):
-        context.report(section, 'expected "(:metric minimize (total-cost))"')
+    if not isinstance(sense, Token) or sense.text not in ("minimize", "maximize"):
+        here.report(section, 'expected "(:metric minimize (total-cost))"')
         return None
     what: Node = section.items[2]
     head = what.head if isinstance(what, Form) and len(what.items) == 1 else getattr(what, "text", "")
-    signature = context.vocabulary.functions.get(head)
+    function = here.vocabulary.function(head)
     if sense.text == "maximize":
-        context.report(sense, 'only "minimize" is supported: kabo\'s costs are added up')
-    elif signature is None or signature.arguments or signature.value != (NUMBER,):
+        here.report(sense, 'only "minimize" is supported: kabo\'s costs are added up')
+    elif function is None or function.arguments or function.kind != NUMBERS:
         hint = "an action's cost is what it adds to a function without arguments, such as (total-cost)"
-        context.report(what, f'the metric "{context.document.text(what)}" is not supported', hint)
+        here.report(what, f'the metric "{here.quote(what)}" is not supported', hint)
     else:
-        return signature.name
+        return function.name
     return None
 
 
-def _asks_for(symbol: str, schemas: Iterable[Schema], goal: tuple[f.Formula, ...]) -> bool:
+def _asks_for(symbol: str, schemas: Iterable[ActionSchema], goal: tuple[f.Formula, ...]) -> bool:
     """Whether a condition or another function's value reads the symbol."""
     if symbol in symbols(goal):
         return True
@@ -199,21 +202,21 @@ def _asks_for(symbol: str, schemas: Iterable[Schema], goal: tuple[f.Formula, ...
 
 # ---------------------------------------------------------------------------------------------------------- checks
 def _warn_of_disjunctions(
-    context: Context, schemas: Iterable[Schema], goal: tuple[f.Formula, ...], surmise: Surmise
+    here: NameResolver, schemas: Iterable[ActionSchema], goal: tuple[f.Formula, ...], surmise: Surmise
 ) -> None:
     """Warns of conditions that ask for more knowledge than PDDL does: `a or b` may be known when neither is."""
     message = "of what may be unknown, one part must be known here: PDDL asks only that some part holds"
     for formula in [*(each for schema in schemas for each in schema.preconditions), *goal]:
         waiting = [formula]
         while waiting:
-            here = waiting.pop()
-            if isinstance(here, f.Or | f.Exists) and not surmise.known(here):
-                if here.place is not None:
-                    context.document.findings.add(here.place, message, None, warning=True)
-            elif isinstance(here, f.And):
-                waiting.extend(here.parts)
-            elif isinstance(here, f.Forall):
-                waiting.append(here.body)
+            part = waiting.pop()
+            if isinstance(part, f.Or | f.Exists) and not surmise.known(part):
+                if part.place is not None:
+                    here.findings.add(part.place, message, None, warning=True)
+            elif isinstance(part, f.And):
+                waiting.extend(part.parts)
+            elif isinstance(part, f.Forall):
+                waiting.append(part.body)
 
 
 def _check_values(vocabulary: Vocabulary, initial: Initial, problem: PddlDefinition) -> None:
@@ -221,20 +224,14 @@ def _check_values(vocabulary: Vocabulary, initial: Initial, problem: PddlDefinit
     given: dict[str, int] = {}
     for term in initial.values:
         given[term.function] = given.get(term.function, 0) + 1
-    for signature in vocabulary.functions.values():
-        if signature.value == (NUMBER,):
+    sorts = vocabulary.types_of_objects().values()
+    for function in vocabulary.all_of("function"):
+        if function.kind == NUMBERS:
             continue
         needed = 1
-        for kinds in signature.arguments:
-            instances = [
-                name
-                for name, kind in vocabulary.objects.values()
-                if kind and vocabulary.types.fits((kind,), kinds)
-            ]
-            needed *= len(instances)
-        if given.get(signature.name, 0) < needed:
-            message = (
-                f'"{signature.original}" has a value for {given.get(signature.name, 0)} of {needed} instances'
-            )
+        for kind in function.arguments:
+            needed *= sum(1 for sort in sorts if sort and vocabulary.types.fits((sort,), kind))
+        if given.get(function.name, 0) < needed:
+            message = f'"{function.written}" has a value for {given.get(function.name, 0)} of {needed} instances'
             hint = "give every one a value in :init; a function without a value (undefined) is not supported"
             problem.document.report(problem.first(":init") or problem.named_at, message, hint)

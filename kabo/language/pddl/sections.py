@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from kabo.language.formulas import Place
-from kabo.language.pddl.forms import Document, Form, Word
+from kabo.language.pddl.forms import Document, Form, Token
 from kabo.language.source import SourceFile
 
 DOMAIN_SECTIONS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":action")
@@ -42,7 +42,7 @@ class PddlDefinition:
 
     kind: str  # "domain" or "problem"
     name: str
-    named_at: Word | Form
+    named_at: Token | Form
     document: Document
     sections: dict[str, Form] = field(default_factory=dict)
     actions: list[Form] = field(default_factory=list)
@@ -62,7 +62,7 @@ class PddlDefinition:
         """The domain that a problem names, and where."""
         section = self.first(":domain")
         word = None if section is None or len(section.items) != 2 else section.items[1]
-        return (word.text, self.document.place(word)) if isinstance(word, Word) else None
+        return (word.text, self.document.place(word)) if isinstance(word, Token) else None
 
     def first(self, keyword: str) -> Form | None:
         """The section with the keyword, if there is one."""
@@ -99,13 +99,13 @@ def _definition(document: Document, form: Form) -> PddlDefinition | None:
     return definition
 
 
-def _sort_in(definition: PddlDefinition, section: Word | Form) -> None:
+def _sort_in(definition: PddlDefinition, section: Token | Form) -> None:
     document = definition.document
     allowed = DOMAIN_SECTIONS if definition.kind == "domain" else PROBLEM_SECTIONS
     if not isinstance(section, Form) or not section.head:
         document.report(section, f'unexpected "{document.text(section)}" in a {definition.kind}')
     elif section.head == ":action" and definition.kind == "domain":
-        if len(section.items) < 2 or not isinstance(section.items[1], Word):
+        if len(section.items) < 2 or not isinstance(section.items[1], Token):
             document.report(section, "an action needs a name")
         else:
             definition.actions.append(section)
@@ -126,7 +126,7 @@ def _sort_in(definition: PddlDefinition, section: Word | Form) -> None:
 def _check_requirements(document: Document, section: Form) -> None:
     """Requirements demand nothing: only those that would give the rest another meaning are refused."""
     for word in section.rest:
-        text = word.text if isinstance(word, Word) else ""
+        text = word.text if isinstance(word, Token) else ""
         if text in _OTHER_MEANING:
             document.report(word, f'the requirement "{text}" is not supported: {_OTHER_MEANING[text]}')
         elif text not in _REQUIREMENTS:

@@ -6,15 +6,15 @@ from itertools import product
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction
-from kabo.language.pddl.effects import Piece
-from kabo.language.pddl.terms import Context
+from kabo.language.pddl.effects import ConditionalEffect
+from kabo.language.resolver import NameResolver
 from kabo.language.tree_algebra import renaming, substituted, symbols, variable_names
 
 _MOST_CASES = 64
 
 
 @dataclass(frozen=True)
-class Case:
+class Disjunct:
     """One way in which a condition holds: for some variables, with what is known and with claims of the world."""
 
     variables: tuple[f.Variable, ...] = ()
@@ -22,21 +22,23 @@ class Case:
     claims: tuple[f.Claim, ...] = ()
 
 
-class _Inexpressible(Exception):
+class _CannotBeAsked(Exception):
     """A condition about what may be unknown that no `when` can ask for; says why."""
 
 
-def updates_of(context: Context, pieces: list[Piece], known: Callable[[object], bool]) -> tuple[f.Effect, ...]:
+def updates_of(
+    here: NameResolver, pieces: list[ConditionalEffect], known: Callable[[object], bool]
+) -> tuple[f.Effect, ...]:
     """The updates, in the order of the pieces; neighbours under the same condition are one."""
     updates: list[f.Effect] = []
     for group in _groups(pieces):
-        updates.extend(_updates(context, group, known))
+        updates.extend(_updates(here, group, known))
     return tuple(updates)
 
 
-def _groups(pieces: list[Piece]) -> Iterator[list[Piece]]:
+def _groups(pieces: list[ConditionalEffect]) -> Iterator[list[ConditionalEffect]]:
     """Neighbours that differ in their outcomes only."""
-    group: list[Piece] = []
+    group: list[ConditionalEffect] = []
     for piece in pieces:
         if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
             yield group
@@ -46,7 +48,9 @@ def _groups(pieces: list[Piece]) -> Iterator[list[Piece]]:
         yield group
 
 
-def _updates(context: Context, group: list[Piece], known: Callable[[object], bool]) -> Iterator[f.Effect]:
+def _updates(
+    here: NameResolver, group: list[ConditionalEffect], known: Callable[[object], bool]
+) -> Iterator[f.Effect]:
     first = group[0]
     outcomes = tuple(piece.outcome for piece in group)
     if first.condition == f.Truth(False):
@@ -57,12 +61,12 @@ def _updates(context: Context, group: list[Piece], known: Callable[[object], boo
     refused = next((piece for piece in group if not _may_follow(piece.outcome)), None)
     if refused is not None:
         message = "a number or computed value that changes depending on what may be unknown is not supported"
-        _report(context, refused, f"{message} {context.where}")
+        _report(here, refused, f"{message} {here.where}")
         return
     try:
         cases = list(_cases(first.condition, known))
-    except _Inexpressible as reason:
-        _report(context, first, f"the condition of this effect {reason} {context.where}")
+    except _CannotBeAsked as reason:
+        _report(here, first, f"the condition of this effect {reason} {here.where}")
         return
     for case in cases:
         if known(case.claims):  # in this case nothing is unknown
@@ -89,32 +93,32 @@ def _conditional(condition: f.Formula, update: f.Change | f.WorldEffect) -> f.Ef
     return f.Conditional(condition, (update,), update.place)
 
 
-def _quantified(variables: tuple[f.Variable, ...], effect: f.Effect, piece: Piece) -> f.Effect:
+def _quantified(variables: tuple[f.Variable, ...], effect: f.Effect, piece: ConditionalEffect) -> f.Effect:
     return f.ForEach(variables, (effect,), piece.place) if variables else effect
 
 
 # ----------------------------------------------------------------------------------------------------------- cases
-def _cases(formula: f.Formula, known: Callable[[object], bool]) -> Iterator[Case]:
+def _cases(formula: f.Formula, known: Callable[[object], bool]) -> Iterator[Disjunct]:
     """The cases of a condition of which something may be unknown.
 
     A disjunction gives one effect for each part, `exists` one for each instance: in the world it is the same.
     """
     if isinstance(formula, f.Know):
         if _is_claim(formula.claim):
-            yield Case((), (), (formula.claim,))
+            yield Disjunct((), (), (formula.claim,))
         elif known(formula):
-            yield Case((), (formula,))
+            yield Disjunct((), (formula,))
         else:
-            raise _Inexpressible("compares a value that may be unknown, which is not supported")
+            raise _CannotBeAsked("compares a value that may be unknown, which is not supported")
     elif known(formula):
-        yield Case((), (formula,))
+        yield Disjunct((), (formula,))
     elif isinstance(formula, f.And):
         sides = [list(_cases(part, known)) for part in formula.parts]
         count = 1
         for side in sides:
             count *= len(side)
         if count > _MOST_CASES:
-            raise _Inexpressible(f"has {count} cases, more than {_MOST_CASES}")
+            raise _CannotBeAsked(f"has {count} cases, more than {_MOST_CASES}")
         for combination in product(*sides):
             yield _joined(combination)
     elif isinstance(formula, f.Or):
@@ -122,10 +126,10 @@ def _cases(formula: f.Formula, known: Callable[[object], bool]) -> Iterator[Case
             yield from _cases(part, known)
     elif isinstance(formula, f.Exists):
         for case in _cases(formula.body, known):
-            yield Case(formula.variables + case.variables, case.guard, case.claims)
+            yield Disjunct(formula.variables + case.variables, case.guard, case.claims)
     else:
         unknown = ", ".join(sorted(name for name in symbols(formula) if not known(f.Atom(name))))
-        raise _Inexpressible(f"says (forall …) of what may be unknown ({unknown}), which is not supported")
+        raise _CannotBeAsked(f"says (forall …) of what may be unknown ({unknown}), which is not supported")
 
 
 def _is_claim(claim: f.Claim) -> bool:
@@ -136,19 +140,19 @@ def _is_claim(claim: f.Claim) -> bool:
     return claim.operator == "=" and isinstance(claim.left, f.Application) and fixed
 
 
-def _joined(cases: tuple[Case, ...]) -> Case:
+def _joined(cases: tuple[Disjunct, ...]) -> Disjunct:
     """All of the cases at once; each keeps variables of its own."""
-    whole = Case()
+    whole = Disjunct()
     for case in cases:
         used = variable_names((whole.variables, whole.guard, whole.claims))
         own = renaming(case.variables, used, used | variable_names((case.variables, case.guard, case.claims)))
         variables = tuple(own.get(variable.name, variable) for variable in case.variables)
         guard, claims = substituted(case.guard, own), substituted(case.claims, own)
         claims = tuple(dict.fromkeys(whole.claims + claims))
-        whole = Case(whole.variables + variables, whole.guard + guard, claims)
+        whole = Disjunct(whole.variables + variables, whole.guard + guard, claims)
     return whole
 
 
-def _report(context: Context, piece: Piece, message: str) -> None:
-    place = piece.place or f.Place(context.document.source.name, 1, 1)
-    context.document.findings.add(place, message)
+def _report(here: NameResolver, piece: ConditionalEffect, message: str) -> None:
+    place = piece.place or f.Place(here.source.name, 1, 1)
+    here.findings.add(place, message)

@@ -9,41 +9,48 @@ from dataclasses import replace
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction
-from kabo.language.foreign_vocabulary import NUMBER, Bound
+from kabo.language.expressions import Expression
 from kabo.language.names import Names
+from kabo.language.pks.dialect import bind
 from kabo.language.pks.effects import read_effects
-from kabo.language.pks.expressions import Broken, Expression, place_of, tokens_of, typed_names
+from kabo.language.pks.expressions import Broken, tokens_of, typed_names
 from kabo.language.pks.formulas import read_formula
-from kabo.language.pks.markup import Element
-from kabo.language.pks.terms import Context, bind
+from kabo.language.pks.markup import Element, Markup
 from kabo.language.problem import Action, Parameter
+from kabo.language.resolver import NameResolver
 from kabo.language.tree_algebra import nodes
+from kabo.language.types import NUMBERS
+from kabo.language.vocabulary import Symbol
 
 
 def read_action(
-    context: Context, element: Element, name: str, statements: Callable[[Element], list[Expression]], names: Names
+    here: NameResolver,
+    markup: Markup,
+    element: Element,
+    name: str,
+    statements: Callable[[Element], list[Expression]],
+    names: Names,
 ) -> Iterator[Action]:
     """The action of an element, and its variants with run-time variables.
 
     Args:
-        context: the names of the domain.
+        here: the names of the domain.
+        markup: the file.
         element: the element <action>.
         name: its name in the file.
         statements: gives the statements in an element's text.
         names: the names of actions; new ones are taken here.
     """
-    place = context.markup.place(element)
-    bound = _parameters(context, element)
-    inner = context.inside(bound)
+    place = markup.place(element)
+    bound = _parameters(here, markup, element)
+    inner = here.inside(bound)
     asked = [node for part in element.all("preconds") for node in statements(part)]
     formulas = [read_formula(inner, node) for node in asked]
     whole = conjunction([each for each in formulas if each is not None])
     preconditions = whole.parts if isinstance(whole, f.And) else () if whole == f.Truth(True) else (whole,)
     said = [node for part in element.all("effects") for node in statements(part)]
     effects = tuple(each for node in said for each in read_effects(inner, node))
-    parameters = tuple(
-        Parameter(each.variable.name, each.variable.type, None, each.variable.place) for each in bound.values()
-    )
+    parameters = tuple(Parameter(each.name, each.type, None, each.place) for each in bound.values())
     cost = f.Number(1.0)
     action = Action(names.take(name), parameters, preconditions, None, effects, (), cost, place)
     yield action
@@ -52,22 +59,23 @@ def read_action(
             yield from _variant(inner, action, variable, more, term, names, asked_at)
 
 
-def _parameters(context: Context, element: Element) -> dict[str, Bound]:
-    found: dict[str, Bound] = {}
+def _parameters(here: NameResolver, markup: Markup, element: Element) -> dict[str, Symbol]:
+    found: dict[str, Symbol] = {}
     for part in element.all("params"):
         try:
-            variables = typed_names(tokens_of(context.markup, part.inside, part.end), ("variable",))
+            variables = typed_names(tokens_of(markup, part.inside, part.end), ("variable",))
         except Broken as broken:
-            place = place_of(context.markup, broken.token)
             hint = f"write ?{broken.token.text}" if broken.token.kind == "name" else None
             message = f'unexpected "{broken.token.text}", expected {broken.expected}'
-            context.markup.findings.add(place, message, hint)
+            here.report(broken.token, message, hint)
             continue
-        found |= bind(context.inside(found), variables)
+        found |= bind(here.inside(found), variables)
     return found
 
 
-def _asked_for_values(bound: dict[str, Bound], asked: Iterable[Expression]) -> Iterator[tuple[Bound, Expression]]:
+def _asked_for_values(
+    bound: dict[str, Symbol], asked: Iterable[Expression]
+) -> Iterator[tuple[Symbol, Expression]]:
     """The parameters of which a precondition is Kv(?x)."""
     waiting = list(asked)[::-1]
     while waiting:
@@ -79,27 +87,26 @@ def _asked_for_values(bound: dict[str, Bound], asked: Iterable[Expression]) -> I
 
 
 def _sources(
-    context: Context, action: Action, variable: Bound
+    here: NameResolver, action: Action, variable: Symbol
 ) -> Iterator[tuple[tuple[Parameter, ...], f.Application]]:
     """The terms whose value the variable may be, with the parameters that they need beside the action's own.
 
     What the action compares the variable with; if it compares it with nothing, every function that fits.
     """
-    own = {parameter.name for parameter in action.parameters} - {variable.variable.name}
+    own = {parameter.name for parameter in action.parameters} - {variable.name}
     compared = list(dict.fromkeys(_compared(action, variable.variable)))
     usable = [term for term in compared if all(_is_fixed(argument, own) for argument in term.arguments)]
     yield from (((), term) for term in usable)
-    for signature in [] if compared else context.vocabulary.functions.values():
-        kinds = signature.value or (NUMBER,)
-        if kinds == (NUMBER,) or not context.vocabulary.types.fits(kinds, variable.kinds):
+    for function in [] if compared else here.vocabulary.all_of("function"):
+        if function.kind == NUMBERS or not here.vocabulary.types.fits(function.kind, variable.kind):
             continue
         more: list[Parameter] = []
-        for each in signature.arguments:
-            kind = context.vocabulary.types.common(each)
+        for each in function.arguments:
+            kind = here.vocabulary.types.common(each)
             taken = [parameter.name for parameter in (*action.parameters, *more)]
-            more.append(Parameter(context.vocabulary.names.free(kind, taken), kind, None, variable.variable.place))
+            more.append(Parameter(here.vocabulary.names.free(kind, taken), kind, None, variable.place))
         arguments = tuple(f.Variable(each.name, each.type, each.place) for each in more)
-        yield tuple(more), f.Application(signature.name, arguments, variable.variable.place)
+        yield tuple(more), f.Application(function.name, arguments, variable.place)
 
 
 def _compared(action: Action, variable: f.Variable) -> Iterator[f.Application]:
@@ -115,9 +122,9 @@ def _is_fixed(term: f.Term, parameters: set[str]) -> bool:
 
 
 def _variant(
-    context: Context,
+    here: NameResolver,
     action: Action,
-    variable: Bound,
+    variable: Symbol,
     more: tuple[Parameter, ...],
     term: f.Application,
     names: Names,
@@ -128,7 +135,7 @@ def _variant(
     if _inside_an_atom(action, own.name):
         message = f'"{asked_at.parts[0].text}" cannot stand for the value of "{term.function}" here'
         hint = "it is an argument of an atom that an effect changes; only objects are tried"
-        context.markup.findings.add(context.place(asked_at), message, hint, warning=True)
+        here.report(asked_at, message, hint, warning=True)
         return
     at_run_time = Parameter(own.name, own.type, term, own.place)
     others = tuple(parameter for parameter in action.parameters if parameter.name != own.name)

@@ -5,24 +5,31 @@ of an untyped function is a number if it is anywhere compared or computed with n
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Literal
 
-from kabo.language.foreign_vocabulary import NUMBER, OBJECT, Kinds, Signature, Vocabulary
-from kabo.language.pks.expressions import Broken, Expression, Token, place_of, tokens_of, typed_names
+from kabo.language.expressions import Expression
+from kabo.language.pks.expressions import Broken, place_of, tokens_of, typed_names
 from kabo.language.pks.markup import Element, Markup
+from kabo.language.types import ANY, NUMBERS, OBJECT, Kind
+from kabo.language.vocabulary import Symbol, Vocabulary
 
 _NUMBERS = ("number", "int", "integer", "real", "float", "double")
-_COMPUTED = ("number", "+", "-", "*", "/", "minus")
+_COMPUTED = ("number", "+", "-", "*", "/")
 _MOST_ARGUMENTS = 20
+
+Declared = Literal["predicate", "function"]
+DECLARED: tuple[Declared, ...] = ("predicate", "function")
 
 
 def read_types(markup: Markup, vocabulary: Vocabulary, elements: Iterable[Element]) -> None:
     """Declares `object` and the types of `<types>a, b : a</types>`; without the element, those that are used."""
     types = vocabulary.types
     types.declare(OBJECT, None)
-    pairs: list[tuple[Token, Token | None]] = []
+    pairs: list[tuple[Expression, Expression | None]] = []
     for element in elements:
         tokens = [
-            Token("sign", ":", each.start, each.end) if each.text in ("<", "-") else each
+            Expression("sign", ":", each.start, each.end) if each.text in ("<", "-") else each
             for each in tokens_of(markup, element.inside, element.end)
         ]
         pairs += _list(markup, tokens, ("name",), grouped=False)
@@ -49,8 +56,8 @@ def read_types(markup: Markup, vocabulary: Vocabulary, elements: Iterable[Elemen
 
 
 def _list(
-    markup: Markup, tokens: list[Token], kinds: tuple[str, ...], *, grouped: bool = True
-) -> list[tuple[Token, Token | None]]:
+    markup: Markup, tokens: list[Expression], kinds: tuple[str, ...], *, grouped: bool = True
+) -> list[tuple[Expression, Expression | None]]:
     try:
         return typed_names(tokens, kinds, grouped=grouped)
     except Broken as broken:
@@ -63,28 +70,27 @@ def read_constants(markup: Markup, vocabulary: Vocabulary, element: Element) -> 
     """Declares the objects of `<constants>a, b : t</constants>`."""
     tokens = tokens_of(markup, element.inside, element.end)
     for token, kind in _list(markup, tokens, ("name", "number")):
-        kinds = _kinds(markup, vocabulary, kind)
-        if token.text in vocabulary.objects:
-            if vocabulary.objects[token.text][1] != kinds[0]:
-                place = place_of(markup, token)
-                markup.findings.add(place, f'"{token.text}" is declared twice, with different types')
-            continue
-        vocabulary.objects[token.text] = (vocabulary.names.take(token.text), kinds[0])
-        vocabulary.places[token.text] = place_of(markup, token)
+        name, place = _type(markup, vocabulary, kind), place_of(markup, token)
+        earlier = vocabulary.objects.get(token.text)
+        if earlier is None:
+            own = vocabulary.names.take(token.text)
+            vocabulary.objects[token.text] = Symbol("object", own, place, (name,), original=token.text, type=name)
+        elif earlier.type != name:
+            markup.findings.add(place, f'"{token.text}" is declared twice, with different types')
 
 
-def _kinds(markup: Markup, vocabulary: Vocabulary, token: Token | None) -> Kinds:
+def _type(markup: Markup, vocabulary: Vocabulary, token: Expression | None) -> str:
     """The type that a token names; a type that is nowhere else declared is declared here."""
     types = vocabulary.types
     if token is None:
-        return (types.known[OBJECT],)
+        return types.known[OBJECT]
     if token.text not in types.known:
         types.parents[types.declare(token.text, place_of(markup, token))] = types.known[OBJECT]
-    return (types.known[token.text],)
+    return types.known[token.text]
 
 
 def read_symbols(
-    markup: Markup, vocabulary: Vocabulary, element: Element, role: str, numeric: frozenset[str]
+    markup: Markup, vocabulary: Vocabulary, element: Element, role: Declared, numeric: frozenset[str]
 ) -> None:
     """Declares predicates or functions.
 
@@ -111,11 +117,16 @@ def read_symbols(
 
 
 def _read_symbol(
-    markup: Markup, vocabulary: Vocabulary, tokens: list[Token], at: int, role: str, numeric: frozenset[str]
+    markup: Markup,
+    vocabulary: Vocabulary,
+    tokens: list[Expression],
+    at: int,
+    role: Declared,
+    numeric: frozenset[str],
 ) -> int:
     """Declares the symbol at a token; the position behind it."""
     name, after = tokens[at], tokens[at + 1]
-    arguments: tuple[Kinds, ...] = ()
+    arguments: tuple[Kind, ...] = ()
     at += 1
     if after.text == "/":
         count = tokens[at + 1] if after.kind != "end" else after
@@ -126,11 +137,11 @@ def _read_symbol(
         arguments = ((vocabulary.types.known[OBJECT],),) * int(count.text)
         at += 2
     elif after.text == "(":
-        found: list[Kinds] = []
+        found: list[Kind] = []
         at += 1
         while tokens[at].kind == "name" or tokens[at].text == ",":
             if tokens[at].kind == "name":
-                found.append(_kinds(markup, vocabulary, tokens[at]))
+                found.append((_type(markup, vocabulary, tokens[at]),))
             at += 1
         if tokens[at].text != ")":
             place = place_of(markup, tokens[at])
@@ -138,41 +149,37 @@ def _read_symbol(
             return at + (tokens[at].kind != "end")
         arguments = tuple(found)
         at += 1
-    value: Kinds | None = None
+    value = ANY
     if role == "function":
         value, at = _value(markup, vocabulary, tokens, at, name.text in numeric)
-    _declare(markup, vocabulary, name, role, Signature("", name.text, arguments, value, place_of(markup, name)))
+    _declare(
+        markup, vocabulary, name, Symbol(role, "", place_of(markup, name), value, arguments, original=name.text)
+    )
     return at
 
 
 def _value(
-    markup: Markup, vocabulary: Vocabulary, tokens: list[Token], at: int, numeric: bool
-) -> tuple[Kinds, int]:
+    markup: Markup, vocabulary: Vocabulary, tokens: list[Expression], at: int, numeric: bool
+) -> tuple[Kind, int]:
     """What a function's values are, and the position behind it."""
     if tokens[at].text != ":":
-        return ((NUMBER,) if numeric else (vocabulary.types.known[OBJECT],)), at
+        return (NUMBERS if numeric else (vocabulary.types.known[OBJECT],)), at
     kind = tokens[at + 1]
     if kind.kind != "name":
         markup.findings.add(place_of(markup, kind), f'unexpected "{kind.text}", expected the type of a value')
-        return (NUMBER,), at + 1
+        return NUMBERS, at + 1
     if kind.text in _NUMBERS and kind.text not in vocabulary.types.known:
-        return (NUMBER,), at + 2
-    return _kinds(markup, vocabulary, kind), at + 2
+        return NUMBERS, at + 2
+    return (_type(markup, vocabulary, kind),), at + 2
 
 
-def _declare(markup: Markup, vocabulary: Vocabulary, token: Token, role: str, signature: Signature) -> None:
-    for taken, what in ((vocabulary.predicates, "predicate"), (vocabulary.functions, "function")):
-        earlier = taken.get(token.text)
-        if earlier is None:
-            continue
-        if what != role or earlier.arguments != signature.arguments:
-            message = f'"{token.text}" is already the name of a {what}'
-            markup.findings.add(place_of(markup, token), message, vocabulary.declared_at(earlier))
-        return
-    own = Signature(
-        vocabulary.names.take(token.text), token.text, signature.arguments, signature.value, signature.place
-    )
-    (vocabulary.predicates if role == "predicate" else vocabulary.functions)[token.text] = own
+def _declare(markup: Markup, vocabulary: Vocabulary, token: Expression, symbol: Symbol) -> None:
+    earlier = vocabulary.symbols.get(token.text)
+    if earlier is None:
+        vocabulary.symbols[token.text] = replace(symbol, name=vocabulary.names.take(token.text))
+    elif earlier.role != symbol.role or earlier.arguments != symbol.arguments:
+        message = f'"{token.text}" is already the name of {earlier.description}'
+        markup.findings.add(place_of(markup, token), message, vocabulary.declared_at(earlier))
 
 
 # --------------------------------------------------------------------------------------------- functions of numbers
@@ -185,7 +192,7 @@ def numeric_functions(expressions: Iterable[Expression], constants: frozenset[st
     equal: list[tuple[str, str]] = []
     for node in _all_nodes(expressions):
         names = [part.text for part in node.parts if part.kind in ("call", "name")]
-        if node.kind in ("+", "-", "*", "/", "minus", "<", "<=", ">", ">="):
+        if node.kind in ("+", "-", "*", "/", "<", "<=", ">", ">="):
             numeric.update(names)
         elif node.kind in ("=", "!="):
             if any(part.kind in _COMPUTED and part.text not in constants for part in node.parts):

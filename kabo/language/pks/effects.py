@@ -1,22 +1,24 @@
 """PKS effects as kabo's updates: databases, conditions of knowledge, quantifiers, assignments of numbers."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
 from kabo.language import formulas as f
 from kabo.language.connectives import conjunction
-from kabo.language.foreign_vocabulary import NUMBER, Bound
-from kabo.language.pks.expressions import Expression
+from kabo.language.expressions import COMPARISONS, Expression
+from kabo.language.pks.dialect import bind
 from kabo.language.pks.formulas import read_formula
-from kabo.language.pks.terms import COMPARISONS, Context, bind, read_atom, read_claim, read_number, read_term
+from kabo.language.resolver import NameResolver, one_of
 from kabo.language.tree_algebra import rebound
+from kabo.language.types import NUMBERS
+from kabo.language.vocabulary import Symbol
 
 _DATABASES = ("Kf", "Kw", "Kv", "Kx", "LCW")
 
 
 @dataclass(frozen=True)
-class _Piece:
+class _GuardedUpdate:
     """One update, with the variables and conditions around it."""
 
     variables: tuple[f.Variable, ...]
@@ -25,16 +27,16 @@ class _Piece:
     place: f.Place
 
 
-def read_effects(context: Context, node: Expression, *, conditional: bool = True) -> list[f.Effect]:
+def read_effects(here: NameResolver, node: Expression, *, conditional: bool = True) -> list[f.Effect]:
     """The updates of an expression, as kabo writes them: `forall(…) (query => updates)`.
 
     Args:
-        context: names and scope; what is wrong is reported and left out.
+        here: names and scope; what is wrong is reported and left out.
         node: the expression.
         conditional: whether `query => …` may stand here.
     """
     updates: list[f.Effect] = []
-    pieces = _pieces(context, node, (), f.Truth(True), conditional)
+    pieces = _pieces(here, node, (), f.Truth(True), conditional)
     for group in _groups(pieces):
         first = group[0]
         effects: tuple[f.Effect, ...] = tuple(each.change for each in group)
@@ -46,9 +48,9 @@ def read_effects(context: Context, node: Expression, *, conditional: bool = True
     return updates
 
 
-def _groups(pieces: Iterable[_Piece]) -> Iterator[list[_Piece]]:
+def _groups(pieces: Iterable[_GuardedUpdate]) -> Iterator[list[_GuardedUpdate]]:
     """Neighbours under the same variables and condition."""
-    group: list[_Piece] = []
+    group: list[_GuardedUpdate] = []
     for piece in pieces:
         if group and (group[0].variables, group[0].condition) != (piece.variables, piece.condition):
             yield group
@@ -59,148 +61,148 @@ def _groups(pieces: Iterable[_Piece]) -> Iterator[list[_Piece]]:
 
 
 def _pieces(
-    context: Context,
+    here: NameResolver,
     node: Expression,
     variables: tuple[f.Variable, ...],
     condition: f.Formula,
     conditional: bool,
-) -> Iterator[_Piece]:
+) -> Iterator[_GuardedUpdate]:
     if node.kind in ("and", "group"):
         for part in node.parts:
-            yield from _pieces(context, part, variables, condition, conditional)
+            yield from _pieces(here, part, variables, condition, conditional)
     elif node.kind == "=>":
         if not conditional:
-            context.report(node, f"an effect {context.where} cannot be conditional: nothing is known before")
-        own = read_formula(context, node.parts[0])
-        both = f.Truth(False) if own is None else conjunction([condition, own], context.place(node))
-        pieces = list(_pieces(context, node.parts[1], variables, both, conditional))
+            here.report(node, f"an effect {here.where} cannot be conditional: nothing is known before")
+        own = read_formula(here, node.parts[0])
+        both = f.Truth(False) if own is None else conjunction([condition, own], here.place(node))
+        pieces = list(_pieces(here, node.parts[1], variables, both, conditional))
         yield from pieces if own is not None else ()
     elif node.kind == "forall":
-        bound = bind(context, node.variables)
+        bound = bind(here, node.variables)
         more = tuple(each.variable for each in bound.values())
         before = rebound(condition, {variable.name for variable in more})
-        yield from _pieces(context.inside(bound), node.parts[0], variables + more, before, conditional)
+        yield from _pieces(here.inside(bound), node.parts[0], variables + more, before, conditional)
     else:
-        change = _change(context, node)
+        change = _change(here, node)
         if change is not None:
-            yield _Piece(variables, condition, change, context.place(node))
+            yield _GuardedUpdate(variables, condition, change, here.place(node))
 
 
-def _change(context: Context, node: Expression) -> f.Change | None:
+def _change(here: NameResolver, node: Expression) -> f.Change | None:
     """add(…), del(…), or `f(c) = expression`, which is short for add(Kf, …)."""
-    place = context.place(node)
+    place = here.place(node)
     if node.kind == "=":
-        fact = _comparison(context, node)
+        fact = _comparison(here, node)
         return None if fact is None else f.Change("add", "Kf", (fact,), place)
     if node.kind != "call" or node.text not in ("add", "del"):
-        context.report(node, f'unexpected "{context.text(node)}" {context.where}, expected add(…) or del(…)')
+        here.report(node, f'unexpected "{here.quote(node)}" {here.where}, expected add(…) or del(…)')
         return None
     database = node.parts[0] if node.parts else None
     if database is None or database.kind != "name" or database.text not in _DATABASES:
-        shown = "nothing" if database is None else f'"{context.text(database)}"'
-        context.report(database or node, f"unknown database {shown}, expected {', '.join(_DATABASES)}")
+        shown = "nothing" if database is None else f'"{here.quote(database)}"'
+        here.report(database or node, f"unknown database {shown}, expected {', '.join(_DATABASES)}")
         return None
     if len(node.parts) < 2:
-        context.report(node, f"{node.text}({database.text}) names no fact")
+        here.report(node, f"{node.text}({database.text}) names no fact")
         return None
-    facts = _facts(context, database.text, node.parts[1:])
+    facts = _facts(here, database.text, node.parts[1:])
     name = cast(f.Database, database.text)
     return f.Change("add" if node.text == "add" else "del", name, tuple(facts), place) if facts else None
 
 
-def _facts(context: Context, database: str, nodes: list[Expression]) -> list[f.Fact]:
+def _facts(here: NameResolver, database: str, nodes: Sequence[Expression]) -> list[f.Fact]:
     """The facts of an update; none if one of them is wrong."""
     if database == "Kx":
         nodes = [part for node in nodes for part in (node.parts if node.kind in ("or", "xor") else [node])]
     elif database in ("Kf", "Kv"):
         nodes = [part for node in nodes for part in (node.parts if node.kind == "and" else [node])]
-    facts = [_fact(context, database, node) for node in nodes]
+    facts = [_fact(here, database, node) for node in nodes]
     return [] if None in facts else [fact for fact in facts if fact is not None]
 
 
-def _fact(context: Context, database: str, node: Expression) -> f.Fact | None:
-    place = context.place(node)
+def _fact(here: NameResolver, database: str, node: Expression) -> f.Fact | None:
+    place = here.place(node)
     if database == "LCW":
-        return _complete(context, node)
+        return _complete(here, node)
     if node.kind == "forall" and database in ("Kf", "Kw"):
-        bound = bind(context, node.variables)
-        body = _fact(context.inside(bound), database, node.parts[0])
+        bound = bind(here, node.variables)
+        body = _fact(here.inside(bound), database, node.parts[0])
         variables = tuple(each.variable for each in bound.values())
         return body if body is None or not variables else f.FactForall(variables, body, place)
     if node.kind == "exists" and database == "Kx":
-        bound = bind(context, node.variables)
-        body = _fact(context.inside(bound), database, node.parts[0])
+        bound = bind(here, node.variables)
+        body = _fact(here.inside(bound), database, node.parts[0])
         return None if body is None else f.ExactlyOne(tuple(each.variable for each in bound.values()), body, place)
     if node.kind == "and" and database in ("Kw", "Kf"):
-        return _conjunction(context, node)
+        return _conjunction(here, node)
     if database == "Kv":
-        return _term(context, node)
+        return _term(here, node)
     if database == "Kw":
-        atom = read_atom(context, node.parts[0] if node.kind == "!" else node)
+        atom = here.atom(node.parts[0] if node.kind == "!" else node)
         return None if atom is None else f.Literal(atom, True, place)
-    return _claim(context, node, ("=", "!=") if database == "Kf" else ("=",))
+    return _claim(here, node, ("=", "!=") if database == "Kf" else ("=",))
 
 
-def _conjunction(context: Context, node: Expression) -> f.Fact | None:
-    parts = [_claim(context, part, ("=",)) for part in node.parts]
+def _conjunction(here: NameResolver, node: Expression) -> f.Fact | None:
+    parts = [_claim(here, part, ("=",)) for part in node.parts]
     whole = tuple(part for part in parts if part is not None)
-    return f.FactAll(whole, context.place(node)) if len(whole) == len(parts) else None
+    return f.FactAll(whole, here.place(node)) if len(whole) == len(parts) else None
 
 
-def _complete(context: Context, node: Expression) -> f.Fact | None:
+def _complete(here: NameResolver, node: Expression) -> f.Fact | None:
     """A formula of LCW: its variables that nobody binds stand for all instances."""
     if node.kind == "forall":
-        bound = bind(context, node.variables)
-        body = _complete(context.inside(bound), node.parts[0])
+        bound = bind(here, node.variables)
+        body = _complete(here.inside(bound), node.parts[0])
         return None if body is None else f.FactForall(tuple(each.variable for each in bound.values()), body)
-    free: dict[str, Bound] = {}
-    inner = replace(context, free=free)
+    free: dict[str, Symbol] = {}
+    inner = replace(here, free=free)
     fact = _conjunction(inner, node) if node.kind == "and" else _claim(inner, node, ("=",))
     if fact is None or not free:
         return fact
-    return f.FactForall(tuple(each.variable for each in free.values()), fact, context.place(node))
+    return f.FactForall(tuple(each.variable for each in free.values()), fact, here.place(node))
 
 
-def _term(context: Context, node: Expression) -> f.Fact | None:
-    found = read_term(context, node)
+def _term(here: NameResolver, node: Expression) -> f.Fact | None:
+    found = here.term(node)
     if found is None:
         return None
     if isinstance(found[0], f.Application):
-        return f.TermFact(found[0], context.place(node))
-    context.report(node, f'Kv takes a function, "{context.text(node)}" is none')
+        return f.TermFact(found[0], here.place(node))
+    here.report(node, f'Kv takes a function, "{here.quote(node)}" is none')
     return None
 
 
-def _claim(context: Context, node: Expression, operators: tuple[str, ...]) -> f.Literal | f.Comparison | None:
+def _claim(here: NameResolver, node: Expression, operators: tuple[str, ...]) -> f.Literal | f.Comparison | None:
     """A literal, or a function and a value that it can take."""
     if node.kind == "!" and node.parts[0].kind == "=":
         node = Expression("!=", "!=", node.start, node.end, node.parts[0].parts)
     if node.kind in COMPARISONS:
         if node.kind not in operators:
-            context.report(node, f"a fact here has the form {' or '.join(f'f {o} v' for o in operators)}")
+            here.report(node, f"a fact here has the form {' or '.join(f'f {o} v' for o in operators)}")
             return None
-        return _comparison(context, node)
-    claim = read_claim(context, node)
+        return _comparison(here, node)
+    claim = here.claim(node)
     return claim if isinstance(claim, f.Literal) else None
 
 
-def _comparison(context: Context, node: Expression) -> f.Comparison | None:
-    left = read_term(context, node.parts[0])
+def _comparison(here: NameResolver, node: Expression) -> f.Comparison | None:
+    left = here.term(node.parts[0])
     if left is None:
         return None
-    term, kinds = left
+    term, kind = left
     if not isinstance(term, f.Application):
-        message = f'"{context.text(node.parts[0])}" is no function, expected one on the left of a fact'
-        context.report(node.parts[0], message)
+        message = f'"{here.quote(node.parts[0])}" is no function, expected one on the left of a fact'
+        here.report(node.parts[0], message)
         return None
-    if kinds == (NUMBER,):
-        value = read_number(context, node.parts[1])
+    if kind == NUMBERS:
+        value = here.number(node.parts[1])
     else:
-        found = read_term(context, node.parts[1], kinds)
+        found = here.term(node.parts[1], kind)
         value = None if found is None else found[0]
-        if found is not None and not context.vocabulary.types.fits(found[1], kinds):
-            context.report(node.parts[1], f"the value must be of type {' or '.join(kinds)}")
+        if found is not None and not here.vocabulary.types.fits(found[1], kind):
+            here.report(node.parts[1], f"the value must be of type {one_of(kind)}")
             return None
     if value is None:
         return None
-    return f.Comparison("!=" if node.kind == "!=" else "=", term, value, context.place(node))
+    return f.Comparison("!=" if node.kind == "!=" else "=", term, value, here.place(node))

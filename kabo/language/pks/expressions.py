@@ -6,9 +6,8 @@ body reaches as far as it can. Statements end with `;` or where the next one beg
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
+from kabo.language.expressions import Expression, Span
 from kabo.language.formulas import Place
 from kabo.language.pks.markup import Markup
 
@@ -25,38 +24,20 @@ _LEVELS = (("=>",), ("or", "xor"), ("and",), ("=", "!=", "<", "<=", ">", ">="), 
 _LEVEL_OF = {sign: level for level, signs in enumerate(_LEVELS) for sign in signs}
 
 
-class Token(NamedTuple):
-    """A word or sign; signs by one spelling each. The kinds are variable, number, name, sign and end."""
-
-    kind: str
-    text: str
-    start: int
-    end: int
-
-
-@dataclass(eq=False)
-class Expression:
-    """A node: `kind` is a token's kind, an operator, call, forall, exists or group (several statements)."""
-
-    kind: str
-    text: str
-    start: int
-    end: int
-    parts: list["Expression"] = field(default_factory=list)
-    variables: list[tuple[Token, Token | None]] = field(default_factory=list)  # with types, of quantifiers
-
-
 class Broken(Exception):
     """The text is no expression: where, what stands there, what was expected."""
 
-    def __init__(self, token: Token, expected: str) -> None:
+    def __init__(self, token: Expression, expected: str) -> None:
         super().__init__(expected)
         self.token, self.expected = token, expected
 
 
-def tokens_of(markup: Markup, start: int, end: int) -> list[Token]:
-    """The tokens between two offsets, and an end token; unknown characters are reported."""
-    found: list[Token] = []
+def tokens_of(markup: Markup, start: int, end: int) -> list[Expression]:
+    """The words between two offsets, and an end; unknown characters are reported.
+
+    The kinds are variable, number, name, sign (by one spelling each) and end.
+    """
+    found: list[Expression] = []
     for match in _TOKEN.finditer(markup.text, start, end):
         kind, text = match.lastgroup or "", match[0]
         if kind == "other":
@@ -67,18 +48,18 @@ def tokens_of(markup: Markup, start: int, end: int) -> list[Token]:
             text = _SIGNS.get(text, text)
         elif text in _WORDS:
             kind, text = "sign", _WORDS[text]
-        found.append(Token(kind, text, match.start(), match.end()))
-    return [*found, Token("end", "the end", end, end)]
+        found.append(Expression(kind, text, match.start(), match.end()))
+    return [*found, Expression("end", "the end", end, end)]
 
 
-def place_of(markup: Markup, piece: Expression | Token) -> Place:
-    """Where an expression or token stands."""
-    return markup.source.place(piece.start, max(piece.end, piece.start + 1))
+def place_of(markup: Markup, piece: Span) -> Place:
+    """Where a piece of the text stands."""
+    return markup.source.place(piece.start, piece.end)
 
 
 def statements(markup: Markup, start: int, end: int) -> Iterator[Expression]:
     """The statements between two offsets; what follows a broken one up to the next `;` is left out."""
-    parser = _Parser(tokens_of(markup, start, end))
+    parser = _ExpressionParser(tokens_of(markup, start, end))
     while parser.skip_separators().kind != "end":
         try:
             expression = parser.expression(0)
@@ -90,33 +71,33 @@ def statements(markup: Markup, start: int, end: int) -> Iterator[Expression]:
         yield expression
 
 
-class _Parser:
-    def __init__(self, tokens: list[Token]) -> None:
+class _ExpressionParser:
+    def __init__(self, tokens: list[Expression]) -> None:
         self._tokens, self._at, self._depth = tokens, 0, 0
 
     @property
-    def _next(self) -> Token:
+    def _next(self) -> Expression:
         return self._tokens[self._at]
 
-    def _take(self) -> Token:
+    def _take(self) -> Expression:
         token = self._tokens[self._at]
         self._at += token.kind != "end"
         return token
 
-    def _accept(self, text: str) -> Token | None:
+    def _accept(self, text: str) -> Expression | None:
         token = self._tokens[self._at]
         if token.text != text or token.kind != "sign":
             return None
         self._at += 1
         return token
 
-    def _expect(self, text: str) -> Token:
+    def _expect(self, text: str) -> Expression:
         token = self._accept(text)
         if token is None:
             raise Broken(self._next, f'"{text}"')
         return token
 
-    def skip_separators(self) -> Token:
+    def skip_separators(self) -> Expression:
         """The next token that begins a statement."""
         while self._accept(";") or self._accept(","):
             pass
@@ -142,7 +123,7 @@ class _Parser:
             if length > MAX_DEPTH:
                 raise Broken(self._next, f"at most {MAX_DEPTH} signs in one chain")
             right = self.expression(own if operator == "=>" else own + 1)
-            if left.kind == operator and operator in ("and", "or"):
+            if left.kind == operator and operator in ("and", "or") and isinstance(left.parts, list):
                 left.parts.append(right)
                 left.end = right.end
             else:
@@ -160,7 +141,7 @@ class _Parser:
             return Expression("!", "!", token.start, inner.end, [inner])
         if self._accept("-"):
             inner = self.expression(len(_LEVELS))
-            return Expression("minus", "-", token.start, inner.end, [inner])
+            return Expression("-", "-", token.start, inner.end, [inner])
         if self._accept("("):
             return self._group(token)
         if token.kind not in ("variable", "number", "name"):
@@ -168,9 +149,9 @@ class _Parser:
         self._take()
         if token.kind == "name" and self._next.text == "(":
             return self._quantified(token) if token.text in _QUANTIFIERS else self._call(token)
-        return Expression(token.kind, token.text, token.start, token.end)
+        return token
 
-    def _group(self, opening: Token) -> Expression:
+    def _group(self, opening: Expression) -> Expression:
         parts = []
         while self.skip_separators().text != ")" or self._next.kind != "sign":
             parts.append(self.expression(0))
@@ -179,7 +160,7 @@ class _Parser:
             return parts[0]
         return Expression("group", "", opening.start, closing.end, parts)
 
-    def _call(self, name: Token) -> Expression:
+    def _call(self, name: Expression) -> Expression:
         self._expect("(")
         parts: list[Expression] = []
         while self._accept(",") or self._next.text != ")" or self._next.kind != "sign":
@@ -191,7 +172,7 @@ class _Parser:
         closing = self._expect(")")
         return Expression("call", name.text, name.start, closing.end, parts)
 
-    def _quantified(self, name: Token) -> Expression:
+    def _quantified(self, name: Expression) -> Expression:
         self._expect("(")
         variables = typed_names(self._until_closed(), ("variable", "name"))
         self._expect(")")
@@ -199,7 +180,7 @@ class _Parser:
         kind = _QUANTIFIERS[name.text]
         return Expression(kind, name.text, name.start, body.end, [body], variables)
 
-    def _until_closed(self) -> list[Token]:
+    def _until_closed(self) -> list[Expression]:
         found = []
         while self._next.text not in (")", "(") and self._next.kind != "end":
             found.append(self._take())
@@ -207,15 +188,15 @@ class _Parser:
 
 
 def typed_names(
-    tokens: list[Token], kinds: tuple[str, ...], *, grouped: bool = True
-) -> list[tuple[Token, Token | None]]:
+    tokens: list[Expression], kinds: tuple[str, ...], *, grouped: bool = True
+) -> list[tuple[Expression, Expression | None]]:
     """The names of `a : t, b, c : u` with their types; if grouped, a name without one takes the next.
 
     Raises:
         Broken: something else stands there.
     """
-    found: list[tuple[Token, Token | None]] = []
-    waiting: list[Token] = []
+    found: list[tuple[Expression, Expression | None]] = []
+    waiting: list[Expression] = []
     at = 0
     while tokens[at].kind != "end" and tokens[at].text not in (")", "("):
         token = tokens[at]

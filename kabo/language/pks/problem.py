@@ -5,18 +5,19 @@ from dataclasses import dataclass, field
 
 from kabo.language import formulas as f
 from kabo.language.definitions import Definition
+from kabo.language.expressions import Expression
 from kabo.language.findings import Findings
-from kabo.language.foreign_vocabulary import Bound, Vocabulary
 from kabo.language.names import Names
 from kabo.language.pks.actions import read_action
-from kabo.language.pks.declarations import numeric_functions, read_constants, read_symbols, read_types
+from kabo.language.pks.declarations import DECLARED, numeric_functions, read_constants, read_symbols, read_types
+from kabo.language.pks.dialect import resolver_of
 from kabo.language.pks.effects import read_effects
-from kabo.language.pks.expressions import Expression, statements, tokens_of
+from kabo.language.pks.expressions import statements, tokens_of
 from kabo.language.pks.formulas import read_formula
 from kabo.language.pks.markup import Element, Markup, read_markup
-from kabo.language.pks.terms import Context
 from kabo.language.problem import Action, Domain, Problem
 from kabo.language.source import SourceFile
+from kabo.language.vocabulary import Symbol, Vocabulary
 
 _ALLOWED = {
     "pks": ("domain", "problem"),
@@ -109,14 +110,14 @@ class Pks:
         rules = [each for part in (domain, problem) if part is not None for each in _rules(vocabulary, part)]
         built = Domain(
             Names().take(domain.name or "domain"), vocabulary.types.in_order(), constants,
-            vocabulary.kabo_predicates(), vocabulary.kabo_functions(), tuple(rules), actions, domain.source.path,
+            vocabulary.predicates_of_domain(), vocabulary.functions_of_domain(), tuple(rules), actions, domain.source.path,
         )  # fmt: skip
         if problem is None:
             return None
         vocabulary.report_renamed()
         name = Names().take(problem.name or "problem")
         return Problem(
-            name, built, dict(vocabulary.objects.values()), _initial(vocabulary, problem),
+            name, built, vocabulary.types_of_objects(), _initial(vocabulary, problem),
             _goal(vocabulary, problem), {}, None, problem.source.path, dict(files),
         )  # fmt: skip
 
@@ -151,7 +152,7 @@ def _declare(vocabulary: Vocabulary, parts: list[PksDefinition]) -> dict[str, st
     )
     numeric = numeric_functions((each for part in parts for each in _expressions(part)), named)
     for part in parts:
-        for role in ("predicate", "function"):
+        for role in DECLARED:
             for element in part.all(f"{role}s"):
                 read_symbols(part.markup, vocabulary, element, role, numeric)
     constants: dict[str, str] = {}
@@ -159,7 +160,7 @@ def _declare(vocabulary: Vocabulary, parts: list[PksDefinition]) -> dict[str, st
         for element in [*part.all("constants"), *part.all("objects")]:
             read_constants(part.markup, vocabulary, element)
         if part is parts[0]:
-            constants = dict(vocabulary.objects.values())
+            constants = vocabulary.types_of_objects()
     return constants
 
 
@@ -182,8 +183,8 @@ def _actions(vocabulary: Vocabulary, domain: PksDefinition) -> dict[str, Action]
             domain.markup.report(element, message)
             continue
         seen.add(name)
-        where = Context(domain.markup, vocabulary, f'in action "{name}"')
-        for action in read_action(where, element, name, domain.statements, names):
+        where = resolver_of(domain.markup, vocabulary, f'in action "{name}"')
+        for action in read_action(where, domain.markup, element, name, domain.statements, names):
             actions[action.name] = action
     return actions
 
@@ -192,20 +193,20 @@ def _rules(vocabulary: Vocabulary, part: PksDefinition) -> Iterator[f.Effect]:
     """The update rules; variables that nobody binds stand for all instances."""
     for element in [each for outer in part.all("updates") for each in outer.children or [outer]]:
         for node in part.statements(element):
-            free: dict[str, Bound] = {}
-            context = Context(part.markup, vocabulary, "in an update rule", {}, free)
-            rules = read_effects(context, node)
+            free: dict[str, Symbol] = {}
+            here = resolver_of(part.markup, vocabulary, "in an update rule", free)
+            rules = read_effects(here, node)
             variables = tuple(each.variable for each in free.values())
             if variables and rules:
-                yield f.ForEach(variables, tuple(rules), context.place(node))
+                yield f.ForEach(variables, tuple(rules), here.place(node))
             else:
                 yield from rules
 
 
 def _initial(vocabulary: Vocabulary, problem: PksDefinition) -> tuple[f.Effect, ...]:
-    context = Context(problem.markup, vocabulary, "in <init>")
+    here = resolver_of(problem.markup, vocabulary, "in <init>")
     nodes = [node for element in problem.all("init") for node in problem.statements(element)]
-    effects = [each for node in nodes for each in read_effects(context, node, conditional=False)]
+    effects = [each for node in nodes for each in read_effects(here, node, conditional=False)]
     return _together(effects)
 
 
@@ -245,13 +246,13 @@ def _about(fact: f.Fact) -> f.Atom | f.Term | None:
 
 
 def _goal(vocabulary: Vocabulary, problem: PksDefinition) -> tuple[f.Formula, ...]:
-    context = Context(problem.markup, vocabulary, "in <goal>")
+    here = resolver_of(problem.markup, vocabulary, "in <goal>")
     elements = problem.all("goal")
     if not elements:
         problem.markup.report(problem.element, "a problem needs <goal>")
     found: list[f.Formula] = []
     for node in [node for element in elements for node in problem.statements(element)]:
-        formula = read_formula(context, node, goal=True)
+        formula = read_formula(here, node, goal=True)
         if formula is not None:
             found += formula.parts if isinstance(formula, f.And) else [formula]
     return tuple(found)

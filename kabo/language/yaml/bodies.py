@@ -18,7 +18,7 @@ from kabo.language.scene_description import (
     Stroke,
 )
 from kabo.language.yaml.constraints import ConstraintReader, Owner, Roles
-from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
 from kabo.language.yaml.features import WORLD_FEATURES, given_features, read_features, sound_features
 from kabo.language.yaml.paths import read_file_path
 from kabo.language.yaml.poses import read_pose
@@ -37,7 +37,7 @@ _FEATURE = re.compile(r"([a-z][a-z0-9_]*)\.([a-z][a-z0-9_]*)")
 
 
 @dataclass(frozen=True)
-class Part:
+class PartialBody:
     """A body or a model of which shape, pose and features are known, its families not yet."""
 
     name: str
@@ -63,20 +63,22 @@ class BodyReader:
     constraints: ConstraintReader
     packages: MappingType[str, Path]
 
-    def part(self, name: str, mapping: Mapping, model: str | None, *, movable: bool, complete: bool) -> Part:
+    def part(
+        self, name: str, mapping: Mapping, model: str | None, *, movable: bool, complete: bool
+    ) -> PartialBody:
         """The first half of a body; a model need not be `complete`: the shape may stand in the body."""
         reader = self.reader
         shape = self.shape(mapping, required=complete, what="a body")
         own = read_features(reader, mapping.get("features"))
         moves = reader.boolean(mapping.get("movable"), "`movable`")
-        return Part(
+        return PartialBody(
             name, mapping, model, shape, read_pose(reader, mapping.get("pose")),
             movable if moves is None else moves, reader.positive(mapping.get("mass"), "the mass"),
             {**given_features(shape), **own},
         )  # fmt: skip
 
     def body(
-        self, part: Part, robots: MappingType[str, Owner], supports: list[Owner], regions: list[Owner]
+        self, part: PartialBody, robots: MappingType[str, Owner], supports: list[Owner], regions: list[Owner]
     ) -> BodyDescription | None:
         """The body with its families; None if it has no shape, which was reported."""
         grasps = self._grasps(part, robots)
@@ -124,7 +126,7 @@ class BodyReader:
             return None if path is None else Shape("mesh", path, 1.0 if scale is None else scale, None, at)
         return self._primitive(kind, node)
 
-    def _primitive(self, kind: str, node: Node | None) -> Shape | None:
+    def _primitive(self, kind: str, node: YamlNode | None) -> Shape | None:
         place = None if node is None else node.place
         if kind == "box":
             sides = self.reader.position(node, "the whole sides of a box")
@@ -147,7 +149,7 @@ class BodyReader:
         return Shape("sphere", None, 1.0, (numbers[0],) * 3, place)
 
     # ---------------------------------------------------------------------------------------------- families
-    def _grasps(self, part: Part, robots: MappingType[str, Owner]) -> dict[str, GraspFamily]:
+    def _grasps(self, part: PartialBody, robots: MappingType[str, Owner]) -> dict[str, GraspFamily]:
         families: dict[str, GraspFamily] = {}
         for name, key, value in self.reader.entries(part.mapping.get("grasps"), "the grasps"):
             self.reader.check_name(key, "a grasp family")
@@ -170,7 +172,7 @@ class BodyReader:
             )  # fmt: skip
         return families
 
-    def _robot_names(self, node: Node | None, robots: MappingType[str, Owner]) -> tuple[str, ...] | None:
+    def _robot_names(self, node: YamlNode | None, robots: MappingType[str, Owner]) -> tuple[str, ...] | None:
         if node is None:
             return None
         found: list[str] = []
@@ -200,7 +202,7 @@ class BodyReader:
                 self.reader.findings.add(key.place, message)
 
     def _placements(
-        self, part: Part, robots: MappingType[str, Owner], supports: list[Owner], regions: list[Owner]
+        self, part: PartialBody, robots: MappingType[str, Owner], supports: list[Owner], regions: list[Owner]
     ) -> dict[str, PlacementFamily]:
         families: dict[str, PlacementFamily] = {}
         for name, key, value in self.reader.entries(part.mapping.get("placements"), "the placements"):
@@ -220,7 +222,7 @@ class BodyReader:
         node = self.reader.require(mapping, "constraints", what)
         return self.constraint_list(node, roles, f"a constraint of {what}")
 
-    def constraint_list(self, node: Node | None, roles: Roles, what: str) -> tuple[Constraint, ...]:
+    def constraint_list(self, node: YamlNode | None, roles: Roles, what: str) -> tuple[Constraint, ...]:
         """The constraints of a list."""
         read = [self.constraints.read(scalar, roles) for scalar in self.reader.formulas(node, what)]
         return tuple(constraint for constraint in read if constraint is not None)
@@ -243,7 +245,7 @@ class BodyReader:
             return None
         return Stroke(feature, 1 if directions[0] == "along" else -1, *distances)
 
-    def _line(self, node: Node | None, roles: Roles) -> FeatureName | None:
+    def _line(self, node: YamlNode | None, roles: Roles) -> FeatureName | None:
         scalar = self.reader.scalar(node, "a line feature")
         if scalar is None:
             return None
@@ -256,7 +258,7 @@ class BodyReader:
         name = FeatureName(found[1], found[2])
         return name if self.constraints.check_stroke_feature(name, scalar.place, roles) else None
 
-    def _distances(self, node: Node | None) -> tuple[float, float] | None:
+    def _distances(self, node: YamlNode | None) -> tuple[float, float] | None:
         if isinstance(node, Sequence):
             values = self.reader.numbers(node, "a distance [min, max]", 2)
         else:
@@ -269,7 +271,7 @@ class BodyReader:
             return None
         return values[0], values[1]
 
-    def joint_values(self, node: Node | None, what: str) -> dict[str, float] | None:
+    def joint_values(self, node: YamlNode | None, what: str) -> dict[str, float] | None:
         """Values of joints by name, rad or m; None if absent."""
         if node is None:
             return None

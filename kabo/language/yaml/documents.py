@@ -24,7 +24,7 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class YamlNode:
     """A piece of a file, from offset `start` up to `end`."""
 
     source: SourceFile
@@ -38,7 +38,7 @@ class Node:
 
 
 @dataclass(frozen=True, eq=False)
-class Scalar(Node):
+class Scalar(YamlNode):
     """A scalar: its text as YAML reads it; `style` is empty (plain), a quote, `|` or `>`."""
 
     text: str = ""
@@ -52,21 +52,21 @@ class Scalar(Node):
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence(Node):
+class Sequence(YamlNode):
     """A list; `flow` if it is written with brackets."""
 
-    items: list[Node] = field(default_factory=list)
+    items: list[YamlNode] = field(default_factory=list)
     flow: bool = False
 
 
 @dataclass(frozen=True, eq=False)
-class Mapping(Node):
+class Mapping(YamlNode):
     """A mapping of keys to values in the order of the file; `flow` if it is written with braces."""
 
-    entries: dict[str, tuple[Scalar, Node]] = field(default_factory=dict)
+    entries: dict[str, tuple[Scalar, YamlNode]] = field(default_factory=dict)
     flow: bool = False
 
-    def get(self, key: str) -> Node | None:
+    def get(self, key: str) -> YamlNode | None:
         """The value of `key`, or None if the key is absent."""
         entry = self.entries.get(key)
         return None if entry is None else entry[1]
@@ -76,7 +76,7 @@ class Mapping(Node):
         return self.entries[key][0]
 
 
-def size_of(node: Node) -> int:
+def size_of(node: YamlNode) -> int:
     """How many nodes the tree below `node` has, itself included."""
     waiting, count = [node], 0
     while waiting:
@@ -95,7 +95,7 @@ def read_document(source: SourceFile, findings: Findings, *, aliases: bool = Fal
     With `aliases` anchors and aliases are allowed, and an alias stands for the node of its anchor.
     """
     findings.know(source)
-    builder = _Builder(source, findings, aliases)
+    builder = _DocumentBuilder(source, findings, aliases)
     try:
         for event in yaml.parse(source.text, Loader=_LOADER):
             if not builder.take(event):
@@ -139,13 +139,13 @@ def _report_broken(source: SourceFile, findings: Findings, error: Any) -> None:
     findings.add(source.place(offset), re.sub(r"'([^']*)'", r'"\1"', message), next(hints, None))
 
 
-class _Builder:
+class _DocumentBuilder:
     """The tree under construction: one frame for every list or mapping that is open."""
 
     def __init__(self, source: SourceFile, findings: Findings, aliases: bool) -> None:
         self._source, self._findings = source, findings
         self._open: list[_Frame] = []
-        self._root: Node | None = None
+        self._root: YamlNode | None = None
         self._nodes = self._documents = 0
         self._anchors: dict[str, _Anchored] | None = {} if aliases else None
 
@@ -246,7 +246,7 @@ class _Builder:
             hint = "the place of a value decides its type; in a formula write `not` instead of `!`"
             self._report(event, f'the tag "{event.tag}" is not allowed', hint, length=1)
 
-    def _put(self, node: Node) -> None:
+    def _put(self, node: YamlNode) -> None:
         if not self._open:
             self._root = node
             return
@@ -259,7 +259,7 @@ class _Builder:
             self._put_entry(frame, frame.key, node)
             frame.key = None
 
-    def _put_entry(self, frame: "_Frame", key: Node, value: Node) -> None:
+    def _put_entry(self, frame: "_Frame", key: YamlNode, value: YamlNode) -> None:
         if not isinstance(key, Scalar):
             self._findings.add(key.place, "a key must be a word")
         elif key.text == "<<" and not key.style:
@@ -274,7 +274,7 @@ class _Builder:
 
     def _close(self, end: int) -> None:
         frame = self._open.pop()
-        node: Node
+        node: YamlNode
         if frame.is_mapping:
             node = Mapping(self._source, frame.start, end, frame.entries, frame.flow)
         else:
@@ -306,7 +306,7 @@ class _Builder:
 class _Anchored:
     """What an anchor stands for (None as long as that is still open), with the size of the expanded tree."""
 
-    node: Node | None
+    node: YamlNode | None
     size: int
     levels: int
 
@@ -319,6 +319,6 @@ class _Frame:
     anchor: str | None = None
     before: int = 0  # how many nodes there were before
     levels: int = 0  # of lists and mappings, nested inside
-    items: list[Node] = field(default_factory=list)
-    entries: dict[str, tuple[Scalar, Node]] = field(default_factory=dict)
-    key: Node | None = None
+    items: list[YamlNode] = field(default_factory=list)
+    entries: dict[str, tuple[Scalar, YamlNode]] = field(default_factory=dict)
+    key: YamlNode | None = None

@@ -2,21 +2,26 @@
 
 import os
 from collections.abc import Callable, Iterator
+from collections.abc import Mapping as MappingType
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from kabo.language import formulas as f
+from kabo.language.expressions import Expression
 from kabo.language.findings import Findings
 from kabo.language.problem import Action, Domain, Function, Parameter, Procedure
-from kabo.language.vocabulary import NUMBER, TEST, Kind, Scope, Symbol, Values, Vocabulary
+from kabo.language.resolver import NameResolver
+from kabo.language.types import ANY, NUMBER, NUMBERS, TEST, Kind, Values, type_of
+from kabo.language.vocabulary import Symbol, Vocabulary
 from kabo.language.yaml.calls import read_call
-from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.language.yaml.dialect import YAML, report_unknown
+from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
 from kabo.language.yaml.effects import read_effects
-from kabo.language.yaml.procedures import Procedures
+from kabo.language.yaml.expressions import expression_of
+from kabo.language.yaml.procedures import ProcedureSignatures
 from kabo.language.yaml.queries import read_formula
-from kabo.language.yaml.syntax import Tree, parse
-from kabo.language.yaml.terms import Context, read_atom, read_function_term, read_term
+from kabo.language.yaml.syntax import parse
 from kabo.language.yaml.values import Reader
 
 DOMAIN_KEYS = (
@@ -35,7 +40,7 @@ class DomainReading:
     findings: Findings
     reader: Reader
     vocabulary: Vocabulary
-    tasks: Procedures  # of geometry
+    tasks: ProcedureSignatures  # of geometry
     constants: dict[str, str] = field(default_factory=dict)
     predicates: dict[str, tuple[str, ...]] = field(default_factory=dict)
     functions: dict[str, Function] = field(default_factory=dict)
@@ -48,7 +53,7 @@ def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None
 
     `within`: if given, no task file outside of this folder is opened.
     """
-    procedures = Procedures(os.path.dirname(root.source.name), findings, within)
+    procedures = ProcedureSignatures(os.path.dirname(root.source.name), findings, within)
     reading = DomainReading(findings, Reader(findings), Vocabulary(findings, procedures=procedures), procedures)
     reader = reading.reader
     reader.keys(root, DOMAIN_KEYS, "a domain")
@@ -61,19 +66,19 @@ def read_domain(root: Mapping, findings: Findings, *, within: Path | None = None
     rules = _read_rules(reading, root.get("update_rules"))
     actions = _read_actions(reading, reader.require(root, "actions", "a domain"))
     reading.domain = Domain(
-        name or "", dict(reading.vocabulary.types), reading.constants, reading.predicates, reading.functions,
+        name or "", dict(reading.vocabulary.types.parents), reading.constants, reading.predicates, reading.functions,
         rules, actions, root.source.path, reading.procedures,
     )  # fmt: skip
     return reading
 
 
 # -------------------------------------------------------------------------------------------------- declarations
-def _is_null(node: Node) -> bool:
+def _is_null(node: YamlNode) -> bool:
     """Whether a tool for YAML wrote `null` where nothing follows: a type without subtypes."""
     return isinstance(node, Scalar) and not node.style and node.text in {"null", "~"}
 
 
-def _read_types(reading: DomainReading, node: Node | None, parent: str | None) -> None:
+def _read_types(reading: DomainReading, node: YamlNode | None, parent: str | None) -> None:
     if isinstance(node, Mapping):
         for _, key, value in reading.reader.entries(node, "types"):
             name = _declare_type(reading, key, parent)
@@ -96,17 +101,21 @@ def _declare_type(reading: DomainReading, scalar: Scalar, parent: str | None) ->
     if name == NUMBER:
         reading.findings.add(scalar.place, '"number" is built in and cannot be the name of a type')
         return None
-    if name in types:
-        line = reading.vocabulary.type_places[name].line
-        reading.findings.add(scalar.place, f'the type "{name}" is declared twice', f"first in line {line}")
+    earlier = types.places.get(name)
+    if earlier is not None:
+        reading.findings.add(scalar.place, f'the type "{name}" is declared twice', f"first in line {earlier.line}")
         return None
-    types[name] = parent
-    reading.vocabulary.type_places[name] = scalar.place
+    types.add(name, scalar.place, parent)
     return name
 
 
+def named(scalar: Scalar, role: Literal["constant", "object"], kind: str | None) -> Symbol:
+    """The symbol of an object or constant; without a kind its type is unknown."""
+    return Symbol(role, scalar.text, scalar.place, ANY if kind is None else (kind,), type=kind or "")
+
+
 def read_named_things(
-    reader: Reader, vocabulary: Vocabulary, node: Node | None, what: str
+    reader: Reader, vocabulary: Vocabulary, node: YamlNode | None, what: str
 ) -> Iterator[tuple[Scalar, str | None]]:
     """Name and type of every entry of `{type: [names]}`; the type is None if there is no such one."""
     for kind, key, value in reader.entries(node, f"the {what}s"):
@@ -116,23 +125,23 @@ def read_named_things(
                 yield item, kind if known else None
 
 
-def _read_constants(reading: DomainReading, node: Node | None) -> None:
+def _read_constants(reading: DomainReading, node: YamlNode | None) -> None:
     for scalar, kind in read_named_things(reading.reader, reading.vocabulary, node, "constant"):
-        if reading.vocabulary.declare(Symbol("constant", scalar.text, scalar.place, kind)) and kind is not None:
+        if reading.vocabulary.declare(named(scalar, "constant", kind)) and kind is not None:
             reading.constants[scalar.text] = kind
 
 
-def _read_predicates(reading: DomainReading, node: Node | None) -> None:
+def _read_predicates(reading: DomainReading, node: YamlNode | None) -> None:
     for name, key, value in reading.reader.entries(node, "the predicates"):
         kinds = _argument_types(reading, value, f'of the predicate "{name}"')
         if reading.reader.check_name(key, "a predicate") and reading.vocabulary.declare(
-            Symbol("predicate", name, key.place, None, kinds)
+            Symbol("predicate", name, key.place, ANY, kinds)
         ):
-            reading.predicates[name] = tuple(kind for kind in kinds if isinstance(kind, str))
+            reading.predicates[name] = _names(kinds)
 
 
 def _argument_types(
-    reading: DomainReading, node: Node | None, where: str, *, numbers: bool = False
+    reading: DomainReading, node: YamlNode | None, where: str, *, numbers: bool = False
 ) -> tuple[Kind, ...]:
     kinds: list[Kind] = []
     for item in reading.reader.items(node, f"the arguments {where}"):
@@ -141,11 +150,23 @@ def _argument_types(
             (numbers and scalar.text == NUMBER)
             or reading.vocabulary.check_type(scalar.text, scalar.place, where, *([NUMBER] if numbers else []))
         )
-        kinds.append(scalar.text if known and scalar is not None else None)
+        kinds.append((scalar.text,) if known and scalar is not None else ANY)
     return tuple(kinds)
 
 
-def _read_functions(reading: DomainReading, node: Node | None) -> None:
+def _names(kinds: tuple[Kind, ...]) -> tuple[str, ...]:
+    """The types of arguments; those that are unknown are left out."""
+    return tuple(type_of(kind) for kind in kinds if kind != ANY)
+
+
+def _range(kind: Kind) -> tuple[str | None, tuple[str, ...] | None]:
+    """The type of a function's values if they are objects, and the values if they are listed."""
+    if isinstance(kind, Values):
+        return None, kind.names
+    return (None if kind in (ANY, NUMBERS, TEST) else type_of(kind)), None
+
+
+def _read_functions(reading: DomainReading, node: YamlNode | None) -> None:
     for name, key, value in reading.reader.entries(node, "the functions"):
         mapping = reading.reader.mapping(value, f'the function "{name}"')
         if mapping is None:
@@ -159,13 +180,10 @@ def _read_functions(reading: DomainReading, node: Node | None) -> None:
         if reading.reader.check_name(key, "a function") and reading.vocabulary.declare(
             Symbol("function", name, key.place, kind, kinds)
         ):
-            arguments = tuple(each for each in kinds if isinstance(each, str))
-            kind_name = kind if isinstance(kind, str) and kind != NUMBER else None
-            values = kind.names if isinstance(kind, Values) else None
-            reading.functions[name] = Function(name, arguments, kind_name, values)
+            reading.functions[name] = Function(name, _names(kinds), *_range(kind))
 
 
-def _read_procedures(reading: DomainReading, node: Node | None) -> None:
+def _read_procedures(reading: DomainReading, node: YamlNode | None) -> None:
     """External procedures: as functions, but a value is not needed, and arguments may be numbers."""
     for name, key, value in reading.reader.entries(node, "the procedures"):
         what = f'the procedure "{name}"'
@@ -182,20 +200,17 @@ def _read_procedures(reading: DomainReading, node: Node | None) -> None:
         elif reading.reader.check_name(key, "a procedure") and reading.vocabulary.declare(
             Symbol("procedure", name, key.place, kind, kinds)
         ):
-            arguments = tuple(each for each in kinds if isinstance(each, str))
-            kind_name = kind if isinstance(kind, str) and kind not in (NUMBER, TEST) else None
-            values = kind.names if isinstance(kind, Values) else None
-            reading.procedures[name] = Procedure(name, arguments, kind == TEST, kind_name, values, key.place)
+            reading.procedures[name] = Procedure(name, _names(kinds), kind == TEST, *_range(kind), key.place)
 
 
-def _value_kind(reading: DomainReading, node: Node | None, what: str) -> Kind:
+def _value_kind(reading: DomainReading, node: YamlNode | None, what: str) -> Kind:
     if isinstance(node, Sequence):
         return _enumeration(reading, node, what)
     scalar = reading.reader.scalar(node, f"the value of {what}")
     if scalar is None or scalar.text == NUMBER:
-        return None if scalar is None else NUMBER
+        return ANY if scalar is None else NUMBERS
     where = f"as the value of {what}"
-    return scalar.text if reading.vocabulary.check_type(scalar.text, scalar.place, where, NUMBER) else None
+    return (scalar.text,) if reading.vocabulary.check_type(scalar.text, scalar.place, where, NUMBER) else ANY
 
 
 def _enumeration(reading: DomainReading, node: Sequence, what: str) -> Kind:
@@ -212,33 +227,37 @@ def _enumeration(reading: DomainReading, node: Sequence, what: str) -> Kind:
             reading.vocabulary.declare(Symbol("value", name, item.place, Values((name,))))
     if not names:
         reading.findings.add(node.place, f"{what} needs at least one value")
-        return None
+        return ANY
     return Values(tuple(names))
 
 
 # ------------------------------------------------------------------------------------------------------ formulas
 def read_parsed(
-    scalar: Scalar, start: str, scope: Scope, where: str, read: Callable[[Context, Tree], _Read]
+    scalar: Scalar,
+    start: str,
+    vocabulary: Vocabulary,
+    where: str,
+    read: Callable[[NameResolver, Expression], _Read],
+    scope: MappingType[str, Symbol] | None = None,
 ) -> _Read | None:
-    """What `read` makes of the parse tree of `scalar`; None if it does not parse."""
-    findings = scope.vocabulary.findings
-    parsed = parse(scalar, start, findings)
+    """What `read` makes of the formula in `scalar`, with the variables in `scope`; None if it does not parse."""
+    parsed = parse(scalar, start, vocabulary.findings)
     if parsed is None:
         return None
-    return read(Context(parsed, scope, where, {}), parsed.tree)
+    here = NameResolver(scalar.source, scalar.source.text, vocabulary, where, YAML, scope or {})
+    return read(here, expression_of(parsed, parsed.tree))
 
 
-def _read_rules(reading: DomainReading, node: Node | None) -> tuple[f.Effect, ...]:
-    def read(context: Context, tree: Tree) -> tuple[f.Effect, ...]:
-        return read_effects(context, tree, world=False)
+def _read_rules(reading: DomainReading, node: YamlNode | None) -> tuple[f.Effect, ...]:
+    def read(here: NameResolver, node: Expression) -> tuple[f.Effect, ...]:
+        return read_effects(here, node, world=False)
 
-    scope = Scope(reading.vocabulary)
     scalars = reading.reader.formulas(node, "an update rule")
-    rules = [read_parsed(scalar, "effect", scope, "in an update rule", read) for scalar in scalars]
+    rules = [read_parsed(scalar, "effect", reading.vocabulary, "in an update rule", read) for scalar in scalars]
     return tuple(effect for group in rules for effect in group or ())
 
 
-def _read_actions(reading: DomainReading, node: Node | None) -> dict[str, Action]:
+def _read_actions(reading: DomainReading, node: YamlNode | None) -> dict[str, Action]:
     actions: dict[str, Action] = {}
     for name, key, value in reading.reader.entries(node, "the actions"):
         reading.reader.check_name(key, "an action")
@@ -256,21 +275,26 @@ def _read_action(reading: DomainReading, name: str, key: Scalar, mapping: Mappin
     parameters, scope = _read_parameters(reading, name, mapping.get("parameters"))
     of_action = f'of action "{name}"'
 
+    def read_as(
+        scalar: Scalar, start: str, where: str, read: Callable[[NameResolver, Expression], _Read]
+    ) -> _Read | None:
+        return read_parsed(scalar, start, reading.vocabulary, where, read, scope)
+
     where = f"in a precondition {of_action}"
     scalars = reader.formulas(mapping.get("preconditions"), f"a precondition {of_action}")
-    formulas = [read_parsed(scalar, "formula", scope, where, read_formula) for scalar in scalars]
+    formulas = [read_as(scalar, "formula", where, read_formula) for scalar in scalars]
     geometry = None
     if (scalar := reader.scalar(mapping.get("geometry"), f"`geometry` {of_action}")) is not None:
-        geometry = read_parsed(scalar, "procedure", scope, f"in `geometry` {of_action}", read_call)
+        geometry = read_as(scalar, "procedure", f"in `geometry` {of_action}", read_call)
     where = f"in an effect {of_action}"
     scalars = reader.formulas(mapping.get("effects"), f"an effect {of_action}")
-    effects = [read_parsed(scalar, "effect", scope, where, read_effects) for scalar in scalars]
+    effects = [read_as(scalar, "effect", where, read_effects) for scalar in scalars]
     where = f"in `sense` {of_action}"
     scalars = reader.formulas(mapping.get("sense"), f"`sense` {of_action}")
-    sense = [read_parsed(scalar, "value", scope, where, _read_sensed) for scalar in scalars]
+    sense = [read_as(scalar, "value", where, _read_sensed) for scalar in scalars]
     cost: f.Term | None = f.Number(1.0)
     if (scalar := reader.scalar(mapping.get("cost"), f"the cost {of_action}")) is not None:
-        cost = read_parsed(scalar, "value", scope, f"in the cost {of_action}", _read_cost)
+        cost = read_as(scalar, "value", f"in the cost {of_action}", _read_cost)
     return Action(
         name, parameters, tuple(each for each in formulas if each is not None), geometry,
         tuple(effect for group in effects for effect in group or ()),
@@ -279,59 +303,56 @@ def _read_action(reading: DomainReading, name: str, key: Scalar, mapping: Mappin
 
 
 def _read_parameters(
-    reading: DomainReading, action: str, node: Node | None
-) -> tuple[tuple[Parameter, ...], Scope]:
+    reading: DomainReading, action: str, node: YamlNode | None
+) -> tuple[tuple[Parameter, ...], dict[str, Symbol]]:
     bound: dict[str, Symbol] = {}
-    scope = Scope(reading.vocabulary, bound)  # sees what is added to `bound`: earlier parameters
     parameters: list[Parameter] = []
     where = f'in the parameters of action "{action}"'
     for name, key, value in reading.reader.entries(node, f'the parameters of action "{action}"'):
         correct = reading.reader.check_name(key, "a parameter")
-        kind: Kind = None
+        kind: Kind = ANY
         value_of = None
         if isinstance(value, Mapping):
-            kind, value_of = _read_run_time_variable(reading, value, scope, where)
-            symbol = Symbol("run-time variable", name, key.place, kind, (), value_of)
+            kind, value_of = _read_run_time_variable(reading, value, bound, where)
+            symbol = Symbol("run-time variable", name, key.place, kind, (), value_of, type=type_of(kind))
         else:
             scalar = reading.reader.scalar(value, f'the type of the parameter "{name}"')
             if scalar is not None and reading.vocabulary.check_type(scalar.text, scalar.place, where):
-                kind = scalar.text
-            symbol = Symbol("parameter", name, key.place, kind)
-        scope.check_free(symbol)
+                kind = (scalar.text,)
+            symbol = Symbol("parameter", name, key.place, kind, type=type_of(kind))
+        earlier = bound.get(name) or reading.vocabulary.symbols.get(name)
+        if earlier is not None:
+            reading.vocabulary.report_taken(symbol, earlier)
         bound[name] = symbol
         if correct:
-            parameters.append(Parameter(name, str(kind or ""), value_of, key.place))
-    return tuple(parameters), scope
+            parameters.append(Parameter(name, symbol.type, value_of, key.place))
+    return tuple(parameters), bound
 
 
 def _read_run_time_variable(
-    reading: DomainReading, mapping: Mapping, scope: Scope, where: str
+    reading: DomainReading, mapping: Mapping, scope: dict[str, Symbol], where: str
 ) -> tuple[Kind, f.Application | None]:
     what = "a run-time variable"
     reading.reader.keys(mapping, ("value_of",), what)
     scalar = reading.reader.scalar(reading.reader.require(mapping, "value_of", what), "`value_of`")
     if scalar is None:
-        return None, None
-    term = read_parsed(scalar, "value", scope, where, read_function_term)
-    symbol = scope.find(term.function) if term is not None else None
-    return (None if symbol is None else symbol.kind), term
+        return ANY, None
+    term = read_parsed(scalar, "value", reading.vocabulary, where, NameResolver.application, scope)
+    symbol = None if term is None else scope.get(term.function) or reading.vocabulary.symbols.get(term.function)
+    return (ANY if symbol is None else symbol.kind), term
 
 
-def _read_sensed(context: Context, tree: Tree) -> f.Atom | f.Application | None:
-    if tree.data == "term":
-        name = tree.children[0]
-        symbol = context.scope.find(str(name))
-        if symbol is None:
-            context.unknown(name, "predicate or function", "predicate", "function")
-            return None
-        if symbol.role == "function":
-            return read_function_term(context, tree)
-    return read_atom(context, tree)
-
-
-def _read_cost(context: Context, tree: Tree) -> f.Term | None:
-    term, kind = read_term(context, tree)
-    if term is not None and kind not in (NUMBER, None):
-        context.report(tree, "a cost must be a number")
+def _read_sensed(here: NameResolver, node: Expression) -> f.Atom | f.Application | None:
+    symbol = here.find(node.text) if node.kind in ("name", "call") else None
+    if symbol is None and node.kind in ("name", "call"):
+        report_unknown(here, node, "predicate or function", "predicate", "function")
         return None
-    return term
+    return here.application(node) if symbol is not None and symbol.role == "function" else here.atom(node)
+
+
+def _read_cost(here: NameResolver, node: Expression) -> f.Term | None:
+    found = here.term(node)
+    if found is not None and found[1] not in (NUMBERS, ANY):
+        here.report(node, "a cost must be a number")
+        return None
+    return None if found is None else found[0]

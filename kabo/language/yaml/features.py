@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping as MappingType
 
 from kabo.language.scene_description import Feature, Shape, Vector
-from kabo.language.yaml.documents import Mapping, Node
+from kabo.language.yaml.documents import Mapping, YamlNode
 from kabo.language.yaml.values import Reader
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
@@ -33,7 +33,7 @@ def given_features(shape: Shape | None) -> dict[str, Feature]:
     return features
 
 
-def read_features(reader: Reader, node: Node | None) -> dict[str, Feature | None]:
+def read_features(reader: Reader, node: YamlNode | None) -> dict[str, Feature | None]:
     """The features of a mapping, by name; wrong ones are reported and None."""
     features: dict[str, Feature | None] = {}
     for name, key, value in reader.entries(node, "features"):
@@ -71,7 +71,7 @@ def _read_feature(reader: Reader, mapping: Mapping) -> Feature | None:
     return Feature("line" if kind == "line" else "plane", origin, direction)
 
 
-def _direction(reader: Reader, node: Node | None, key: str) -> Vector | None:
+def _direction(reader: Reader, node: YamlNode | None, key: str) -> Vector | None:
     vector = reader.vector(node, f"`{key}`")
     if vector is None or node is None:
         return None

@@ -11,7 +11,7 @@ from kabo.language.formulas import Place
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
 from kabo.language.source import UnreadableError, read_source
-from kabo.language.yaml.documents import Mapping, Node, read_document
+from kabo.language.yaml.documents import Mapping, YamlNode, read_document
 from kabo.language.yaml.domain_file import DomainReading, read_domain
 from kabo.language.yaml.paths import OUTSIDE, beside, lies_within, near_file
 from kabo.language.yaml.problem_file import read_problem
@@ -108,7 +108,7 @@ class _Loading:
         return {os.path.relpath(name, base).replace(os.sep, "/"): digest for name, digest in self.digests.items()}
 
 
-def _path_of(node: Node | None) -> str | None:
+def _path_of(node: YamlNode | None) -> str | None:
     text = getattr(node, "text", None)
     return text if isinstance(text, str) and text.strip() and "\0" not in text else None
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from kabo.language.findings import Findings
 from kabo.language.source import missing_file_reason
-from kabo.language.yaml.documents import Node
+from kabo.language.yaml.documents import YamlNode
 from kabo.language.yaml.values import Reader
 
 OUTSIDE = "the file lies outside of the folder that may be read"
@@ -52,7 +52,7 @@ def installed_folder(name: str) -> Path | None:
     return next((root / "share" / name for root in roots if (root / "share" / name).is_dir()), None)
 
 
-def read_packages(reader: Reader, node: Node | None) -> dict[str, Path]:
+def read_packages(reader: Reader, node: YamlNode | None) -> dict[str, Path]:
     """The folders of `packages: {NAME: folder}`, those that are installed by their name."""
     packages: dict[str, Path] = {}
     for name, _, value in reader.entries(node, "the packages"):
@@ -76,7 +76,7 @@ def read_packages(reader: Reader, node: Node | None) -> dict[str, Path]:
     return packages
 
 
-def read_file_path(reader: Reader, node: Node | None, what: str, packages: Mapping[str, Path]) -> Path | None:
+def read_file_path(reader: Reader, node: YamlNode | None, what: str, packages: Mapping[str, Path]) -> Path | None:
     """The path of a file that must exist; reported at the scalar if it does not (the path is returned even so)."""
     text = reader.text(node, what)
     if text is None or node is None:

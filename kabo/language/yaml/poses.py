@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
 from kabo.language.scene_description import PoseDescription, Quaternion, Vector
-from kabo.language.yaml.documents import Mapping, Node
+from kabo.language.yaml.documents import Mapping, YamlNode
 from kabo.language.yaml.values import Reader
 
 POSE_KEYS = ("frame", "position", "quaternion", "rpy")
@@ -28,7 +28,7 @@ def quaternion_of_rpy(rpy: Vector) -> Quaternion:
     )
 
 
-def read_pose(reader: Reader, node: Node | None) -> PoseDescription:
+def read_pose(reader: Reader, node: YamlNode | None) -> PoseDescription:
     """The pose of a mapping, with defaults for what is absent; `place` is that of the frame if it is written."""
     mapping = reader.mapping(node, "a pose")
     if mapping is None:

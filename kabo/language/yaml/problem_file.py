@@ -2,21 +2,24 @@
 
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingType
+from math import inf
 from typing import Any, cast
 
 from kabo.language import formulas as f
+from kabo.language.expressions import Expression
 from kabo.language.findings import Findings, spell_place
 from kabo.language.problem import Problem
+from kabo.language.resolver import NameResolver
 from kabo.language.spelling import spell
-from kabo.language.task_description import FAMILIES, THINGS, Property, Signature
-from kabo.language.vocabulary import Scope, Symbol, Vocabulary
-from kabo.language.yaml.documents import Mapping, Node
-from kabo.language.yaml.domain_file import DomainReading, read_named_things, read_parsed
+from kabo.language.task_description import FAMILIES, THINGS, ProcedureProperty, Signature
+from kabo.language.tree_algebra import nodes
+from kabo.language.vocabulary import Vocabulary
+from kabo.language.yaml.documents import Mapping, YamlNode
+from kabo.language.yaml.domain_file import DomainReading, named, read_named_things, read_parsed
 from kabo.language.yaml.effects import read_effects
 from kabo.language.yaml.queries import read_formula
 from kabo.language.yaml.scene_file import SceneReading
-from kabo.language.yaml.syntax import Tree, parse
-from kabo.language.yaml.terms import Context
+from kabo.language.yaml.syntax import parse
 from kabo.language.yaml.values import Reader
 from kabo.options import OPTIONS, Option, SolveOptions
 
@@ -47,13 +50,13 @@ def read_problem(
         _only_parse(reader, root, findings)
         return None
     objects, places = _read_objects(reader, domain, root.get("objects"))
-    scope = Scope(domain.vocabulary)
     scalars = reader.formulas(root.get("initial"), "an initial update")
     effects = [
-        read_parsed(scalar, "effect", scope, "in the initial knowledge", _read_initial) for scalar in scalars
+        read_parsed(scalar, "effect", domain.vocabulary, "in the initial knowledge", _read_initial)
+        for scalar in scalars
     ]
     scalars = reader.formulas(goal_node, "a goal")
-    goal = [read_parsed(scalar, "formula", scope, "in the goal", _read_goal) for scalar in scalars]
+    goal = [read_parsed(scalar, "formula", domain.vocabulary, "in the goal", _read_goal) for scalar in scalars]
     problem = Problem(
         name or "", domain.domain, objects, tuple(effect for group in effects for effect in group or ()),
         tuple(each for each in goal if each is not None), options, None if scene is None else scene.description,
@@ -64,12 +67,12 @@ def read_problem(
     return problem
 
 
-def _read_initial(context: Context, tree: Tree) -> tuple[f.Effect, ...]:
-    return read_effects(context, tree, world=False, conditional=False)
+def _read_initial(here: NameResolver, node: Expression) -> tuple[f.Effect, ...]:
+    return read_effects(here, node, world=False, conditional=False)
 
 
-def _read_goal(context: Context, tree: Tree) -> f.Formula | None:
-    return read_formula(context, tree, temporal=True)
+def _read_goal(here: NameResolver, node: Expression) -> f.Formula | None:
+    return read_formula(here, node, temporal=True)
 
 
 def _only_parse(reader: Reader, root: Mapping, findings: Findings) -> None:
@@ -79,19 +82,19 @@ def _only_parse(reader: Reader, root: Mapping, findings: Findings) -> None:
 
 
 def _read_objects(
-    reader: Reader, domain: DomainReading, node: Node | None
+    reader: Reader, domain: DomainReading, node: YamlNode | None
 ) -> tuple[dict[str, str], dict[str, f.Place]]:
     objects = dict(domain.constants)
     places: dict[str, f.Place] = {}
     for scalar, kind in read_named_things(reader, domain.vocabulary, node, "object"):
-        if domain.vocabulary.declare(Symbol("object", scalar.text, scalar.place, kind)) and kind is not None:
+        if domain.vocabulary.declare(named(scalar, "object", kind)) and kind is not None:
             objects[scalar.text] = kind
             places[scalar.text] = scalar.place
     return objects, places
 
 
 # ------------------------------------------------------------------------------------------------------- options
-def read_options(reader: Reader, node: Node | None) -> SolveOptions:
+def read_options(reader: Reader, node: YamlNode | None) -> SolveOptions:
     """The options that a problem says."""
     mapping = reader.mapping(node, "`options`")
     if mapping is None:
@@ -109,16 +112,18 @@ def read_options(reader: Reader, node: Node | None) -> SolveOptions:
     return cast("SolveOptions", found)
 
 
-def _read_option(reader: Reader, option: Option, node: Node | None, what: str) -> str | float | None:
+def _read_option(reader: Reader, option: Option, node: YamlNode | None, what: str) -> str | float | None:
     if option.choices:
         return reader.choice(node, option.choices, what)
     if option.kind is int:
         return reader.whole(node, what, option.problem_least)
     if option.kind is bool:
         return reader.boolean(node, what)
-    if option.at_least is None or option.at_most is None:
+    if not option.at_least and option.at_most is None:
         return reader.positive(node, what)
-    return reader.between(node, what, option.at_least, option.at_most, option.unit)
+    return reader.between(
+        node, what, option.at_least or 0.0, inf if option.at_most is None else option.at_most, option.unit
+    )
 
 
 # -------------------------------------------------------------------------------------- objects and their things
@@ -128,9 +133,9 @@ def _check_calls(
     """Reports every argument that a procedure can get and that the scene does not have."""
     domain, findings = problem.domain, vocabulary.findings
     wanted: dict[str, dict[str, f.ProcedureCall]] = {}  # type, kind of thing, the first call that says so
-    calls = list(_calls_of(problem.goal, domain.update_rules))
+    calls = _calls_in((problem.goal, domain.update_rules))
     for action in domain.actions.values():
-        calls.extend(_calls_of(action.geometry, action.preconditions, action.effects))
+        calls += _calls_in((action.geometry, action.preconditions, action.effects))
     for call in calls:
         for property_, argument in _filled(call, vocabulary.procedures):
             value = argument.value
@@ -157,7 +162,7 @@ def ancestors(kind: str, types: MappingType[str, str | None]) -> Iterator[str]:
 
 def _filled(
     call: f.ProcedureCall, procedures: MappingType[str, Signature | None]
-) -> Iterator[tuple[Property, f.Argument]]:
+) -> Iterator[tuple[ProcedureProperty, f.Argument]]:
     """Every argument of a call with the property that it fills."""
     properties = procedures.get(call.procedure)
     if properties is None:
@@ -167,27 +172,9 @@ def _filled(
         yield (properties[number] if argument.name is None else by_name[argument.name]), argument
 
 
-def _calls_of(*trees: object) -> Iterator[f.ProcedureCall]:
-    """All procedure calls inside formulas and effects."""
-    waiting = list(trees)
-    while waiting:
-        tree = waiting.pop()
-        if isinstance(tree, f.ProcedureCall):
-            yield tree
-        elif isinstance(tree, tuple):
-            waiting.extend(tree)
-        elif isinstance(tree, f.Test):
-            waiting.append(tree.call)
-        elif isinstance(tree, f.Conditional):
-            waiting.append(tree.condition)
-        elif isinstance(tree, f.ForEach):
-            waiting.append(tree.effects)
-        elif isinstance(tree, f.And | f.Or):
-            waiting.append(tree.parts)
-        elif isinstance(tree, f.Xor):
-            waiting.extend((tree.first, tree.second))
-        elif isinstance(tree, f.Not | f.Forall | f.Exists | f.Temporal):
-            waiting.append(tree.body)
+def _calls_in(trees: object) -> list[f.ProcedureCall]:
+    """All procedure calls inside formulas and effects, the last one first."""
+    return [node for node in nodes(trees) if isinstance(node, f.ProcedureCall)][::-1]
 
 
 def _check_thing(
@@ -207,7 +194,7 @@ def _check_thing(
     findings.add(place, f'"{name}" {problem}; {called} needs a {wanted}', hint)
 
 
-def _check_family(scene: SceneReading, wanted: Property, value: f.Constant, findings: Findings) -> None:
+def _check_family(scene: SceneReading, wanted: ProcedureProperty, value: f.Constant, findings: Findings) -> None:
     description, place = scene.description, value.place
     if description is None or place is None:
         return

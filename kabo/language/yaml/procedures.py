@@ -12,7 +12,7 @@ from pathlib import Path
 from kabo.language.findings import Findings
 from kabo.language.names import NAME
 from kabo.language.source import UnreadableError, read_source
-from kabo.language.task_description import Property, Signature, TaskDescription
+from kabo.language.task_description import ProcedureProperty, Signature, TaskDescription
 from kabo.language.yaml.paths import OUTSIDE, lies_within
 from kabo.language.yaml.task_file import read_task_text, report_unreadable
 
@@ -20,7 +20,7 @@ FOLDER = "tasks"
 LIBRARY = Path(__file__).parents[2] / "tasks" / "library"
 
 
-class Procedures(Mapping[str, Signature | None]):
+class ProcedureSignatures(Mapping[str, Signature | None]):
     """The signature of each procedure by its name; None for a task file that is broken, which was reported.
 
     Args:
@@ -116,4 +116,4 @@ def library_signature(name: str) -> Signature:
 
 def signature_of(task: TaskDescription) -> Signature:
     """The declared properties of a task, in their order."""
-    return tuple(Property(each.name, each.kind or "any", each.required) for each in task.inputs)
+    return tuple(ProcedureProperty(each.name, each.kind or "any", each.required) for each in task.inputs)

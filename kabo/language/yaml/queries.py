@@ -1,105 +1,121 @@
-"""Formulas of knowledge: parse trees of the start symbol `formula`, resolved into queries."""
+"""Formulas of knowledge: expressions of the start symbol `formula`, resolved into queries."""
 
 from collections.abc import Callable
 
 from kabo.language import formulas as f
+from kabo.language.expressions import Expression
+from kabo.language.names import NAME, proper_name
+from kabo.language.resolver import NameResolver
+from kabo.language.types import ANY
+from kabo.language.vocabulary import Symbol
 from kabo.language.yaml.calls import read_call, read_test
-from kabo.language.yaml.syntax import Tree
-from kabo.language.yaml.terms import (
-    Context,
-    read_atom,
-    read_claim,
-    read_function_term,
-    read_variables,
-)
 
 
-def read_formula(context: Context, tree: Tree, *, temporal: bool = False) -> f.Formula | None:
-    """The formula of a parse tree; with `temporal`, initially(…) and always(…) may stand in it (goals).
+def read_formula(here: NameResolver, node: Expression, *, temporal: bool = False) -> f.Formula | None:
+    """The formula of an expression; with `temporal`, initially(…) and always(…) may stand in it (goals).
 
     Returns None after reporting what is wrong; parts beside a wrong one are still checked.
     """
-    place = context.parsed.place(tree)
-    if tree.data in ("true", "false"):
-        return f.Truth(tree.data == "true", place)
-    if tree.data in ("any_of", "all_of", "either"):
-        return _junction(context, tree, temporal)
-    if tree.data in ("forall", "exists"):
-        variables, inner = read_variables(context, tree.children[0])
-        body = read_formula(inner, tree.children[1], temporal=temporal)
-        quantifier = f.Forall if tree.data == "forall" else f.Exists
+    place = here.place(node)
+    if node.kind in ("true", "false"):
+        return f.Truth(node.kind == "true", place)
+    if node.kind in ("any_of", "all_of", "either"):
+        return _junction(here, node, temporal)
+    if node.kind in ("forall", "exists"):
+        variables, inner = read_variables(here, node)
+        body = read_formula(inner, node.parts[0], temporal=temporal)
+        quantifier = f.Forall if node.kind == "forall" else f.Exists
         return None if body is None else quantifier(variables, body, place)
-    if tree.data == "negation":
-        body = read_formula(context, tree.children[0], temporal=temporal)
+    if node.kind == "not":
+        body = read_formula(here, node.parts[0], temporal=temporal)
         return None if body is None else f.Not(body, place)
-    if tree.data == "temporal":
-        return _temporal(context, tree, temporal)
-    if tree.data == "call":
-        return _test(context, tree)
-    return _PRIMITIVES[str(tree.data)](context, tree)
+    if node.kind == "temporal":
+        return _temporal(here, node, temporal)
+    return _PRIMITIVES[node.kind](here, node)
 
 
-def _junction(context: Context, tree: Tree, temporal: bool) -> f.Formula | None:
-    parts = [read_formula(context, part, temporal=temporal) for part in tree.children]
+def read_variables(here: NameResolver, node: Expression) -> tuple[tuple[f.Variable, ...], NameResolver]:
+    """The variables of a quantifier, and the resolver in whose scope they are bound."""
+    found: dict[str, Symbol] = {}
+    variables: list[f.Variable] = []
+    for name, kind in node.variables:
+        assert kind is not None
+        known = here.vocabulary.check_type(kind.text, here.place(kind), here.where)
+        if not NAME.fullmatch(name.text):
+            message = f'"{name.text}" cannot be the name of a variable'
+            here.report(name, message, f'write "{proper_name(name.text)}"')
+        place = here.place(name)
+        symbol = Symbol(
+            "variable", name.text, place, (kind.text,) if known else ANY, type=kind.text if known else ""
+        )
+        if name.text in found:
+            here.vocabulary.report_taken(symbol, found[name.text])
+        found[name.text] = symbol
+        variables.append(f.Variable(name.text, kind.text, place))
+    for symbol in found.values():
+        earlier = here.find(symbol.name)
+        if earlier is not None:
+            here.vocabulary.report_taken(symbol, earlier)
+    return tuple(variables), here.inside(found)
+
+
+def _junction(here: NameResolver, node: Expression, temporal: bool) -> f.Formula | None:
+    parts = [read_formula(here, part, temporal=temporal) for part in node.parts]
     whole = tuple(part for part in parts if part is not None)
-    place = context.parsed.place(tree)
+    place = here.place(node)
     if len(whole) < len(parts):
         return None
-    if tree.data == "either":
+    if node.kind == "either":
         return f.Xor(whole[0], whole[1], place)
-    return f.And(whole, place) if tree.data == "all_of" else f.Or(whole, place)
+    return f.And(whole, place) if node.kind == "all_of" else f.Or(whole, place)
 
 
-def _temporal(context: Context, tree: Tree, allowed: bool) -> f.Formula | None:
-    kind, inner = tree.children
-    body = read_formula(context, inner, temporal=allowed)
+def _temporal(here: NameResolver, node: Expression, allowed: bool) -> f.Formula | None:
+    body = read_formula(here, node.parts[0], temporal=allowed)
     if not allowed:
-        context.report(tree, f"{kind}(…) may stand only in a goal")
+        here.report(node, f"{node.text}(…) may stand only in a goal")
         return None
     if body is None:
         return None
-    return f.Temporal("initially" if kind == "initially" else "always", body, context.parsed.place(tree))
+    return f.Temporal("initially" if node.text == "initially" else "always", body, here.place(node))
 
 
-def _test(context: Context, tree: Tree) -> f.Formula | None:
-    name = str(tree.children[0])
-    symbol = context.scope.find(name)
+def _test(here: NameResolver, node: Expression) -> f.Formula | None:
+    name, place = node.text, here.place(node)
+    symbol = here.find(name)
     if symbol is not None and symbol.role == "predicate":
-        end = context.parsed.scalar.start + (tree.meta.end_pos if not tree.meta.empty else 0)
-        place = context.parsed.place(tree)
-        source = context.parsed.scalar.source.text[end - place.length : end]
+        source = here.source.text[node.end - place.length : node.end]
         written = source if source.startswith(name) else f"{name}(…)"
-        context.report(tree, f'"{name}" is a predicate, and a formula is about knowledge', f"write K({written})")
+        here.report(node, f'"{name}" is a predicate, and a formula is about knowledge', f"write K({written})")
         return None
     if symbol is not None and symbol.role == "procedure":
-        asked = read_test(context, tree, symbol)
-        return None if asked is None else f.Test(asked, context.parsed.place(tree))
-    if name not in context.procedures:
-        known = {**context.scope.names("predicate", "procedure"), **dict.fromkeys(context.procedures, ("", None))}
-        hint = context.findings.near(name, known.keys(), known)
-        context.report(tree.children[0], f'unknown geometric test "{name}" {context.where}', hint)
+        asked = read_test(here, node, symbol)
+        return None if asked is None else f.Test(asked, place)
+    procedures = here.vocabulary.procedures
+    if name not in procedures:
+        known = {**here.visible("predicate", "procedure"), **dict.fromkeys(procedures, ("", None))}
+        hint = here.findings.near(name, known.keys(), known)
+        here.report(node.name, f'unknown geometric test "{name}" {here.where}', hint)
         return None
-    call = read_call(context, tree)
-    return None if call is None else f.Test(call, context.parsed.place(tree))
+    call = read_call(here, node)
+    return None if call is None else f.Test(call, place)
 
 
-def _know(context: Context, tree: Tree) -> f.Formula | None:
-    claim = read_claim(context, tree.children[0])
-    return None if claim is None else f.Know(claim, context.parsed.place(tree))
+def _know(here: NameResolver, node: Expression) -> f.Formula | None:
+    claim = here.claim(node.parts[0])
+    return claim if claim is None or isinstance(claim, f.Truth) else f.Know(claim, here.place(node))
 
 
-def _know_whether(context: Context, tree: Tree) -> f.Formula | None:
-    atom = read_atom(context, tree.children[0])
-    return None if atom is None else f.KnowWhether(atom, context.parsed.place(tree))
+def _know_whether(here: NameResolver, node: Expression) -> f.Formula | None:
+    atom = here.atom(node.parts[0])
+    return None if atom is None else f.KnowWhether(atom, here.place(node))
 
 
-def _know_value(context: Context, tree: Tree) -> f.Formula | None:
-    term = read_function_term(context, tree.children[0])
-    return None if term is None else f.KnowValue(term, context.parsed.place(tree))
+def _know_value(here: NameResolver, node: Expression) -> f.Formula | None:
+    term = here.application(node.parts[0])
+    return None if term is None else f.KnowValue(term, here.place(node))
 
 
-_PRIMITIVES: dict[str, Callable[[Context, Tree], f.Formula | None]] = {
-    "know": _know,
-    "know_whether": _know_whether,
-    "know_value": _know_value,
-}
+_PRIMITIVES: dict[str, Callable[[NameResolver, Expression], f.Formula | None]] = {
+    "call": _test, "know": _know, "know_whether": _know_whether, "know_value": _know_value,
+}  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 from kabo.language.scene_description import Feature, GripperDescription, RobotDescription
 from kabo.language.yaml.bodies import BodyReader
 from kabo.language.yaml.constraints import Owner
-from kabo.language.yaml.documents import Mapping, Node
+from kabo.language.yaml.documents import Mapping, YamlNode
 from kabo.language.yaml.features import read_features, sound_features
 from kabo.language.yaml.paths import read_file_path
 from kabo.language.yaml.poses import read_pose
@@ -51,7 +51,7 @@ class RobotReader:
             analytic, hulls, self._accelerations(mapping.get("acceleration")),
         )  # fmt: skip
 
-    def _words(self, node: Node | None, what: str) -> tuple[str, ...] | None:
+    def _words(self, node: YamlNode | None, what: str) -> tuple[str, ...] | None:
         """Names that other programs gave, each once; None if absent."""
         if node is None:
             return None
@@ -64,7 +64,7 @@ class RobotReader:
                 words.append(word)
         return tuple(words)
 
-    def _gripper(self, node: Node | None) -> GripperDescription | None:
+    def _gripper(self, node: YamlNode | None) -> GripperDescription | None:
         mapping = self.reader.mapping(node, "a gripper")
         if mapping is None:
             return None
@@ -97,7 +97,7 @@ class RobotReader:
                     self.reader.findings.add(node.key(name).place, f'"{name}" is no joint of the gripper', hint)
         return values
 
-    def _tool(self, node: Node | None) -> tuple[str | None, dict[str, Feature | None]]:
+    def _tool(self, node: YamlNode | None) -> tuple[str | None, dict[str, Feature | None]]:
         mapping = self.reader.mapping(node, "a tool")
         if mapping is None:
             return None, {}
@@ -105,7 +105,7 @@ class RobotReader:
         frame = self.reader.text(self.reader.require(mapping, "frame", "a tool"), "the frame of a tool")
         return frame, read_features(self.reader, mapping.get("features"))
 
-    def _limits(self, node: Node | None) -> dict[str, tuple[float, float]]:
+    def _limits(self, node: YamlNode | None) -> dict[str, tuple[float, float]]:
         """The range of some joints, narrower than in the URDF."""
         found: dict[str, tuple[float, float]] = {}
         for name, _, value in self.reader.entries(node, "the limits"):
@@ -116,7 +116,7 @@ class RobotReader:
                 found[name] = values[0], values[1]
         return found
 
-    def _accelerations(self, node: Node | None) -> dict[str, float]:
+    def _accelerations(self, node: YamlNode | None) -> dict[str, float]:
         """The greatest accelerations of some joints [rad/s2 or m/s2]."""
         found: dict[str, float] = {}
         for name, _, value in self.reader.entries(node, "`acceleration`"):
@@ -127,7 +127,9 @@ class RobotReader:
                 found[name] = number
         return found
 
-    def _configurations(self, node: Node | None, joints: tuple[str, ...] | None) -> dict[str, tuple[float, ...]]:
+    def _configurations(
+        self, node: YamlNode | None, joints: tuple[str, ...] | None
+    ) -> dict[str, tuple[float, ...]]:
         found: dict[str, tuple[float, ...]] = {}
         count = None if joints is None else len(joints)
         for name, key, value in self.reader.entries(node, "the configurations"):

@@ -20,9 +20,9 @@ from kabo.language.scene_description import (
     RobotDescription,
     SceneDescription,
 )
-from kabo.language.yaml.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, Part
+from kabo.language.yaml.bodies import BODY_KEYS, MODEL_KEYS, WORLD, BodyReader, PartialBody
 from kabo.language.yaml.constraints import ConstraintReader, Owner, Roles
-from kabo.language.yaml.documents import MAX_NODES, Mapping, Node, Scalar, Sequence, size_of
+from kabo.language.yaml.documents import MAX_NODES, Mapping, Scalar, Sequence, YamlNode, size_of
 from kabo.language.yaml.features import given_features
 from kabo.language.yaml.paths import read_packages
 from kabo.language.yaml.poses import Framed, check_frames
@@ -78,7 +78,7 @@ def read_scene(
     body_reader = BodyReader(reader, ConstraintReader(findings), packages)
     robot_reader = RobotReader(reader, body_reader, packages)
     robots = _Robots(reading, robot_reader).read(root)
-    bodies = _Bodies(reading, body_reader, {name: robot_reader.tools[name] for name in robots})
+    bodies = _SceneBodies(reading, body_reader, {name: robot_reader.tools[name] for name in robots})
     bodies.read_parts(root, additions)
     regions = bodies.read_regions(root, additions)
     described = bodies.describe(regions)
@@ -166,12 +166,12 @@ class _Robots:
 
 
 @dataclass
-class _Bodies:
+class _SceneBodies:
     reading: SceneReading
     bodies: BodyReader
     tools: dict[str, Owner]  # the tool features of every robot
-    parts: dict[str, Part] = field(default_factory=dict)
-    models: dict[str, Part] = field(default_factory=dict)
+    parts: dict[str, PartialBody] = field(default_factory=dict)
+    models: dict[str, PartialBody] = field(default_factory=dict)
 
     def read_parts(self, root: Mapping, additions: Mapping | None) -> None:
         """Shapes, poses and features of all models, objects and bodies."""
@@ -189,7 +189,7 @@ class _Bodies:
             self._read_bodies(additions.get("bodies"), "the bodies", mappings, movable=True)
 
     def _read_bodies(
-        self, node: Node | None, what: str, models: MappingType[str, Mapping], *, movable: bool
+        self, node: YamlNode | None, what: str, models: MappingType[str, Mapping], *, movable: bool
     ) -> None:
         reader = self.reading.reader
         for name, key, value in reader.entries(node, what):
@@ -200,7 +200,7 @@ class _Bodies:
             merged, model = with_model(self.reading, mapping, models)
             if model is None and "model" in merged.entries:  # reported; the shape is not missing as well
                 if name not in self.parts:
-                    self.parts[name] = Part(
+                    self.parts[name] = PartialBody(
                         name, Mapping(key.source, key.start, key.end), None, None, PoseDescription(), movable, None
                     )
                 continue
@@ -246,7 +246,9 @@ class _Bodies:
 
 
 # ------------------------------------------------------------------------------------- mates, motions, contacts
-def _read_mates(bodies: BodyReader, node: Node | None, models: MappingType[str, Part]) -> dict[str, Mate]:
+def _read_mates(
+    bodies: BodyReader, node: YamlNode | None, models: MappingType[str, PartialBody]
+) -> dict[str, Mate]:
     mates: dict[str, Mate] = {}
     reader = bodies.reader
     for name, key, value in reader.entries(node, "the mates"):
@@ -274,7 +276,7 @@ def _read_mates(bodies: BodyReader, node: Node | None, models: MappingType[str, 
 
 
 def _read_motion_constraints(
-    bodies: BodyReader, node: Node | None, roles: Roles
+    bodies: BodyReader, node: YamlNode | None, roles: Roles
 ) -> dict[str, tuple[Constraint, ...]]:
     allowed = {role: roles[role] for role in ("tool", "this", "world")}
     found: dict[str, tuple[Constraint, ...]] = {}
@@ -285,7 +287,7 @@ def _read_motion_constraints(
 
 
 def _read_contacts(
-    reader: Reader, node: Node | None, robots: MappingType[str, object], bodies: MappingType[str, object]
+    reader: Reader, node: YamlNode | None, robots: MappingType[str, object], bodies: MappingType[str, object]
 ) -> tuple[tuple[str, str], ...]:
     items = reader.items(node, "the allowed contacts")
     if isinstance(node, Sequence) and len(items) == 2 and all(isinstance(item, Scalar) for item in items):
@@ -302,7 +304,7 @@ def _read_contacts(
 
 
 def _contact_name(
-    reader: Reader, node: Node, robots: MappingType[str, object], bodies: MappingType[str, object]
+    reader: Reader, node: YamlNode, robots: MappingType[str, object], bodies: MappingType[str, object]
 ) -> str | None:
     scalar = reader.scalar(node, "a robot, robot.link or body")
     if scalar is None:
@@ -315,7 +317,7 @@ def _contact_name(
     return None
 
 
-def _check_frames(reading: SceneReading, parts: MappingType[str, Part], scene: SceneDescription) -> None:
+def _check_frames(reading: SceneReading, parts: MappingType[str, PartialBody], scene: SceneDescription) -> None:
     poses: dict[str, PoseDescription] = {name: robot.base for name, robot in scene.robots.items()}
     poses.update({name: part.pose for name, part in parts.items()})
     poses.update({name: region.pose for name, region in scene.regions.items()})

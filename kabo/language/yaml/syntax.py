@@ -56,14 +56,18 @@ class Parsed:
     tree: Tree
     scalar: Scalar
 
-    def place(self, piece: Tree | Token) -> Place:
-        """Where a piece of the tree stands in the file."""
+    def span(self, piece: Tree | Token) -> tuple[int, int]:
+        """The offsets of a piece of the tree in the file."""
         begin = self.scalar.start
         if isinstance(piece, lark.Token):
-            return self.scalar.source.place(begin + (piece.start_pos or 0), begin + (piece.end_pos or 0))
+            return begin + (piece.start_pos or 0), begin + (piece.end_pos or 0)
         if piece.meta.empty:
-            return self.scalar.place
-        return self.scalar.source.place(begin + piece.meta.start_pos, begin + piece.meta.end_pos)
+            return begin, self.scalar.end
+        return begin + piece.meta.start_pos, begin + piece.meta.end_pos
+
+    def place(self, piece: Tree | Token) -> Place:
+        """Where a piece of the tree stands in the file."""
+        return self.scalar.source.place(*self.span(piece))
 
 
 def parse(scalar: Scalar, start: str, findings: Findings) -> Parsed | None:

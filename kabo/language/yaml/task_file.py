@@ -16,14 +16,14 @@ from kabo.language.task_description import (
     Entries,
     Input,
     Items,
-    Reference,
+    PropertyReference,
     StageDescription,
     TaskDescription,
     Value,
     Word,
     Written,
 )
-from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence, read_document
+from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode, read_document
 from kabo.language.yaml.values import Reader
 
 TASK_KEYS = ("name", "properties", "max_solutions", "timeout", "stages")
@@ -112,7 +112,7 @@ class _Reading:
                 self.findings.add(keys[each.name], message, hint)
 
     # ------------------------------------------------------------------------------------- declared properties
-    def inputs(self, node: Node | None) -> tuple[Input, ...]:
+    def inputs(self, node: YamlNode | None) -> tuple[Input, ...]:
         if isinstance(node, Sequence):  # as the thesis prints it: names without types
             return self.named_inputs(node)
         found = []
@@ -131,7 +131,7 @@ class _Reading:
                 found[name] = Input(name, "any", item.place)
         return tuple(found.values())
 
-    def input(self, name: str, key: Scalar, node: Node) -> Input:
+    def input(self, name: str, key: Scalar, node: YamlNode) -> Input:
         what = f'the property "{name}"'
         if not isinstance(node, Mapping):
             if isinstance(node, Scalar) and node.empty:
@@ -148,7 +148,7 @@ class _Reading:
             return Input(name, kind, key.place, required=False)
         return Input(name, kind, key.place, False, self.value_of(default, kind, f"the default of {what}"))
 
-    def value_of(self, node: Node | None, kind: str | None, what: str) -> Value | Written:
+    def value_of(self, node: YamlNode | None, kind: str | None, what: str) -> Value | Written:
         if kind == "any":
             return None if node is None else self.written(node, what)
         if kind == "number":
@@ -159,13 +159,13 @@ class _Reading:
             return node.text  # quoted, it may be empty
         return self.reader.text(node, what)
 
-    def number(self, node: Node | None, what: str) -> float | int | None:
+    def number(self, node: YamlNode | None, what: str) -> float | int | None:
         if isinstance(node, Scalar) and _WHOLE.fullmatch(node.text.strip()):
             return int(node.text)
         return self.reader.number(node, what, angle=True)
 
     # ---------------------------------------------------------------------------------------------------- stages
-    def stages(self, node: Node | None, of: str) -> tuple[StageDescription, ...]:
+    def stages(self, node: YamlNode | None, of: str) -> tuple[StageDescription, ...]:
         if node is None:
             return ()
         if not isinstance(node, Sequence):
@@ -177,7 +177,7 @@ class _Reading:
         found = (self.stage(item, f"stage {number} of {of}") for number, item in enumerate(node.items, 1))
         return tuple(each for each in found if each is not None)
 
-    def stage(self, node: Node, what: str) -> StageDescription | None:
+    def stage(self, node: YamlNode, what: str) -> StageDescription | None:
         if not isinstance(node, Mapping):
             if not getattr(node, "refused", False):
                 self.findings.add(node.place, f"{what} must be a mapping with the keys `name` and `stage`")
@@ -215,7 +215,7 @@ class _Reading:
             child = child.items[0]
         return self.stage(child, f"what {called} wraps")
 
-    def stage_name(self, node: Node | None, what: str) -> str | None:
+    def stage_name(self, node: YamlNode | None, what: str) -> str | None:
         scalar = self.reader.scalar(node, f"the name of {what}")
         if scalar is None:
             return None
@@ -242,7 +242,7 @@ class _Reading:
         return values, places
 
     # ---------------------------------------------------------------------------------------------------- values
-    def written(self, node: Node, what: str) -> Written | None:
+    def written(self, node: YamlNode, what: str) -> Written | None:
         """A value as it stands; None after a report."""
         if isinstance(node, Sequence):
             items = [self.written(item, f"every item of {what}") for item in node.items]
@@ -257,10 +257,10 @@ class _Reading:
             return None
         return self.reference(node) or Word(node.text, bool(node.style), node.place)
 
-    def reference(self, scalar: Scalar) -> Reference | None:
+    def reference(self, scalar: Scalar) -> PropertyReference | None:
         text = scalar.text.strip()
         if (found := _REFERENCE.fullmatch(text)) is not None:
-            return Reference("PARENT" if found[1] == "PARENT" else "INTERFACE", found[2], scalar.place)
+            return PropertyReference("PARENT" if found[1] == "PARENT" else "INTERFACE", found[2], scalar.place)
         if (like := _LIKE_REFERENCE.fullmatch(text)) is not None and not scalar.style:
             word = like[1].upper()
             meant = (

@@ -13,7 +13,7 @@ from typing import TypeVar
 from kabo.language.findings import Findings
 from kabo.language.names import NAME, RESERVED, proper_name
 from kabo.language.scene_description import FARTHEST
-from kabo.language.yaml.documents import Mapping, Node, Scalar, Sequence
+from kabo.language.yaml.documents import Mapping, Scalar, Sequence, YamlNode
 from kabo.options import LARGEST_EPSILON, SMALLEST_EPSILON
 
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
@@ -33,7 +33,7 @@ class Reader:
     within: Path | None = None
 
     # --------------------------------------------------------------------------------------------- structure
-    def mapping(self, node: Node | None, what: str) -> Mapping | None:
+    def mapping(self, node: YamlNode | None, what: str) -> Mapping | None:
         """The node as a mapping; None if absent, empty or something else."""
         if isinstance(node, Mapping) or node is None:
             return node
@@ -41,7 +41,7 @@ class Reader:
             self.findings.add(node.place, f"{what} must be a mapping: `name: value`, one a line")
         return None
 
-    def entries(self, node: Node | None, what: str) -> Iterator[tuple[str, Scalar, Node]]:
+    def entries(self, node: YamlNode | None, what: str) -> Iterator[tuple[str, Scalar, YamlNode]]:
         """Key, its scalar, and value of every entry of a mapping; nothing if absent."""
         mapping = self.mapping(node, what)
         for key, (scalar, value) in {} if mapping is None else mapping.entries.items():
@@ -58,7 +58,7 @@ class Reader:
             hint = self.findings.near(key, allowed) or f"it has {', '.join(allowed)}"
             self.findings.add(scalar.place, f'unknown key "{key}" of {what}', hint)
 
-    def require(self, mapping: Mapping, key: str, what: str, at: Node | None = None) -> Node | None:
+    def require(self, mapping: Mapping, key: str, what: str, at: YamlNode | None = None) -> YamlNode | None:
         """The value of a key that must be there and not empty."""
         node = mapping.get(key)
         if node is None:
@@ -69,7 +69,7 @@ class Reader:
             return None
         return node
 
-    def items(self, node: Node | None, what: str) -> list[Node]:
+    def items(self, node: YamlNode | None, what: str) -> list[YamlNode]:
         """The items of a list; a single one may stand without brackets, nothing is an empty list."""
         if node is None or (isinstance(node, Scalar) and node.empty):
             return []
@@ -80,7 +80,7 @@ class Reader:
             return []
         return [node]
 
-    def formulas(self, node: Node | None, what: str) -> list[Scalar]:
+    def formulas(self, node: YamlNode | None, what: str) -> list[Scalar]:
         """The formulas of a list; one that the commas of a flow list cut in two is reported as that."""
         found: list[Scalar] = []
         open_parentheses = 0
@@ -106,7 +106,7 @@ class Reader:
         message = f"this formula is cut in two: inside {brackets} YAML separates at every comma"
         self.findings.add(scalar.place, message, 'write one formula a line after "- ", or put it in double quotes')
 
-    def _report_no_text(self, node: Node, what: str) -> None:
+    def _report_no_text(self, node: YamlNode, what: str) -> None:
         kind = "a list" if isinstance(node, Sequence) else "a mapping"
         hint = None
         if isinstance(node, Mapping) and not node.flow:
@@ -114,7 +114,7 @@ class Reader:
         self.findings.add(node.place, f"{what} must be text, this is {kind}", hint)
 
     # ----------------------------------------------------------------------------------------------- scalars
-    def scalar(self, node: Node | None, what: str) -> Scalar | None:
+    def scalar(self, node: YamlNode | None, what: str) -> Scalar | None:
         """The node as a scalar with some text."""
         if node is None:
             return None
@@ -128,12 +128,12 @@ class Reader:
             return None
         return node
 
-    def text(self, node: Node | None, what: str) -> str | None:
+    def text(self, node: YamlNode | None, what: str) -> str | None:
         """The text of a scalar as it stands; for paths and names that other programs gave."""
         scalar = self.scalar(node, what)
         return None if scalar is None else scalar.text
 
-    def name(self, node: Node | None, what: str) -> str | None:
+    def name(self, node: YamlNode | None, what: str) -> str | None:
         """A name of the language; the right spelling is proposed for a wrong one."""
         scalar = self.scalar(node, what)
         return scalar.text if scalar is not None and self.check_name(scalar, what) else None
@@ -150,7 +150,7 @@ class Reader:
         self.findings.add(scalar.place, message, f'write "{proper_name(word)}": names match [a-z][a-z0-9_]*')
         return False
 
-    def number(self, node: Node | None, what: str, *, angle: bool = False) -> float | None:
+    def number(self, node: YamlNode | None, what: str, *, angle: bool = False) -> float | None:
         """A finite number; with `angle`, radians or degrees with the suffix `deg`."""
         scalar = self.scalar(node, what)
         if scalar is None:
@@ -169,11 +169,11 @@ class Reader:
             return None
         return math.radians(value) if found[2] else value + 0.0
 
-    def epsilon(self, node: Node | None, what: str) -> float | None:
+    def epsilon(self, node: YamlNode | None, what: str) -> float | None:
         """A tolerance that geometric predicates can keep [m]."""
         return self.between(node, what, SMALLEST_EPSILON, LARGEST_EPSILON, "m")
 
-    def between(self, node: Node | None, what: str, least: float, most: float, unit: str) -> float | None:
+    def between(self, node: YamlNode | None, what: str, least: float, most: float, unit: str) -> float | None:
         """A number above zero within two bounds."""
         value = self.positive(node, what)
         if value is not None and node is not None and not least <= value <= most:
@@ -182,12 +182,12 @@ class Reader:
             return None
         return value
 
-    def size(self, node: Node | None, what: str) -> float | None:
+    def size(self, node: YamlNode | None, what: str) -> float | None:
         """A length above zero that a thing can have [m]."""
         value = self.positive(node, what)
         return value if node is None or self.sensible(node, what, value, SMALLEST_SIZE) else None
 
-    def position(self, node: Node | None, what: str) -> tuple[float, float, float] | None:
+    def position(self, node: YamlNode | None, what: str) -> tuple[float, float, float] | None:
         """Three lengths that a thing can be away [m]."""
         values = self.vector(node, what)
         if values is None or not isinstance(node, Sequence):
@@ -195,7 +195,7 @@ class Reader:
         near = [self.sensible(*each) for each in zip(node.items, [what] * 3, values, strict=True)]
         return values if all(near) else None
 
-    def sensible(self, node: Node, what: str, value: float | None, least: float = 0.0) -> bool:
+    def sensible(self, node: YamlNode, what: str, value: float | None, least: float = 0.0) -> bool:
         """Whether a length is one that a scene can have [m]; reports if not."""
         if value is not None and abs(value) > FARTHEST:
             hint = "lengths are metres; move the scene to its origin"
@@ -206,7 +206,7 @@ class Reader:
             return False
         return True
 
-    def positive(self, node: Node | None, what: str) -> float | None:
+    def positive(self, node: YamlNode | None, what: str) -> float | None:
         """A number greater than zero."""
         value = self.number(node, what)
         if value is not None and value <= 0 and node is not None:
@@ -214,7 +214,7 @@ class Reader:
             return None
         return value
 
-    def whole(self, node: Node | None, what: str, minimum: int = 0) -> int | None:
+    def whole(self, node: YamlNode | None, what: str, minimum: int = 0) -> int | None:
         """A whole number from `minimum` on."""
         scalar = self.scalar(node, what)
         if scalar is None:
@@ -227,7 +227,7 @@ class Reader:
             return None
         return int(word)
 
-    def boolean(self, node: Node | None, what: str) -> bool | None:
+    def boolean(self, node: YamlNode | None, what: str) -> bool | None:
         """`true` or `false`."""
         scalar = self.scalar(node, what)
         if scalar is None:
@@ -237,7 +237,7 @@ class Reader:
             return None
         return scalar.text == "true"
 
-    def choice(self, node: Node | None, options: Collection[_Word], what: str) -> _Word | None:
+    def choice(self, node: YamlNode | None, options: Collection[_Word], what: str) -> _Word | None:
         """One of some words."""
         scalar = self.scalar(node, what)
         if scalar is None:
@@ -251,7 +251,7 @@ class Reader:
         return None
 
     def numbers(
-        self, node: Node | None, what: str, count: int | None = None, *, angle: bool = False
+        self, node: YamlNode | None, what: str, count: int | None = None, *, angle: bool = False
     ) -> tuple[float, ...] | None:
         """A list of numbers, of the length `count` if it is given."""
         if node is None:
@@ -265,7 +265,7 @@ class Reader:
         values = [self.number(item, f"every number of {what}", angle=angle) for item in node.items]
         return None if None in values else tuple(value for value in values if value is not None)
 
-    def vector(self, node: Node | None, what: str) -> tuple[float, float, float] | None:
+    def vector(self, node: YamlNode | None, what: str) -> tuple[float, float, float] | None:
         """Three numbers."""
         values = self.numbers(node, what, 3)
         return None if values is None else (values[0], values[1], values[2])

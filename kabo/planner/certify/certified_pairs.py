@@ -22,7 +22,7 @@ class Thing(NamedTuple):
     pose: Array  # (12,) in the joint's frame, or in the world
 
 
-class Choice:
+class PairChoice:
     """Chooses pairs; what moves, and on what, is mostly the same from stretch to stretch."""
 
     def __init__(self, never_collide: Callable[[str, str], bool]) -> None:

@@ -26,7 +26,7 @@ from kabo.plan import (
     StretchProof,
     topological_order,
 )
-from kabo.planner.certify.certified_pairs import Choice, Thing
+from kabo.planner.certify.certified_pairs import PairChoice, Thing
 from kabo.planner.certify.component_values import ComponentValues
 from kabo.planner.certify.motion_situation import MotionSituation
 from kabo.planner.certify.motion_stretches import MotionStretch, joined, stretches
@@ -39,7 +39,7 @@ CUTS = (1, 2, 4, 8, 16)  # into how many parts pieces of motions that overlap ar
 MOST = 20_000  # way points of a path that visits every couple of pieces
 
 
-class Moved(NamedTuple):
+class MovingStretch(NamedTuple):
     """A stretch that is certified: its course with what moves, and the names of that."""
 
     stretch: MotionStretch
@@ -51,7 +51,7 @@ UNFINISHED = "the work was cut off before its proofs were found"
 
 
 @dataclass(frozen=True)
-class Gap:
+class UnprovenPair:
     """A pair that no proof was found for: of the node, the stretch with these segments, and where on its path."""
 
     node: str
@@ -90,7 +90,7 @@ def certified(
 
 def certify(
     plan: Plan, surroundings: Surroundings, near: float | None = None, look: Callable[[], None] = never
-) -> Certificate | list[Gap]:
+) -> Certificate | list[UnprovenPair]:
     """The certificate of a plan, or what of it cannot be proven.
 
     Args:
@@ -116,8 +116,8 @@ class _Certifying:
         self.values = ComponentValues(plan, self.scene, order)
         self.parts = self._all_parts()
         self.prover = Prover(self.parts, near, surroundings.budget.clearance)
-        self.gaps: list[Gap] = []
-        self.choice = Choice(surroundings.never_collide)
+        self.gaps: list[UnprovenPair] = []
+        self.choice = PairChoice(surroundings.never_collide)
         self._links = {name: self._links_of(robot) for name, robot in self.scene.robots.items()}
         self._fixed = [
             Thing(name, 0, self._mesh(name), None, 0, flat(pose)) for name, pose in self.scene.fixed_poses.items()
@@ -125,9 +125,11 @@ class _Certifying:
         self._standing: dict[tuple[str, tuple[float, ...]], list[Array]] = {}
         early = {name for name, node in plan.nodes.items() if node.overlap}
         shared = early | {name for name, node in plan.nodes.items() if early & set(node.successors)}
-        self._moved: dict[str, list[Moved]] = {name: [] for name in shared}  # motions that share time with another
+        self._moved: dict[str, list[MovingStretch]] = {
+            name: [] for name in shared
+        }  # motions that share time with another
 
-    def made(self) -> Certificate | list[Gap]:
+    def made(self) -> Certificate | list[UnprovenPair]:
         proofs: list[StretchProof] = []
         segments: list[Clearance] = []
         for name in self.order:
@@ -230,7 +232,7 @@ class _Certifying:
             alone = Course(
                 tree, np.ascontiguousarray(waypoints), bodies[: len(moving)], np.empty((0, 3), np.int64)
             )
-            self._moved[name].append(Moved(stretch, alone, moving))
+            self._moved[name].append(MovingStretch(stretch, alone, moving))
         passing = self._passing(node, stretch, things) & permitted
         for left_out in (permitted - passing, permitted) if passing else (permitted,):
             numbers, pairs = self.choice.pairs(things, len(moving), left_out, tree)
@@ -239,12 +241,12 @@ class _Certifying:
                 break
         if isinstance(found, Unproven):
             a, b = (things[i].name for i in numbers[found.pair])
-            self.gaps.append(Gap(name, stretch.segments, (a, b), found.start, found.gap))
+            self.gaps.append(UnprovenPair(name, stretch.segments, (a, b), found.start, found.gap))
             return StretchProof(name, stretch.segments), np.inf, None
         return self._proof(name, stretch, things, numbers, found)
 
     def _apart_at_any_times(
-        self, name: str, first: Moved, second: Moved
+        self, name: str, first: MovingStretch, second: MovingStretch
     ) -> tuple[StretchProof, float, tuple[str, str] | None]:
         things, count = [*first.things, *second.things], len(first.things)
         pairs, rows = self.choice.across(first.things, second.things)
@@ -257,7 +259,7 @@ class _Certifying:
         if isinstance(found, Unproven):
             i, k = pairs[found.pair]
             names = first.things[i].name, second.things[k].name
-            self.gaps.append(Gap(name, second.stretch.segments, names, found.start, found.gap))
+            self.gaps.append(UnprovenPair(name, second.stretch.segments, names, found.start, found.gap))
             return StretchProof(name, second.stretch.segments), np.inf, None
         numbers = [(i, count + k) for i, k in pairs]
         proof, margin, between = self._proof(name, second.stretch, things, numbers, found)

@@ -3,24 +3,23 @@
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.geometry_server.answers import Success
+from kabo.geometry_server.situation import Situation
 from kabo.knowledge.actions import GroundAction, RunTimeArgument
 from kabo.language.problem import Problem
 from kabo.plan import Node, ObjectPose, Plan, PlanBuilder, Segment, StateChange, ValueOf
 from kabo.planner.geometry.evaluation import Variant
+from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.search.skeleton import SkeletonNode
 from kabo.scene import Attachment, Component, Scene
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
 
 
 def assemble(
     problem: Problem,
     variants: tuple[Variant, ...],
-    server: "GeometricProcedures | None",
+    server: ProcedureServer | None,
     files: Mapping[str, str],
     options: Mapping[str, str | float | int | None],
 ) -> Plan:
@@ -37,7 +36,7 @@ def assemble(
 
 
 def handles_of(
-    variants: tuple[Variant, ...], server: "GeometricProcedures | None", builder: PlanBuilder | None = None
+    variants: tuple[Variant, ...], server: ProcedureServer | None, builder: PlanBuilder | None = None
 ) -> dict[Variant, str]:
     """The handle of each variant's node in a builder: equal ones have the same, and are one node of the plan."""
     used = builder or PlanBuilder()
@@ -48,7 +47,7 @@ def handles_of(
     return handles
 
 
-def files_read(problem: Problem, server: "GeometricProcedures") -> Mapping[str, str]:
+def files_read(problem: Problem, server: ProcedureServer) -> Mapping[str, str]:
     """Every file read and its hash, by its path from the problem's folder."""
     folder = problem.path.resolve().parent
     read = {_relative(path, folder): digest for path, digest in server.scene.files.items()}
@@ -63,7 +62,7 @@ def _add(
     builder: PlanBuilder,
     variant: Variant,
     following: Mapping[str | None, str],
-    server: "GeometricProcedures | None",
+    server: ProcedureServer | None,
 ) -> str:
     node, action = variant.node, variant.node.action
     branches = {outcome: handle for outcome, handle in following.items() if outcome is not None}
@@ -113,8 +112,6 @@ def whole_state(scene: Scene, components: Mapping[str, Component]) -> StateChang
 
 def symbolic_variants(root: SkeletonNode, order: list[SkeletonNode]) -> tuple[Variant, ...]:
     """The skeleton as variants without geometry, for a problem without a scene; `order` begins with the root."""
-    from kabo.geometry_server.situation import Situation
-
     nothing = Situation({}, {})
     made = {node: Variant(node, nothing, frozenset()) for node in order}
     for node, variant in made.items():

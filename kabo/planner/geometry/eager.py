@@ -7,21 +7,16 @@ open list has cost nothing, and nobody asks for what is never expanded.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import TYPE_CHECKING
 
+from kabo import tuning
 from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.geometry.evaluation import answered
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
-
-ROUND = 100  # expansions before calls are asked for other answers; four times as many each time after
-MORE_ATTEMPTS = 2  # answers of one call that are asked for besides at each level of effort
+from kabo.planner.geometry.procedure_server import ProcedureServer
 
 
-class Awaited:
+class DeferredState:
     """What holds in geometry after an attempt at a call, which is asked when somebody needs to know."""
 
     __slots__ = ("attempt", "before", "call", "state")
@@ -34,34 +29,34 @@ class Awaited:
 
 
 @dataclass
-class Interleaved:
+class EagerGeometry:
     """What the contingent search sees of geometry when it asks on its way.
 
     A trace is a geometric state, known or awaited. At first a call has one answer in each state (a geometric branching
     factor of one); where that leads nowhere, more answers are asked for, with more samples [K 6.1.2].
     """
 
-    server: "GeometricProcedures"
+    server: ProcedureServer
     effort: int = 0
     failed: dict[GroundCall, Failure] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.start = Awaited(None, None, 0, self.server.identify(self.server.scene.start))
-        self._awaited: dict[tuple[int, GroundCall], tuple[tuple[int, Awaited], ...]] = {}
+        self.start = DeferredState(None, None, 0, self.server.identify(self.server.scene.start))
+        self._awaited: dict[tuple[int, GroundCall], tuple[tuple[int, DeferredState], ...]] = {}
         self._refused: dict[tuple[int, GroundCall], int] = {}  # from which attempt on
 
-    def options(self, call: GroundCall, trace: Awaited) -> Sequence[tuple[int, Awaited]]:
+    def options(self, call: GroundCall, trace: DeferredState) -> Sequence[tuple[int, DeferredState]]:
         """The attempts at a call that may succeed, each with what is awaited of it."""
-        if not self.settle(trace) or trace.state is None:
+        if not self.confirm(trace) or trace.state is None:
             return ()
         asked = trace.state, call
         if asked not in self._awaited:
-            attempts = range(1 + MORE_ATTEMPTS * self.effort)
-            self._awaited[asked] = tuple((k, Awaited(trace.state, call, k)) for k in attempts)
+            attempts = range(1 + tuning.EAGER_ATTEMPTS_PER_EFFORT * self.effort)
+            self._awaited[asked] = tuple((k, DeferredState(trace.state, call, k)) for k in attempts)
         limit = self._refused.get(asked)
         return self._awaited[asked] if limit is None else self._awaited[asked][:limit]
 
-    def settle(self, trace: Awaited) -> bool:
+    def confirm(self, trace: DeferredState) -> bool:
         """Whether the call that a trace comes from has succeeded; asked now if it was not before."""
         if trace.state is None and trace.call is not None and trace.before is not None:
             asked = trace.before, trace.call
@@ -76,11 +71,11 @@ class Interleaved:
                 self._refused[asked] = trace.attempt
         return trace.state is not None
 
-    def key(self, trace: Awaited) -> object:
+    def key(self, trace: DeferredState) -> object:
         """Every geometric state is a node of its own, and so is everything that is awaited."""
         return trace if trace.state is None else trace.state
 
-    def test(self, call: GroundCall, trace: Awaited) -> bool:
+    def test(self, call: GroundCall, trace: DeferredState) -> bool:
         """Geometric tests in formulas are taken to hold."""
         return True
 
@@ -93,7 +88,11 @@ class Interleaved:
 
     def most_expansions(self, search: Search) -> float:
         """How far to look before more answers are asked for; as far as may be for the thesis' strategies [K 6.2]."""
-        return ROUND * 4**self.effort if search in ("best", "greedy", "astar") else inf
+        return (
+            tuning.EAGER_EXPANSIONS * tuning.EAGER_EXPANSIONS_GROWTH**self.effort
+            if search in ("best", "greedy", "astar")
+            else inf
+        )
 
     def try_harder(self) -> bool:
         """More answers of each call, from more samples; False at the highest effort."""

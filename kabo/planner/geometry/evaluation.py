@@ -8,19 +8,15 @@ the node is evaluated once for each [docs/plans.md#sharing].
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from kabo.errors import CutOff
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.refusals import Trace
-from kabo.planner.geometry.workers import Question
-from kabo.planner.search.skeleton import SkeletonNode
+from kabo.planner.geometry.procedure_server import ProcedureServer
+from kabo.planner.geometry.workers import ProcedureCall
+from kabo.planner.search.skeleton import SkeletonNode, Trace
 
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
-
-Expect = Callable[[list[Question]], None]
+Expect = Callable[[list[ProcedureCall]], None]
 Advance = Callable[[GroundCall, int, Trace, Success], Trace]  # the trace after a call that has succeeded
 
 
@@ -72,7 +68,7 @@ class _Arrival:
 class Evaluator:
     """Walks a skeleton from its root; `share` lets branches meet although other components differ."""
 
-    server: "GeometricProcedures"
+    server: ProcedureServer
     advance: Advance
     effort: int
     stop: Callable[[], bool]
@@ -170,11 +166,11 @@ class Evaluator:
         answer = None if call is None else answered(self.server, call, situation, node.attempt, self.effort)
         return Variant(node, situation, traces, answer)
 
-    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> Question:
+    def _question(self, call: GroundCall, situation: Situation, attempt: int) -> ProcedureCall:
         """What will be asked first of all that is not remembered."""
         efforts = range(self.effort + 1)
         unknown = (effort for effort in efforts if not self.server.knows(call, situation, attempt, effort))
-        return Question(call, situation, attempt, next(unknown, self.effort))
+        return ProcedureCall(call, situation, attempt, next(unknown, self.effort))
 
     @staticmethod
     def _together(group: list[_Arrival]) -> tuple[Situation, frozenset[Trace]]:
@@ -221,7 +217,7 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
 
 
 def answered(
-    server: "GeometricProcedures", call: GroundCall, situation: Situation, attempt: int, effort: int
+    server: ProcedureServer, call: GroundCall, situation: Situation, attempt: int, effort: int
 ) -> Success | Failure:
     """The answer of a call at the least effort at which it succeeds, or at the whole effort."""
     answer, reads = server.call(call, situation, attempt, 0), frozenset[str]()

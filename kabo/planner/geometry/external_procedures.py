@@ -14,6 +14,7 @@ from math import inf
 from time import perf_counter
 from typing import Any
 
+from kabo import tuning
 from kabo.errors import Diagnostic, InputError
 from kabo.knowledge import GroundedTask
 from kabo.language.answers import checked_answer
@@ -24,13 +25,9 @@ from kabo.planner.search.skeleton import Skeleton, Trace
 
 Function = Callable[..., Any]  # true or false of tests, a value of others
 
-SEEDS = 16  # how often a procedure that takes a seed is asked before its arguments count as refused
-LEAST_CALLS = 8  # before the share of failures says anything
-OFTEN = 0.35  # the share of failures from which on all calls of a procedure are asked at once
-
 
 @dataclass
-class Counted:
+class CallCounts:
     """What one procedure did so far."""
 
     calls: int = 0
@@ -38,7 +35,7 @@ class Counted:
 
 
 @dataclass
-class Procedures:
+class ExternalProcedures:
     """The procedures of one run; as the search sees geometry, but without any state behind it.
 
     Raises (from every question):
@@ -50,7 +47,7 @@ class Procedures:
     functions: Mapping[str, Function]
     order: GeometryOrder
     seed: int = 0
-    counted: dict[str, Counted] = field(default_factory=dict)
+    counted: dict[str, CallCounts] = field(default_factory=dict)
     seconds: float = 0.0
     start: Trace = None
 
@@ -72,7 +69,7 @@ class Procedures:
         """Nothing tells nodes apart."""
         return trace
 
-    def settle(self, trace: Trace) -> bool:
+    def confirm(self, trace: Trace) -> bool:
         """Nothing is left to be asked."""
         return True
 
@@ -101,16 +98,16 @@ class Procedures:
         if call.procedure not in self.functions:
             return True
         if call not in self._answers:
-            counted = self.counted.setdefault(call.procedure, Counted())
+            counted = self.counted.setdefault(call.procedure, CallCounts())
             began = perf_counter()
             self._answers[call] = self._asked(call, counted)
             self.seconds += perf_counter() - began
         return self._answers[call]
 
-    def _asked(self, call: GroundCall, counted: Counted) -> Answer:
+    def _asked(self, call: GroundCall, counted: CallCounts) -> Answer:
         function, options = self.functions[call.procedure], dict(call.options)
         answer: Answer = None
-        for k in range(SEEDS if self._takes_seed[call.procedure] else 1):
+        for k in range(tuning.MAX_SEEDS if self._takes_seed[call.procedure] else 1):
             if self._takes_seed[call.procedure]:
                 options["seed"] = self.seed + k
             counted.calls += 1
@@ -123,8 +120,11 @@ class Procedures:
     def prepare(self, task: GroundedTask) -> None:
         """Asks all calls of the procedures whose turn it is: all of them if eager, those that fail often if adaptive."""
         for name in self.functions:
-            counted = self.counted.get(name, Counted())
-            often = counted.calls >= LEAST_CALLS and counted.failures >= OFTEN * counted.calls
+            counted = self.counted.get(name, CallCounts())
+            often = (
+                counted.calls >= tuning.MIN_EXTERNAL_CALLS
+                and counted.failures >= tuning.EXTERNAL_FAILURE_SHARE * counted.calls
+            )
             if self.order == "eager" or (self.order == "adaptive" and often):
                 for action in task.actions:
                     if action.call is not None and action.call.procedure == name:

@@ -13,24 +13,21 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import TYPE_CHECKING
 
+from kabo import tuning
 from kabo.geometry_server import MAX_EFFORT, Failure, Success
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
-from kabo.planner.search.skeleton import Entry, LearntBook, Origin, Pattern
+from kabo.planner.geometry.procedure_server import ProcedureServer
+from kabo.planner.search.skeleton import LearntRefusals, Origin, Pattern, Provenance
 from kabo.scene import Component
 
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
-
-Name = tuple[GroundCall, int, int, Pattern]  # of a lineage: an attempt at a call, what it made, and from what
-Trace = tuple[int, ...]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
-
-IN_VAIN, OFTEN = 60, 0.4  # failures, and their share of all calls, from which on geometry is asked while searching
-SHARE = 0.2  # of all that came too close, from which on a thing counts as in the way
-EXACT = 2  # the effort from which on what a call makes is taken to depend on everything: any sample may be blocked
-ATTEMPTS = 4  # other answers of one call that may be asked for, at effort 0; as many more at each further level
+Derivation = tuple[
+    GroundCall, int, int, Pattern
+]  # of a lineage: an attempt at a call, what it made, and from what
+Provenances = tuple[
+    int, ...
+]  # the lineage of every component, in the order of `Ledger.components`; 0: as at the start
 
 
 @dataclass(frozen=True)
@@ -43,10 +40,10 @@ class Refusal:
 
 
 @dataclass
-class Ledger:
+class RefusalTable:
     """What the contingent search sees of geometry: lineages, refusals, and attempts where one led nowhere."""
 
-    server: "GeometricProcedures"
+    server: ProcedureServer
     effort: int = 0
     refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
     suspicions: dict[GroundCall, dict[Pattern, None]] = field(default_factory=dict)
@@ -55,27 +52,29 @@ class Ledger:
         scene = self.server.scene
         self.components = (*scene.robots, *scene.movable)
         self._index = {name: i for i, name in enumerate(self.components)}
-        self._lineages: dict[Name, int] = {}
-        self._values: dict[tuple[int, Component], int] = {}  # the lineage of every value that was met [K Def. 5]
-        self._valued = {0}
-        self._rests: dict[Name, frozenset[str]] = {}  # on what it rested which value a name has
+        self._numbers: dict[Derivation, int] = {}
+        self._number_of_value: dict[
+            tuple[int, Component], int
+        ] = {}  # the lineage of every value that was met [K Def. 5]
+        self._with_value = {0}
+        self._value_reads: dict[Derivation, frozenset[str]] = {}  # on what it rested which value a name has
         self._reads: dict[GroundCall, frozenset[int]] = {}
         self._everything = frozenset(range(len(self.components)))
         self._count = 0
         for i, name in enumerate(self.components):
-            self._values[i, scene.start[name]] = 0
-        self._options: dict[tuple[GroundCall, Trace], list[tuple[int, Trace]]] = {}
-        self._origins: dict[Entry, dict[Origin, None]] = {}
-        self._tainted: dict[Entry, None] = {}
+            self._number_of_value[i, scene.start[name]] = 0
+        self._options: dict[tuple[GroundCall, Provenances], list[tuple[int, Provenances]]] = {}
+        self._origins: dict[Provenance, dict[Origin, None]] = {}
+        self._relevant: dict[Provenance, None] = {}
         self._moves: dict[GroundCall, tuple[int, ...]] = {}
 
     # ------------------------------------------------------------------------------ what the search may ask
     @property
-    def start(self) -> Trace:
+    def start(self) -> Provenances:
         """The trace of the first state."""
         return (0,) * len(self.components)
 
-    def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
+    def options(self, call: GroundCall, trace: Provenances) -> Sequence[tuple[int, Provenances]]:
         """The attempts at a call that are not refused, with the trace after each.
 
         A further attempt is offered only where every one before it led to something that was refused.
@@ -85,29 +84,29 @@ class Ledger:
             known = self._options[call, trace] = self._found(call, trace)
         return known
 
-    def _found(self, call: GroundCall, trace: Trace) -> list[tuple[int, Trace]]:
+    def _found(self, call: GroundCall, trace: Provenances) -> list[tuple[int, Provenances]]:
         limit = min(
-            (r.attempt for r in self.refusals.get(call, ()) if all(trace[i] == line for i, line in r.pattern)),
-            default=ATTEMPTS * (1 + self.effort),
+            (r.attempt for r in self.refusals.get(call, ()) if all(trace[i] == number for i, number in r.pattern)),
+            default=self._max_attempts,
         )
         found = []
         for attempt in range(limit):
             after = self.after(call, attempt, trace)
             found.append((attempt, after))
-            if not any((i, after[i]) in self._tainted for i in self.moves(call)):
+            if not any((i, after[i]) in self._relevant for i in self.moves(call)):
                 break
         return found
 
-    def key(self, trace: Trace) -> Trace:
+    def key(self, trace: Provenances) -> Provenances:
         """The trace without the lineages that no refusal names."""
-        tainted = self._tainted
-        return tuple(line if (i, line) in tainted else -1 for i, line in enumerate(trace))
+        tainted = self._relevant
+        return tuple(number if (i, number) in tainted else -1 for i, number in enumerate(trace))
 
-    def test(self, call: GroundCall, trace: Trace) -> bool:
+    def test(self, call: GroundCall, trace: Provenances) -> bool:
         """Geometric tests in formulas are taken to hold until they are asked."""
         return True
 
-    def settle(self, trace: Trace) -> bool:
+    def confirm(self, trace: Provenances) -> bool:
         """Nothing is asked while searching."""
         return True
 
@@ -122,18 +121,23 @@ class Ledger:
         """As many as may be."""
         return inf
 
-    def learnt(self) -> LearntBook:
+    def learnt(self) -> LearntRefusals:
         """Everything but the failures themselves."""
         refusals = {
             call: tuple(dict.fromkeys((r.attempt, r.pattern) for r in rows))
             for call, rows in self.refusals.items()
         }
         suspicions = {call: tuple(rows) for call, rows in self.suspicions.items()}
-        origins = {entry: tuple(self._origins[entry]) for entry in self._tainted if self._origins.get(entry)}
-        named = tuple(sorted(self._tainted))
-        return LearntBook(named, origins, refusals, suspicions, self.moves, ATTEMPTS * (1 + self.effort))
+        origins = {entry: tuple(self._origins[entry]) for entry in self._relevant if self._origins.get(entry)}
+        named = tuple(sorted(self._relevant))
+        return LearntRefusals(named, origins, refusals, suspicions, self.moves, self._max_attempts)
 
-    # ------------------------------------------------------------------------------------------ keeping books
+    @property
+    def _max_attempts(self) -> int:
+        """How many answers of one call may be asked for at the present effort."""
+        return tuning.ATTEMPTS_PER_EFFORT * (1 + self.effort)
+
+    # -------------------------------------------------------------------------------------------- recording
     def moves(self, call: GroundCall) -> tuple[int, ...]:
         """The components that a call moves, as far as is known."""
         known = self._moves.get(call)
@@ -143,60 +147,62 @@ class Ledger:
 
     def reads(self, call: GroundCall) -> frozenset[int]:
         """The components on which it depends what a call makes, as far as is known."""
-        if self.effort >= EXACT:
+        if self.effort >= tuning.FULL_DEPENDENCE_EFFORT:
             return self._everything
         known = self._reads.get(call)
         if known is None:
             known = self._reads[call] = frozenset(self._index[name] for name in self.server.bind(call).reads)
         return known
 
-    def after(self, call: GroundCall, attempt: int, trace: Trace) -> Trace:
+    def after(self, call: GroundCall, attempt: int, trace: Provenances) -> Provenances:
         """The trace after a call: what it moves has the lineage of the call and of what its samples depend on."""
         reads = frozenset((i, trace[i]) for i in self.reads(call))
         result = list(trace)
         for i in self.moves(call):
             name = call, attempt, i, reads
-            if name not in self._lineages:
-                self._lineages[name] = self._new()
-            result[i] = self._lineages[name]
+            if name not in self._numbers:
+                self._numbers[name] = self._new()
+            result[i] = self._numbers[name]
             self._note_origin((i, result[i]), Origin(call, attempt, reads))
         return tuple(result)
 
-    def came(self, call: GroundCall, attempt: int, trace: Trace, answer: Success) -> Trace:
+    def record_success(self, call: GroundCall, attempt: int, trace: Provenances, answer: Success) -> Provenances:
         """The trace after a call that has succeeded: equal values have one lineage, whatever made them.
 
         What is not declared to be moved (parts of a group hang on another one) is learnt.
         """
         if self.effort:
-            self._rest_on(call, answer.reads)
+            self._depend_on(call, answer.reads)
         known = self.moves(call)
         more = tuple(i for i in (self._index[name] for name in answer.changes) if i not in known)
         if more:
             self._moves[call] = known + more
             self._options.clear()
-        if not all(self._agrees(call, attempt, trace, name, answer) for name in answer.changes):
-            return self.came(call, attempt, trace, answer)
+        if not all(self._record_value(call, attempt, trace, name, answer) for name in answer.changes):
+            return self.record_success(call, attempt, trace, answer)
         return self.after(call, attempt, trace)
 
-    def _agrees(self, call: GroundCall, attempt: int, trace: Trace, component: str, answer: Success) -> bool:
+    def _record_value(
+        self, call: GroundCall, attempt: int, trace: Provenances, component: str, answer: Success
+    ) -> bool:
         """Notes the value of a lineage; False if it had another one: then it depends on more than was known."""
         i, reads = self._index[component], frozenset((i, trace[i]) for i in self.reads(call))
         name, value = (call, attempt, i, reads), (i, answer.changes[component])
-        named = self._lineages.get(name)
-        if value not in self._values:
-            self._values[value] = self._new() if named is None or named in self._valued else named
-        line = self._values[value]
-        another = named in self._valued and named != line
-        if another and self._rest_on(call, answer.reads | self._rests.get(name, frozenset())):
+        named = self._numbers.get(name)
+        if value not in self._number_of_value:
+            self._number_of_value[value] = self._new() if named is None or named in self._with_value else named
+        number = self._number_of_value[value]
+        another = named in self._with_value and named != number
+        if another and self._depend_on(call, answer.reads | self._value_reads.get(name, frozenset())):
             return False
-        if named != line:
+        if named != number:
             self._options.clear()
             self._origins.get((i, named or 0), {}).pop(Origin(call, attempt, reads), None)
-        self._valued.add(line)
-        self._lineages[name], self._rests[name] = line, answer.reads
+        self._with_value.add(number)
+        self._numbers[name], self._value_reads[name] = number, answer.reads
         return True
 
-    def _rest_on(self, call: GroundCall, names: Iterable[str]) -> bool:
+    def _depend_on(self, call: GroundCall, names: Iterable[str]) -> bool:
         """What a call makes depends on these as well; whether that is new. What it made until now is forgotten."""
         known = self.reads(call)
         more = frozenset(self._index[name] for name in names) - known
@@ -204,7 +210,7 @@ class Ledger:
             return False
         self._reads[call] = known | more
         self._options.clear()
-        self._lineages = {name: line for name, line in self._lineages.items() if name[0] != call}
+        self._numbers = {name: number for name, number in self._numbers.items() if name[0] != call}
         for origins in self._origins.values():
             for origin in [each for each in origins if each.call == call]:
                 del origins[origin]
@@ -214,24 +220,26 @@ class Ledger:
         self._count += 1
         return self._count
 
-    def _note_origin(self, entry: Entry, origin: Origin) -> None:
+    def _note_origin(self, entry: Provenance, origin: Origin) -> None:
         origins = self._origins.setdefault(entry, {})
         if origin not in origins:
             origins[origin] = None
-            if entry in self._tainted:
-                self._taint(origin.reads)
+            if entry in self._relevant:
+                self._mark_relevant(origin.reads)
 
-    def _taint(self, pattern: Pattern) -> None:
+    def _mark_relevant(self, pattern: Pattern) -> None:
         """Marks lineages that tell nodes apart: those of a refusal, and those from which they come."""
         waiting = sorted(pattern)
         while waiting:
             entry = waiting.pop()
-            if entry not in self._tainted:
-                self._tainted[entry] = None
+            if entry not in self._relevant:
+                self._relevant[entry] = None
                 for origin in self._origins.get(entry, ()):
                     waiting.extend(sorted(origin.reads))
 
-    def refuse(self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Trace]) -> None:
+    def record_refusal(
+        self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Provenances]
+    ) -> None:
         """Notes that a call failed, wherever the components that the failure reads are as in one of the traces."""
         self._options.clear()
         for trace in traces:
@@ -240,25 +248,27 @@ class Ledger:
             if any(row.pattern == pattern and row.attempt <= attempt for row in rows):
                 pattern = frozenset(enumerate(trace))  # known, and asked all the same: at least not here once more
             rows.append(Refusal(attempt, pattern, failure))
-            self._taint(pattern)
-            suspected = None if failure.proof or attempt else self._suspected(call, failure, trace)
+            self._mark_relevant(pattern)
+            suspected = None if failure.proof or attempt else self._suspects(call, failure, trace)
             if suspected is not None:
                 self.suspicions.setdefault(call, {})[suspected] = None
-                self._taint(suspected)
+                self._mark_relevant(suspected)
 
-    def _suspected(self, call: GroundCall, failure: Failure, trace: Trace) -> Pattern | None:
+    def _suspects(self, call: GroundCall, failure: Failure, trace: Provenances) -> Pattern | None:
         """What was in the way, where it is; nothing, and so everywhere, if it was too far; None: only where it failed."""
         counts: Counter[int] = Counter()
         for pair, count in failure.between:
             owners = {self._index.get(name.partition(".")[0]) for name in pair} - {None, *self.moves(call)}
             counts.update(dict.fromkeys((i for i in owners if i is not None), count))
         total = sum(count for _, count in failure.between)
-        blockers = [i for i, count in sorted(counts.items()) if count >= SHARE * total]
+        blockers = [i for i, count in sorted(counts.items()) if count >= tuning.BLOCKING_SHARE * total]
         if blockers:
             return frozenset((i, trace[i]) for i in blockers)
         return frozenset() if failure.reason == "out_of_reach" else None
 
-    def blamed(self, call: GroundCall, failure: Failure, trace: Trace) -> tuple[GroundCall, int] | None:
+    def responsible_attempt(
+        self, call: GroundCall, failure: Failure, trace: Provenances
+    ) -> tuple[GroundCall, int] | None:
         """The attempt at a call that made what a failed call was to move; None if nothing else can be tried there.
 
         Where that call has no other answer, it is the one that made what it was given, and so on.
@@ -268,28 +278,28 @@ class Ledger:
         waiting = [(self._index[name], trace[self._index[name]]) for name in own]
         for entry in waiting:  # grows while it is read
             for origin in self._origins.get(entry, ()):
-                if not self._has_ended(origin.call, origin.attempt + 1):
+                if not self._no_attempt_left(origin.call, origin.attempt + 1):
                     return origin.call, origin.attempt
                 before = [e for e in sorted(origin.reads) if self.components[e[0]] in objects and e not in waiting]
                 waiting.extend(before)
         return None
 
-    def _has_ended(self, call: GroundCall, attempt: int) -> bool:
+    def _no_attempt_left(self, call: GroundCall, attempt: int) -> bool:
         """Whether there are no so many answers of a call: they are too many, or it had no more somewhere."""
         refusals = self.refusals.get(call, ())
-        return attempt >= ATTEMPTS * (1 + self.effort) or any(0 < row.attempt <= attempt for row in refusals)
+        return attempt >= self._max_attempts or any(0 < row.attempt <= attempt for row in refusals)
 
-    def in_vain(self) -> bool:
+    def fails_too_often(self) -> bool:
         """Whether so many calls along finished plans were refused that asking while searching is the better way."""
         counted = self.server.statistics
         calls = sum(counted.calls.values())
         failures = sum(sum(reasons.values()) for reasons in counted.failures.values())
-        return failures >= IN_VAIN and failures >= OFTEN * calls
+        return failures >= tuning.MIN_FAILED_CALLS and failures >= tuning.FAILED_CALL_SHARE * calls
 
     def proved(self) -> bool:
         """Whether every refusal is a proof, and none of something that was sampled: no number of samples would help."""
         rows = [row for each in self.refusals.values() for row in each]
-        return all(row.failure.proof and not any(line for _, line in row.pattern) for row in rows)
+        return all(row.failure.proof and not any(number for _, number in row.pattern) for row in rows)
 
     def failures(self) -> list[tuple[GroundCall, Failure]]:
         """Every call that was refused with one reason each, proofs first, in order of first refusal."""
@@ -304,9 +314,9 @@ class Ledger:
         self._options.clear()
         kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
         self.refusals = {call: rows for call, rows in kept.items() if rows}
-        self.suspicions, self._tainted = {}, {}
-        self._lineages, self._rests, self._origins = {}, {}, {}
+        self.suspicions, self._relevant = {}, {}
+        self._numbers, self._value_reads, self._origins = {}, {}, {}
         for rows in self.refusals.values():
             for refusal in rows:
-                self._taint(refusal.pattern)
+                self._mark_relevant(refusal.pattern)
         return True

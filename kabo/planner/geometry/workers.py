@@ -14,20 +14,18 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.children import end_with_parent
 from kabo.geometry_server import Answer, Situation, Statistics
 from kabo.language.formulas import GroundCall
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.planner.geometry.procedure_server import ProcedureServer
 
 POLL_S = 0.05  # how often a wait looks whether the run is to stop
 
 
 @dataclass(frozen=True)
-class Question:
+class ProcedureCall:
     """All that the answer of a procedure depends on."""
 
     call: GroundCall
@@ -47,20 +45,20 @@ class Question:
 
 
 @dataclass(eq=False)
-class _Worker:
+class _ProcedureWorker:
     """One process, the question that it is at, and those that wait for it."""
 
     process: Any
     connection: Connection
-    asked: Question | None = None
-    waiting: deque[Question] = field(default_factory=deque)
+    asked: ProcedureCall | None = None
+    waiting: deque[ProcedureCall] = field(default_factory=deque)
 
     @property
     def load(self) -> int:
         return len(self.waiting) + (self.asked is not None)
 
 
-class Workers:
+class ProcedureWorkers:
     """Processes with a copy of the procedures each, made when first needed; a context manager that ends them.
 
     Args:
@@ -69,15 +67,15 @@ class Workers:
         stop: whether the run is to end.
     """
 
-    def __init__(self, procedures: "GeometricProcedures", size: int, stop: Callable[[], bool]) -> None:
+    def __init__(self, procedures: ProcedureServer, size: int, stop: Callable[[], bool]) -> None:
         self._procedures, self._size, self._stop = procedures, size, stop
-        self._workers: list[_Worker] = []
-        self._ended: list[_Worker] = []
-        self._whose: dict[tuple[object, ...], _Worker] = {}
+        self._workers: list[_ProcedureWorker] = []
+        self._ended: list[_ProcedureWorker] = []
+        self._whose: dict[tuple[object, ...], _ProcedureWorker] = {}
         self._expected: set[tuple[object, ...]] = set()
         self._found: dict[tuple[object, ...], tuple[Answer, Statistics]] = {}
 
-    def __enter__(self) -> "Workers":
+    def __enter__(self) -> "ProcedureWorkers":
         self._procedures.elsewhere = self.take
         return self
 
@@ -90,7 +88,7 @@ class Workers:
             worker.process.join()
             worker.connection.close()
 
-    def expect(self, questions: Iterable[Question]) -> None:
+    def expect(self, questions: Iterable[ProcedureCall]) -> None:
         """Says what will be asked soon; a single question with nothing beside it is left to who asks it."""
         if self._size < 2:
             return
@@ -107,10 +105,10 @@ class Workers:
             self._of(question).waiting.append(question)
         self._pump(0.0)
 
-    def _known(self, question: Question) -> bool:
+    def _known(self, question: ProcedureCall) -> bool:
         return self._procedures.knows(question.call, question.situation, question.attempt, question.effort)
 
-    def _of(self, question: Question) -> _Worker:
+    def _of(self, question: ProcedureCall) -> _ProcedureWorker:
         """Whoever was asked for an earlier attempt, else who has least to do."""
         worker = self._whose.get(question.resumed)
         if worker is None:
@@ -121,7 +119,7 @@ class Workers:
         self, call: GroundCall, situation: Situation, attempt: int, effort: int
     ) -> tuple[Answer, Statistics] | None:
         """The answer to a question that was expected, with what it cost; None if nobody was asked, or it must stop."""
-        key = Question(call, situation, attempt, effort).key
+        key = ProcedureCall(call, situation, attempt, effort).key
         if key not in self._expected:
             return None
         while key not in self._found:
@@ -156,7 +154,7 @@ class Workers:
                 except OSError:
                     self._lose(worker)
 
-    def _lose(self, worker: _Worker) -> None:
+    def _lose(self, worker: _ProcedureWorker) -> None:
         """A process died: what it was to answer is expected no more, so that who asks it answers it."""
         lost = [worker.asked, *worker.waiting]
         self._expected -= {question.key for question in lost if question is not None}
@@ -164,17 +162,17 @@ class Workers:
         self._workers.remove(worker)
         self._ended.append(worker)
 
-    def _started(self) -> _Worker:
+    def _started(self) -> _ProcedureWorker:
         # Forked: scenes, decompositions and compiled kernels are there at once, and nothing has to be sent.
         context = get_context("fork")
         here, there = context.Pipe()
         process = context.Process(target=_work, args=(there, self._procedures, os.getpid()), daemon=True)
         process.start()
         there.close()
-        return _Worker(process, here)
+        return _ProcedureWorker(process, here)
 
 
-def _work(channel: Connection, procedures: "GeometricProcedures", parent: int) -> None:
+def _work(channel: Connection, procedures: ProcedureServer, parent: int) -> None:
     """Answers questions until the planner is gone, or one fails: then the planner asks it itself, and says why."""
     procedures.elsewhere = None
     end_with_parent(parent)

@@ -10,13 +10,13 @@ from kabo.knowledge.facts import TermBits, open_entries
 from kabo.knowledge.grounding.problem import Grounding
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import AnyOf, bits_of, disjunction, union
-from kabo.planner.proofs.wording import Want, Words, entry_text, wants, where
+from kabo.planner.proofs.wording import BitMeanings, MissingFact, entry_text, missing_facts, where
 
 Kind = Literal["does", "senses", "rule", "entry"]
 
 
 @dataclass(frozen=True)
-class Maker:
+class Achiever:
     """Something that would bring a want about if `blocker` could ever hold; `family` is the action's schema."""
 
     kind: Kind
@@ -25,35 +25,37 @@ class Maker:
     blocker: Query
 
 
-class Makers:
+class Achievers:
     """Finds the makers of what the delete relaxation cannot reach."""
 
-    def __init__(self, whole: Grounding, words: Words) -> None:
-        self.whole, self.words = whole, words
+    def __init__(self, whole: Grounding, meanings: BitMeanings) -> None:
+        self.whole, self.meanings = whole, meanings
         self.ones, self.zeros = whole.reach.ones, whole.reach.zeros
         self._made: dict[int, list[tuple[int, Update]]] = {}
         self._opened: dict[int, list[tuple[int, Update]]] = {}
         self._cleared: dict[int, list[tuple[int, Update]]] = {}
-        self._told: dict[int, list[int]] = {}  # the entries of Kw and Kv whose outcomes would tell a bit
+        self._revealed_by: dict[int, list[int]] = {}  # the entries of Kw and Kv whose outcomes would tell a bit
         self._index()
         for entry, branching in whole.splits.items():
             for bit in bits_of(union(choice.make for choice in branching.choices) & ~self.ones & ~entry):
                 if entry in self._opened:
-                    self._told.setdefault(bit, []).append(entry)
-        self._tellable = self._closed(union(self._made) | union(self._told) | union(r.make for r in whole.rules))
+                    self._revealed_by.setdefault(bit, []).append(entry)
+        self._learnable = self._closed(
+            union(self._made) | union(self._revealed_by) | union(r.make for r in whole.rules)
+        )
 
-    def of(self, want: Want) -> list[Maker]:
+    def of(self, fact: MissingFact) -> list[Achiever]:
         """Everything that could make a bit that can never be 1 (or, if so asked, 0), in the order of the file."""
-        if not want.is_set:
-            return [*self._actions(self._cleared, want.bit, "does"), *self._rules(want)]
-        found = [*self._actions(self._made, want.bit, "does")]
-        done = {maker.name for maker in found}
-        found += [maker for maker in self._sensing(want.bit) if maker.name not in done]
-        return [*found, *self._rules(want), *self._entries(want.bit)]
+        if not fact.is_set:
+            return [*self._actions(self._cleared, fact.bit, "does"), *self._rules(fact)]
+        found = [*self._actions(self._made, fact.bit, "does")]
+        done = {achiever.name for achiever in found}
+        found += [achiever for achiever in self._sensing(fact.bit) if achiever.name not in done]
+        return [*found, *self._rules(fact), *self._entries(fact.bit)]
 
-    def wants(self, maker: Maker) -> list[Want]:
+    def missing_facts(self, achiever: Achiever) -> list[MissingFact]:
         """What keeps a maker from ever acting."""
-        return list(dict.fromkeys(wants(maker.blocker, self.ones, self.zeros)))
+        return list(dict.fromkeys(missing_facts(achiever.blocker, self.ones, self.zeros)))
 
     def _index(self) -> None:
         """Notes which actions would make bits that are never 1, or clear bits that are never 0."""
@@ -71,52 +73,52 @@ class Makers:
                 for bit in bits_of(cleared):
                     self._cleared.setdefault(bit, []).append((action.index, update))
 
-    def _closed(self, tellable: int) -> int:
+    def _closed(self, learnable: int) -> int:
         """What actions and rules could tell, with what would follow from that."""
-        tellable &= ~self.ones
+        learnable &= ~self.ones
         while True:
-            before = tellable
+            before = learnable
             for propagator in self.whole.closure.propagators:
-                if propagator.watches & tellable:
-                    tellable |= propagator.makes & ~self.ones
-            if tellable == before:
-                return tellable
+                if propagator.watches & learnable:
+                    learnable |= propagator.makes & ~self.ones
+            if learnable == before:
+                return learnable
 
-    def _actions(self, table: dict[int, list[tuple[int, Update]]], bit: int, kind: Kind) -> Iterator[Maker]:
+    def _actions(self, table: dict[int, list[tuple[int, Update]]], bit: int, kind: Kind) -> Iterator[Achiever]:
         updates: dict[int, list[Update]] = {}
         for index, update in table.get(bit, ()):
             updates.setdefault(index, []).append(update)
         for index, found in sorted(updates.items()):
             action = self.whole.actions[index]
-            yield Maker(kind, action.name, str(action), self._blocker(action, found))
+            yield Achiever(kind, action.name, str(action), self._blocker(action, found))
 
     def _blocker(self, action: GroundAction, updates: Iterable[Update]) -> Query:
         if not action.precondition.possible(self.ones, self.zeros):
             return action.precondition
         return disjunction(update.condition for update in updates)
 
-    def _sensing(self, bit: int) -> Iterator[Maker]:
+    def _sensing(self, bit: int) -> Iterator[Achiever]:
         """Actions that sense what would tell."""
-        for entry in self._told.get(bit, ()):
+        for entry in self._revealed_by.get(bit, ()):
             yield from self._actions(self._opened, entry, "senses")
 
-    def _rules(self, want: Want) -> Iterator[Maker]:
+    def _rules(self, fact: MissingFact) -> Iterator[Achiever]:
         for rule in self.whole.rules:
-            if want.bit & (rule.make if want.is_set else rule.clear):
+            if fact.bit & (rule.make if fact.is_set else rule.clear):
                 name = "an update rule" if rule.place is None else f"the update rule at {where(rule.place)}"
-                yield Maker("rule", name, name, rule.condition)
+                yield Achiever("rule", name, name, rule.condition)
 
-    def _entries(self, bit: int) -> Iterator[Maker]:
+    def _entries(self, bit: int) -> Iterator[Achiever]:
         """Inference from entries, if an action or a rule could tell something that it follows from."""
-        own = self.words.meaning(bit).group
+        own = self.meanings.meaning(bit).group
         for propagator in self.whole.closure.propagators:
             if not propagator.makes & bit:
                 continue
             if isinstance(propagator, Entry) and not bit & propagator.mask:
                 watched = propagator.watches & ~(own.mask if own is not None else 0)
-                if watched & self._tellable:
-                    yield Maker("entry", "an entry", f"that {entry_text(propagator)}", AnyOf(watched))
+                if watched & self._learnable:
+                    yield Achiever("entry", "an entry", f"that {entry_text(propagator)}", AnyOf(watched))
             elif isinstance(propagator, LastValue) and isinstance(own, TermBits):
                 excluded = own.excluded & ~bit
-                if excluded & self._tellable:
-                    yield Maker("entry", "an entry", f"the last value left of {own.text}", AnyOf(excluded))
+                if excluded & self._learnable:
+                    yield Achiever("entry", "an entry", f"the last value left of {own.text}", AnyOf(excluded))

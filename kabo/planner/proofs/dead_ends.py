@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 from kabo.knowledge import GroundedTask, relaxed_reach
 from kabo.planner.proofs.wording import listed
+from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
-from kabo.planner.search.nodes import Decide, Node, Space, Step
+from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Failures
-from kabo.planner.search.searches import SEARCHES
-from kabo.planner.search.skeleton import Limits, Unreachable
+from kabo.planner.search.skeleton import SearchLimits, Unreachable
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, WeakGraph, steps_of
 
 MAX_EXPANSIONS = 5_000  # of all the searches that follow together
@@ -24,7 +24,7 @@ def dead_ends(task: GroundedTask, deadline: Callable[[], bool] | None = None) ->
         task: has been proven to have no plan.
         deadline: asked now and then; True ends the looking.
     """
-    ends = _DeadEnds(Space(task, None), Counter(Limits(MAX_EXPANSIONS, deadline)))
+    ends = _DeadEnds(SearchSpace(task, None), Counter(SearchLimits(MAX_EXPANSIONS, deadline)))
     try:
         steps = ends.lucky(ends.space.is_goal)
         return list(ends.bad_luck(steps)) if steps else list(ends.apart())
@@ -34,29 +34,29 @@ def dead_ends(task: GroundedTask, deadline: Callable[[], bool] | None = None) ->
 
 @dataclass
 class _DeadEnds:
-    space: Space
+    space: SearchSpace
     counter: Counter
 
     def lucky(self, is_end: Callable[[Node], bool]) -> list[Step]:
         """A way to an end with every outcome as hoped for; empty if there is none."""
         graph = WeakGraph(self.space, Failures(), self.counter, is_end)
-        found = SEARCHES["best"](self.space.start, graph)
+        found = ALGORITHMS["best"](self.space.start, graph)
         return [] if found.path is None else steps_of(found.path)
 
     def bad_luck(self, steps: list[Step]) -> Iterator[str]:
         """Outcomes beside the hoped ones, from which the goal is out of reach."""
-        way = listed((str(step.action) for step in steps if not isinstance(step, Decide)), "and", MAX_SHOWN)
+        way = listed((str(step.action) for step in steps if not isinstance(step, Assume)), "and", MAX_SHOWN)
         lucky = f"With luck {way} would reach the goal" if way else "With luck the goal would hold already"
         node, told = self.space.start, False
         for step in steps:
-            others = self.space.outcomes(node, step.branching) if isinstance(step, Decide) else []
+            others = self.space.outcomes(node, step.branching) if isinstance(step, Assume) else []
             for outcome, child in others:
-                if isinstance(step, Decide) and outcome != step.outcome and (why := self.lost(child[0])):
+                if isinstance(step, Assume) and outcome != step.outcome and (why := self.lost(child[0])):
                     told = True
                     yield f"{lucky}; but once {step.branching.fact} turns out to be {outcome}, {why}."
             node = self.space.after(node, step)
         if not told:
-            facts = listed((step.branching.fact for step in steps if isinstance(step, Decide)), "and")
+            facts = listed((step.branching.fact for step in steps if isinstance(step, Assume)), "and")
             yield f"{lucky}, but no plan does whatever {facts} turns out to be."
 
     def lost(self, state: int) -> str:
@@ -67,7 +67,7 @@ class _DeadEnds:
         if lost:
             return f"{listed(lost, 'and')} can never hold any more"
         found = find_skeleton(
-            replace(task, initial=state), limits=Limits(MAX_EXPANSIONS - spent, self.counter.limits.deadline)
+            replace(task, initial=state), limits=SearchLimits(MAX_EXPANSIONS - spent, self.counter.limits.deadline)
         )
         self.counter.expanded += found.statistics.expanded
         return "no plan reaches the goal any more" if isinstance(found, Unreachable) else ""

@@ -8,7 +8,7 @@ from kabo.knowledge.grounding.schemas import free_variables
 from kabo.knowledge.grounding.symbols import pieces_of
 from kabo.knowledge.queries import FALSE
 from kabo.knowledge.runtime import without_runtime_variables
-from kabo.knowledge.text import formula_text
+from kabo.language import spell_bound
 from kabo.language.formulas import (
     And,
     Application,
@@ -36,14 +36,14 @@ MAX_INSTANCES = 100_000  # of a precondition, that are looked at
 Spoken = tuple[str, str]  # a symbol, and the role of what is said of it
 
 
-class Origins:
+class Mentions:
     """The schemas of a problem, by what they add."""
 
     def __init__(self, whole: Grounding) -> None:
         self.whole = whole
         domain = whole.compiler.problem.domain
         present = {action.name for action in whole.actions}
-        self.without = {
+        self.without_instance = {
             name: self._without_instance(action) for name, action in domain.actions.items() if name not in present
         }
         self._actions = {
@@ -53,11 +53,15 @@ class Origins:
             (number, effect, set(_spoken([effect]))) for number, effect in enumerate(domain.update_rules, start=1)
         ]
 
-    def nobody(self, meaning: Meaning) -> str:
+    def why_no_achiever(self, meaning: Meaning) -> str:
         """Why neither actions nor rules make what they never make, as the rest of a sentence."""
         says = [name for name, spoken in self._actions.items() if _speaks(spoken, meaning)]
-        told = [f"{name} has no instance ({self.without[name]})" for name in says if name in self.without]
-        idle = [name for name in says if name not in self.without]
+        told = [
+            f"{name} has no instance ({self.without_instance[name]})"
+            for name in says
+            if name in self.without_instance
+        ]
+        idle = [name for name in says if name not in self.without_instance]
         if idle:
             told.append(f"what never changes rules out every instance of {' or '.join(idle)} that would tell")
         for number, effect, spoken in self._rules:
@@ -84,7 +88,7 @@ class Origins:
                 return None
         if not variables:
             return " ".join(why_false(compiler, formula, {})).rstrip(".")
-        return f"{formula_text(formula, {})} holds for no objects, and nothing changes that"
+        return f"{spell_bound(formula, {})} holds for no objects, and nothing changes that"
 
     def _without_instance(self, schema: Action) -> str:
         compiler = self.whole.compiler
@@ -95,7 +99,7 @@ class Origins:
             why = self.never(formula)
             if why is not None:
                 return why
-        settled = [formula_text(formula, {}) for formula in schema.preconditions if self._is_settled(formula)]
+        settled = [spell_bound(formula, {}) for formula in schema.preconditions if self._is_settled(formula)]
         return f"no objects fulfil {listed(settled, 'and')} together, and nothing changes that"
 
     def _is_settled(self, formula: Formula) -> bool:

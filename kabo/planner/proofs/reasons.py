@@ -8,7 +8,7 @@ from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.refused_calls import refused
-from kabo.planner.proofs.unreachable import SAME, unreachable_because
+from kabo.planner.proofs.unreachable import SAME_REASONS, unreachable_because
 from kabo.planner.proofs.wording import listed
 from kabo.planner.result import Reason
 
@@ -45,7 +45,7 @@ def no_plan(
 def _beyond(problem: Problem) -> Reason:
     """Some parts of the goal never hold, even if nothing were ever lost."""
     goals = unreachable_because(problem)
-    told = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME)]
+    told = [sentence for goal in goals for sentence in goal.why if not sentence.startswith(SAME_REASONS)]
     few = told if len(told) <= EXPLAINED else [*told[:EXPLAINED], "kabo explain says more"]
     names = listed((goal.text for goal in goals), "and")
     text = f"no plan reaches the goal, whatever geometry says: {names} can never hold, whatever is done"

@@ -2,16 +2,13 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
+from kabo.geometry_server.answers import Failure, Pair
 from kabo.language.formulas import GroundCall
 from kabo.planner.proofs.wording import counted
 
-if TYPE_CHECKING:
-    from kabo.geometry_server import Failure, Pair
 
-
-def blocking_pairs(call: GroundCall, counts: "Iterable[tuple[Pair, int]]") -> list[tuple[str, int]]:
+def blocking_pairs(call: GroundCall, counts: Iterable[tuple[Pair, int]]) -> list[tuple[str, int]]:
     """Of pairs with counts those things that a call does not name itself, the most frequent first."""
     arguments = {str(value) for value in call.arguments}
     found = Counter[str]()
@@ -23,7 +20,7 @@ def blocking_pairs(call: GroundCall, counts: "Iterable[tuple[Pair, int]]") -> li
     return sorted(found.items(), key=lambda item: (-item[1], item[0]))
 
 
-def refused(call: GroundCall, failure: "Failure") -> str:
+def refused(call: GroundCall, failure: Failure) -> str:
     """A refusal in short, from what was counted while solving: `pick(left, cup): blocked by lid in 40 of 64 attempts`."""
     body, count = next(iter(blocking_pairs(call, failure.between)), (None, 0))
     if body is None or failure.reason not in ("collision", "no_path"):

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from kabo.knowledge import Query
 from kabo.knowledge.facts import AtomBits, ConjunctionBits, TermBits
 from kabo.knowledge.queries import All, AllOf, bits_of
-from kabo.planner.proofs.achievers import Maker, Makers
-from kabo.planner.proofs.mentions import Origins
-from kabo.planner.proofs.wording import Meaning, Want, Words, counted, listed, wants
+from kabo.planner.proofs.achievers import Achiever, Achievers
+from kabo.planner.proofs.mentions import Mentions
+from kabo.planner.proofs.wording import BitMeanings, Meaning, MissingFact, counted, listed, missing_facts
 
 MAX_WANTS = 20_000  # looked at for one explanation
 MAX_SENTENCES = 8
@@ -24,11 +24,11 @@ Kind = tuple[str, str, bool]  # symbol, role, whether it is asked to be set
 
 
 @dataclass
-class Case:
+class CauseGroup:
     """Like wants, the one met first at the front, and what could make that."""
 
-    members: list[Want]
-    makers: list[Maker]
+    members: list[MissingFact]
+    achievers: list[Achiever]
     kinds: tuple[object, ...]
 
 
@@ -40,109 +40,118 @@ class Reasons:
     possible that the makers need.
     """
 
-    cases: list[Case] = field(default_factory=list)
-    circular: list[Want] = field(default_factory=list)
+    cases: list[CauseGroup] = field(default_factory=list)
+    circular: list[MissingFact] = field(default_factory=list)
     layer: int = 0
 
 
-class Blocked:
+class RootCauses:
     """Explains wants that the delete relaxation cannot reach."""
 
-    def __init__(self, makers: Makers, words: Words, origins: Origins) -> None:
-        self.makers, self.words, self.origins = makers, words, origins
-        self.reach, self._initial = makers.whole.reach, makers.whole.initial
-        self._makers: dict[Want, list[Maker]] = {}
-        self._rank: dict[Want, int] = {}  # how many steps a want is from its root causes; circular ones have none
+    def __init__(self, achievers: Achievers, meanings: BitMeanings, mentions: Mentions) -> None:
+        self.achievers, self.meanings, self.mentions = achievers, meanings, mentions
+        self.reach, self._initial = achievers.whole.reach, achievers.whole.initial
+        self._achievers: dict[MissingFact, list[Achiever]] = {}
+        self._rank: dict[
+            MissingFact, int
+        ] = {}  # how many steps a want is from its root causes; circular ones have none
 
     def reasons(self, query: Query) -> Reasons:
         """What keeps an impossible query from ever holding, nearest causes first."""
-        first = list(dict.fromkeys(wants(query, self.makers.ones, self.makers.zeros)))
+        first = list(dict.fromkeys(missing_facts(query, self.achievers.ones, self.achievers.zeros)))
         self._rank_all(first)
         queue, seen, reads = list(first), set(first), query.reads
-        cases: dict[tuple[object, ...], Case] = {}
-        for want in queue:  # grows while it is worked on
-            makers = self._makers.get(want, [])
-            lacking = [self.lacking(maker.blocker) for maker in makers]
-            pairs = zip(makers, lacking, strict=True)
-            ways = {(maker.kind, maker.family, self._kinds(lack)) for maker, (_, lack) in pairs}
-            kinds = (*self._kind(want), tuple(sorted(ways)))
-            cases.setdefault(kinds, Case([], makers, kinds)).members.append(want)
-            for maker, (_, lack) in zip(makers, lacking, strict=True):
-                reads |= maker.blocker.reads
+        cases: dict[tuple[object, ...], CauseGroup] = {}
+        for fact in queue:  # grows while it is worked on
+            achievers = self._achievers.get(fact, [])
+            lacking = [self.lacking(achiever.blocker) for achiever in achievers]
+            pairs = zip(achievers, lacking, strict=True)
+            ways = {(achiever.kind, achiever.family, self._kinds(lack)) for achiever, (_, lack) in pairs}
+            kinds = (*self._kind(fact), tuple(sorted(ways)))
+            cases.setdefault(kinds, CauseGroup([], achievers, kinds)).members.append(fact)
+            for achiever, (_, lack) in zip(achievers, lacking, strict=True):
+                reads |= achiever.blocker.reads
                 queue += [other for other in lack if other not in seen]
                 seen.update(lack)
         return Reasons(list(cases.values()), self._circular(queue), self._layer(reads))
 
-    def lacking(self, blocker: Query) -> tuple[str, list[Want]]:
+    def lacking(self, blocker: Query) -> tuple[str, list[MissingFact]]:
         """What a blocked query is told to lack: of a conjunction the want nearest to a root cause."""
         parts = blocker.parts if isinstance(blocker, All) else (blocker,)
         for part in parts:
-            if isinstance(part, AllOf) and not part.possible(self.makers.ones, self.makers.zeros):
-                found = list(wants(part, self.makers.ones, self.makers.zeros))
-                want = min(found, key=lambda want: self._rank.get(want, MAX_WANTS))
-                return self.words.text(want), [want]
-        found = list(dict.fromkeys(wants(blocker, self.makers.ones, self.makers.zeros)))
-        return self.words.query(blocker, self.makers.ones, self.makers.zeros), found
+            if isinstance(part, AllOf) and not part.possible(self.achievers.ones, self.achievers.zeros):
+                found = list(missing_facts(part, self.achievers.ones, self.achievers.zeros))
+                fact = min(found, key=lambda fact: self._rank.get(fact, MAX_WANTS))
+                return self.meanings.text(fact), [fact]
+        found = list(dict.fromkeys(missing_facts(blocker, self.achievers.ones, self.achievers.zeros)))
+        return self.meanings.query(blocker, self.achievers.ones, self.achievers.zeros), found
 
     def kind_of_lack(self, blocker: Query) -> tuple[Kind, ...]:
         """The kinds of what a blocked query is told to lack; its causes are looked up."""
-        self._rank_all(wants(blocker, self.makers.ones, self.makers.zeros))
+        self._rank_all(missing_facts(blocker, self.achievers.ones, self.achievers.zeros))
         return self._kinds(self.lacking(blocker)[1])
 
     def sentences(self, reasons: Reasons) -> list[str]:
         """The reasons for people; root causes are never left out."""
-        roots = [case for case in reasons.cases if not case.makers][:MAX_SENTENCES]
+        roots = [case for case in reasons.cases if not case.achievers][:MAX_SENTENCES]
         first = reasons.cases[:MAX_SENTENCES]
         shown = [case for case in reasons.cases if case in first or case in roots]
         told = [self._sentence(case) for case in shown]
         more = len(reasons.cases) - len(shown)
         if more:
             told.append(f"{counted(more, 'further step')} between these {'is' if more == 1 else 'are'} left out.")
-        texts = [self.words.text(want) for want in reasons.circular]
+        texts = [self.meanings.text(fact) for fact in reasons.circular]
         if len(texts) == 1:
             told.append(f"So {texts[0]} waits for itself, and it does not hold at the start.")
         elif texts:
             told.append(f"So {listed(texts, 'and')} wait for each other, and none of them holds at the start.")
         return told
 
-    def _rank_all(self, first: Iterable[Want]) -> None:
+    def _rank_all(self, first: Iterable[MissingFact]) -> None:
         """Looks up all that could make these wants, and how far each is from its root causes."""
-        queue = [want for want in dict.fromkeys(first) if want not in self._makers]
-        waiting: dict[Want, list[list[Want]]] = {}
-        for want in queue:  # grows while it is worked on
-            if want in self._makers or len(waiting) >= MAX_WANTS:
+        queue = [fact for fact in dict.fromkeys(first) if fact not in self._achievers]
+        waiting: dict[MissingFact, list[list[MissingFact]]] = {}
+        for fact in queue:  # grows while it is worked on
+            if fact in self._achievers or len(waiting) >= MAX_WANTS:
                 continue
-            self._makers[want] = self.makers.of(want)
-            waiting[want] = [self.makers.wants(maker) for maker in self._makers[want]]
-            queue += [other for blockers in waiting[want] for other in blockers if other not in self._makers]
+            self._achievers[fact] = self.achievers.of(fact)
+            waiting[fact] = [self.achievers.missing_facts(achiever) for achiever in self._achievers[fact]]
+            queue += [other for blockers in waiting[fact] for other in blockers if other not in self._achievers]
         rank = 0
         while True:
             found = [
-                want for want, makers in waiting.items() if all(any(o in self._rank for o in m) for m in makers)
+                fact
+                for fact, achievers in waiting.items()
+                if all(any(o in self._rank for o in m) for m in achievers)
             ]
             if not found:
                 return
-            for want in found:
-                self._rank[want] = rank
-                del waiting[want]
+            for fact in found:
+                self._rank[fact] = rank
+                del waiting[fact]
             rank += 1
 
-    def _circular(self, queue: list[Want]) -> list[Want]:
+    def _circular(self, queue: list[MissingFact]) -> list[MissingFact]:
         """The wants without root cause; those that no other of them needs left out."""
-        found = [want for want in queue if want not in self._rank and want in self._makers]
+        found = [fact for fact in queue if fact not in self._rank and fact in self._achievers]
         while True:
-            needed = {o for want in found for maker in self._makers[want] for o in self.lacking(maker.blocker)[1]}
-            left = [want for want in found if want in needed]
+            needed = {
+                o
+                for fact in found
+                for achiever in self._achievers[fact]
+                for o in self.lacking(achiever.blocker)[1]
+            }
+            left = [fact for fact in found if fact in needed]
             if left == found:
                 return found
             found = left
 
-    def _kind(self, want: Want) -> Kind:
-        meaning = self.words.meaning(want.bit)
-        return meaning.symbol, meaning.role, want.is_set
+    def _kind(self, fact: MissingFact) -> Kind:
+        meaning = self.meanings.meaning(fact.bit)
+        return meaning.symbol, meaning.role, fact.is_set
 
-    def _kinds(self, found: Iterable[Want]) -> tuple[Kind, ...]:
-        return tuple(sorted({self._kind(want) for want in found}))
+    def _kinds(self, found: Iterable[MissingFact]) -> tuple[Kind, ...]:
+        return tuple(sorted({self._kind(fact) for fact in found}))
 
     def _layer(self, reads: int) -> int:
         """The last layer in which one of the bits became possible."""
@@ -151,36 +160,36 @@ class Blocked:
         return max((number for number, bits in enumerate(new, start=1) if bits), default=0)
 
     # ---------------------------------------------------------------------------------------------- sentences
-    def _sentence(self, case: Case) -> str:
+    def _sentence(self, case: CauseGroup) -> str:
         first, *others = case.members
-        told = self._ways(first, case) if case.makers else self.nothing(first)
+        told = self._ways(first, case) if case.achievers else self.nothing(first)
         if others:
-            told += f" Likewise {listed([self.words.text(want) for want in others], 'and')}."
+            told += f" Likewise {listed([self.meanings.text(fact) for fact in others], 'and')}."
         return told
 
-    def _ways(self, want: Want, case: Case) -> str:
+    def _ways(self, fact: MissingFact, case: CauseGroup) -> str:
         """What could make the want, each with what it lacks."""
-        families: dict[tuple[str, str, tuple[Kind, ...]], list[Maker]] = {}
-        for maker in case.makers:
-            lack = self._kinds(self.lacking(maker.blocker)[1])
-            families.setdefault((maker.kind, maker.family, lack), []).append(maker)
-        ways = [self._way(makers) for makers in families.values()]
+        families: dict[tuple[str, str, tuple[Kind, ...]], list[Achiever]] = {}
+        for achiever in case.achievers:
+            lack = self._kinds(self.lacking(achiever.blocker)[1])
+            families.setdefault((achiever.kind, achiever.family, lack), []).append(achiever)
+        ways = [self._way(achievers) for achievers in families.values()]
         never = ", and that never holds" if len(ways) == 1 else ": none of that ever holds"
-        if want.is_set:
-            said = f"{self.words.text(want)} can only come from "
+        if fact.is_set:
+            said = f"{self.meanings.text(fact)} can only come from "
         else:
-            said = f"{self.words.meaning(want.bit).text} holds from the start and can only be lost by "
+            said = f"{self.meanings.meaning(fact.bit).text} holds from the start and can only be lost by "
         return f"{said}{'; or from '.join(ways[:MAX_WAYS])}{_rest(ways)}{never}."
 
-    def _way(self, makers: list[Maker]) -> str:
-        first = makers[0]
-        more = f" (and {len(makers) - 1} more like it)" if len(makers) > 1 else ""
+    def _way(self, achievers: list[Achiever]) -> str:
+        first = achievers[0]
+        more = f" (and {len(achievers) - 1} more like it)" if len(achievers) > 1 else ""
         return f"{_BY[first.kind]}{first.name}{more}, which needs {self.lacking(first.blocker)[0]}"
 
-    def nothing(self, want: Want) -> str:
+    def nothing(self, fact: MissingFact) -> str:
         """The sentence about a want that nothing brings about."""
-        meaning = self.words.meaning(want.bit)
-        if not want.is_set:
+        meaning = self.meanings.meaning(fact.bit)
+        if not fact.is_set:
             return f"{meaning.text} holds from the start, and nothing ever takes that away."
         match meaning.role:
             case "always":
@@ -197,13 +206,13 @@ class Blocked:
 
     def why_nothing(self, meaning: Meaning) -> str:
         """Neither the start nor actions nor rules: the part of a sentence behind the colon."""
-        return f"{self._at_the_start(meaning)}, {self.origins.nobody(meaning)}"
+        return f"{self._at_the_start(meaning)}, {self.mentions.why_no_achiever(meaning)}"
 
     def _at_the_start(self, meaning: Meaning) -> str:
         group = meaning.group
         if isinstance(group, TermBits | AtomBits):
             for bit in bits_of(self._initial & group.known):
-                return f"{self.words.meaning(bit).text} holds at the start"
+                return f"{self.meanings.meaning(bit).text} holds at the start"
         return "it is not known at the start"
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from kabo.knowledge.binding import Binding
 from kabo.knowledge.grounding.compiler import Compiler
 from kabo.knowledge.queries import FALSE
-from kabo.knowledge.text import claim_text, formula_text, term_text
+from kabo.language import spell_bound
 from kabo.language.formulas import (
     And,
     Application,
@@ -32,17 +32,17 @@ def why_false(compiler: Compiler, formula: Formula, binding: Binding) -> Iterato
     match formula:
         case And(parts=parts):
             told = [s for part in parts for s in why_false(compiler, part, binding)]
-            yield from told or [f"The parts of {formula_text(formula, binding)} contradict each other."]
+            yield from told or [f"The parts of {spell_bound(formula, binding)} contradict each other."]
         case Forall():
             inner = compiler.instances(formula.variables, binding)
             told = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
-            yield from _some(told or [f"The instances of {formula_text(formula, binding)} contradict each other."])
+            yield from _some(told or [f"The instances of {spell_bound(formula, binding)} contradict each other."])
         case Or(parts=parts):
             yield from _some([s for part in parts for s in why_false(compiler, part, binding)])
         case Exists():
             inner = compiler.instances(formula.variables, binding)
             told = [s for instance in inner for s in why_false(compiler, formula.body, instance)]
-            yield from _some(told or [f"There is no object for {formula_text(formula, binding)}."])
+            yield from _some(told or [f"There is no object for {spell_bound(formula, binding)}."])
         case _:
             yield _leaf(compiler, formula, binding)
 
@@ -54,7 +54,7 @@ def _some(sentences: Iterable[str]) -> list[str]:
 
 
 def _leaf(compiler: Compiler, formula: Formula, binding: Binding) -> str:
-    text = formula_text(formula, binding)
+    text = spell_bound(formula, binding)
     match formula:
         case Know(claim=Literal() as literal):
             opposite = Know(Literal(literal.atom, not literal.positive))
@@ -67,7 +67,7 @@ def _leaf(compiler: Compiler, formula: Formula, binding: Binding) -> str:
             asked = "known whether" if isinstance(formula, KnowWhether) else "known"
             return f"{about} can never be {asked}: it is not known at the start, and no action adds or senses it."
         case Not(body=body):
-            return f"{formula_text(body, binding)} holds from the start, and nothing ever changes that."
+            return f"{spell_bound(body, binding)} holds from the start, and nothing ever changes that."
     return f"{text} never holds."
 
 
@@ -75,7 +75,7 @@ def _claim(compiler: Compiler, opposite: Know, text: str, binding: Binding, more
     if more:
         return f"{text} never holds: {more}."
     if compiler.query(opposite, binding) != FALSE:
-        said = claim_text(opposite.claim, binding)
+        said = spell_bound(opposite.claim, binding)
         return f"{text} never holds: {said} is known from the start, and nothing ever changes that."
     return f"{text} never holds: it is not known at the start, and no action or update rule adds or senses it."
 
@@ -86,6 +86,6 @@ def _out_of_range(compiler: Compiler, claim: Comparison, binding: Binding) -> st
     for term, value in sides:
         if claim.operator == "=" and isinstance(term, Application) and not isinstance(value, Application):
             values = compiler.problem.values_of(term.function)
-            if values is not None and term_text(value, binding) not in values:
-                return f"{term_text(value, binding)} is no value of {term.function}"
+            if values is not None and spell_bound(value, binding) not in values:
+                return f"{spell_bound(value, binding)} is no value of {term.function}"
     return ""

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from kabo.knowledge.grounding.problem import Grounding, conjuncts, ground_whole
 from kabo.knowledge.queries import FALSE
 from kabo.language.problem import Problem
-from kabo.planner.proofs.achievers import Makers
-from kabo.planner.proofs.mentions import Origins
-from kabo.planner.proofs.root_causes import Blocked
+from kabo.planner.proofs.achievers import Achievers
+from kabo.planner.proofs.mentions import Mentions
+from kabo.planner.proofs.root_causes import RootCauses
 from kabo.planner.proofs.static_false import why_false
-from kabo.planner.proofs.wording import Words
+from kabo.planner.proofs.wording import BitMeanings
 
-SAME = "For the same reasons as"  # begins the sentence about a conjunct that another one explains
+SAME_REASONS = "For the same reasons as"  # begins the sentence about a conjunct that another one explains
 
 
 @dataclass(frozen=True)
@@ -25,18 +25,18 @@ class UnreachableGoal:
 
 def unreachable_because(problem: Problem) -> list[UnreachableGoal]:
     """The conjuncts of the goal that can never hold, each with the sentences that say why."""
-    return unreachable_in(blocked_in(ground_whole(problem)))
+    return unreachable_in(root_causes_in(ground_whole(problem)))
 
 
-def blocked_in(whole: Grounding) -> Blocked:
+def root_causes_in(whole: Grounding) -> RootCauses:
     """What keeps things from ever being known in a grounded problem."""
-    words = Words(whole)
-    return Blocked(Makers(whole, words), words, Origins(whole))
+    meanings = BitMeanings(whole)
+    return RootCauses(Achievers(whole, meanings), meanings, Mentions(whole))
 
 
-def unreachable_in(blocked: Blocked) -> list[UnreachableGoal]:
+def unreachable_in(causes: RootCauses) -> list[UnreachableGoal]:
     """The conjuncts of the goal that the delete relaxation never reaches, each with why."""
-    whole = blocked.makers.whole
+    whole = causes.achievers.whole
     compiler, reach = whole.compiler, whole.reach
     told: dict[tuple[object, ...], str] = {}
     found: list[UnreachableGoal] = []
@@ -45,11 +45,11 @@ def unreachable_in(blocked: Blocked) -> list[UnreachableGoal]:
             why = tuple(why_false(compiler, formula, binding))
             found.append(UnreachableGoal(part.text, 0, why))
         elif not part.query.possible(reach.ones, reach.zeros):
-            reasons = blocked.reasons(part.query)
+            reasons = causes.reasons(part.query)
             kinds = tuple(case.kinds for case in reasons.cases)
             same = told.setdefault(kinds, part.text)
-            why = tuple(blocked.sentences(reasons))
+            why = tuple(causes.sentences(reasons))
             if same != part.text:
-                why = (f"{SAME} {same}.",)
+                why = (f"{SAME_REASONS} {same}.",)
             found.append(UnreachableGoal(part.text, reasons.layer, why))
     return found

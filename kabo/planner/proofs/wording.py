@@ -29,14 +29,14 @@ class Meaning:
 
 
 @dataclass(frozen=True)
-class Want:
+class MissingFact:
     """A bit that is asked to be 1 (`is_set`), or 0."""
 
     bit: int
     is_set: bool = True
 
 
-class Words:
+class BitMeanings:
     """The meanings of all bits of a grounded problem."""
 
     def __init__(self, whole: Grounding) -> None:
@@ -55,16 +55,16 @@ class Words:
         """What the bit says."""
         return self._meanings.get(bit) or Meaning("what it remembers", "always", "it", "it")
 
-    def text(self, want: Want) -> str:
+    def text(self, fact: MissingFact) -> str:
         """The want as a query: `K(p)`, or `not K(p)` for a bit that is asked to be 0."""
-        said = self.meaning(want.bit).text
-        return said if want.is_set else f"not {said}"
+        said = self.meaning(fact.bit).text
+        return said if fact.is_set else f"not {said}"
 
     def query(self, query: Query, ones: int, zeros: int) -> str:
         """What of an impossible query can never hold, as text."""
         match query:
             case AllOf() | AnyOf():
-                texts = [self.text(want) for want in wants(query, ones, zeros)]
+                texts = [self.text(fact) for fact in missing_facts(query, ones, zeros)]
                 return listed(texts, "and" if isinstance(query, AllOf) else "or")
             case All(parts=parts):
                 impossible = [part for part in parts if not part.possible(ones, zeros)]
@@ -109,19 +109,19 @@ class Words:
             self._meanings[bit] = Meaning(text, "entry", text, "an entry")
 
 
-def wants(query: Query, ones: int, zeros: int) -> Iterator[Want]:
+def missing_facts(query: Query, ones: int, zeros: int) -> Iterator[MissingFact]:
     """The bits that keep a query from ever holding, each once for every place where it is asked."""
     match query:
         case AllOf(mask, value):
             for bit in bits_of(mask):
                 if bit & value & ~ones or bit & ~value & ~zeros:
-                    yield Want(bit, bool(bit & value))
+                    yield MissingFact(bit, bool(bit & value))
         case AnyOf(mask):
-            yield from map(Want, bits_of(mask))
+            yield from map(MissingFact, bits_of(mask))
         case All(parts=parts) | Some(parts=parts):
             for part in parts:
                 if not part.possible(ones, zeros):
-                    yield from wants(part, ones, zeros)
+                    yield from missing_facts(part, ones, zeros)
 
 
 def claim_in_words(claim: Claim) -> str:

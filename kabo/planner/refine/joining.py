@@ -18,8 +18,8 @@ from kabo.plan import Segment
 from kabo.planner.refine.freedom import Freedoms
 from kabo.planner.refine.legs import Leg, legs_of, proven
 from kabo.scene import Component
-from kabo.tasks.robots.motion.keeping import keep_of
-from kabo.tasks.robots.motion.smoothing import Part
+from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.smoothing import MotionPart
 from kabo.tasks.robots.scenes import configuration
 
 GAIN = 1e-3  # rad: less is not worth a change
@@ -27,7 +27,7 @@ SHARES = (0.5, 0.25, 0.75, 1.0)  # of a run, where one act may end and the next 
 
 
 @dataclass(frozen=True)
-class Act:
+class ActMotion:
     """What one node of a plan moves, what is changed by it, and what of that may be otherwise."""
 
     motion: tuple[Segment, ...]
@@ -44,22 +44,22 @@ class Effort:
 
 
 @dataclass(frozen=True)
-class _Piece:
+class _RunPiece:
     """A part of a leg: loose ones may be replaced, the others stay."""
 
     act: int
     leg: int
     path: Array  # (m, n)
     loose: bool
-    way: Part | None  # in whose scene its act may go another way; None of the rest of a stroke
+    way: MotionPart | None  # in whose scene its act may go another way; None of the rest of a stroke
 
 
-Run = list[_Piece]
+Run = list[_RunPiece]
 
 
 def joined(
-    context: Context, start: Situation, acts: Sequence[Act], effort: Effort, *, pinned: bool = True
-) -> list[Act]:
+    context: Context, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
+) -> list[ActMotion]:
     """The acts with shorter motion: ends, what is taken and let go, and all proofs stay.
 
     Args:
@@ -84,7 +84,7 @@ def joined(
     return made
 
 
-def lengths(acts: Sequence[Act]) -> float:
+def lengths(acts: Sequence[ActMotion]) -> float:
     """The length of the arms' ways [rad or m, L2 over the joints of each]."""
     return sum(segment_length(segment) for act in acts for segment in act.motion)
 
@@ -95,14 +95,14 @@ def segment_length(segment: Segment) -> float:
 
 
 # -------------------------------------------------------------------------------------------------------- runs
-def _situations(start: Situation, acts: Sequence[Act]) -> list[Situation]:
+def _situations(start: Situation, acts: Sequence[ActMotion]) -> list[Situation]:
     found = [start]
     for act in acts:
         found.append(found[-1].replace(act.changes))
     return found
 
 
-def _runs(context: Context, start: Situation, acts: Sequence[Act], robot: str) -> list[Run]:
+def _runs(context: Context, start: Situation, acts: Sequence[ActMotion], robot: str) -> list[Run]:
     """The runs of loose pieces of a robot in which there is something to choose, in order of time."""
     runs: list[Run] = [[]]
     for number, (act, situation) in enumerate(zip(acts, _situations(start, acts), strict=False)):
@@ -125,7 +125,7 @@ def _runs(context: Context, start: Situation, acts: Sequence[Act], robot: str) -
     return [run for run in runs if any(piece.way is not None for piece in run)]
 
 
-def _goes_on(last: _Piece, piece: _Piece, acts: Sequence[Act], legs: Sequence[Leg]) -> bool:
+def _goes_on(last: _RunPiece, piece: _RunPiece, acts: Sequence[ActMotion], legs: Sequence[Leg]) -> bool:
     """Whether a piece goes on from the one before under the same constraint."""
     if np.abs(last.path[-1] - piece.path[0]).max() > 1e-6:
         return False
@@ -133,14 +133,14 @@ def _goes_on(last: _Piece, piece: _Piece, acts: Sequence[Act], legs: Sequence[Le
     return last.way is None or before.constraint == legs[piece.leg].segment.constraint
 
 
-def _pieces(legs: Sequence[Leg], freedoms: Freedoms, act: int) -> Iterator[_Piece]:
+def _pieces(legs: Sequence[Leg], freedoms: Freedoms, act: int) -> Iterator[_RunPiece]:
     """The pieces of an act's legs: strokes in two, where a way is on their loose side, or nothing."""
     kinds = [freedoms.of(leg.segment.stage) if leg.arm else freedoms.of(None) for leg in legs]
     for k, (leg, freedom) in enumerate(zip(legs, kinds, strict=True)):
         after_way = k > 0 and kinds[k - 1].kind == "way"
         before_way = k + 1 == len(legs) or kinds[k + 1].kind == "way"
         if freedom.kind == "way":
-            yield _Piece(act, k, leg.path, True, leg.part)
+            yield _RunPiece(act, k, leg.path, True, leg.part)
         elif freedom.kind == "stroke" and after_way:
             kept, loose = _cut(leg, leg.path[::-1], freedom.least)
             yield from _split(act, k, [(loose[::-1], True), (kept[::-1], False)])
@@ -148,13 +148,13 @@ def _pieces(legs: Sequence[Leg], freedoms: Freedoms, act: int) -> Iterator[_Piec
             kept, loose = _cut(leg, leg.path, freedom.least)
             yield from _split(act, k, [(kept, False), (loose, True)])
         else:
-            yield _Piece(act, k, leg.path, False, None)
+            yield _RunPiece(act, k, leg.path, False, None)
 
 
-def _split(act: int, leg: int, parts: Sequence[tuple[Array, bool]]) -> Iterator[_Piece]:
+def _split(act: int, leg: int, parts: Sequence[tuple[Array, bool]]) -> Iterator[_RunPiece]:
     for path, loose in parts:
         if len(path) > 1:
-            yield _Piece(act, leg, path, loose, None)
+            yield _RunPiece(act, leg, path, loose, None)
 
 
 def _cut(leg: Leg, path: Array, least: float) -> tuple[Array, Array]:
@@ -176,8 +176,8 @@ def _cut(leg: Leg, path: Array, least: float) -> tuple[Array, Array]:
 
 # --------------------------------------------------------------------------------------------------- replacing
 def _replaced(
-    context: Context, start: Situation, acts: list[Act], run: Run, robot: str, effort: Effort
-) -> list[Act]:
+    context: Context, start: Situation, acts: list[ActMotion], run: Run, robot: str, effort: Effort
+) -> list[ActMotion]:
     """The acts with a shorter way along a run; as they were, if none is found, or none is proven for all of them."""
     path = _joint(run)
     found = _shorter(context, path, [piece.way for piece in run if piece.way is not None], robot, effort)
@@ -192,7 +192,7 @@ def _replaced(
     return acts
 
 
-def _trimmed(context: Context, start: Situation, acts: list[Act], robot: str) -> list[Act]:
+def _trimmed(context: Context, start: Situation, acts: list[ActMotion], robot: str) -> list[ActMotion]:
     """The acts without what a robot's last stroke has beyond the least, where nothing follows that needs it."""
     number = max(k for k, act in enumerate(acts) if any(segment.robot == robot for segment in act.motion))
     legs = legs_of(context, _situations(start, acts)[number], acts[number].motion)
@@ -212,7 +212,7 @@ def _length(path: Array) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def _shorter(context: Context, path: Array, ways: Sequence[Part], robot: str, effort: Effort) -> Array:
+def _shorter(context: Context, path: Array, ways: Sequence[MotionPart], robot: str, effort: Effort) -> Array:
     """A path with the same ends, proven in the scenes of all ways, no longer than the one given."""
     part = ways[0]
     n, hand = part.scene.robot(robot).planned, path[0, part.scene.robot(robot).planned :]
@@ -246,7 +246,7 @@ def _pairs(path: Array) -> Iterator[tuple[Array, Array]]:
     return zip(path, path[1:], strict=False)
 
 
-def _portions(path: Array, run: Run, acts: Sequence[Act]) -> Iterator[dict[int, Array]]:
+def _portions(path: Array, run: Run, acts: Sequence[ActMotion]) -> Iterator[dict[int, Array]]:
     """Ways to divide a path among the acts of a run; each that has nothing else to move gets some of it."""
     numbers = list(dict.fromkeys(piece.act for piece in run))
     if len(numbers) == 1:
@@ -262,7 +262,7 @@ def _portions(path: Array, run: Run, acts: Sequence[Act]) -> Iterator[dict[int, 
         yield dict(zip(numbers, parts, strict=True))
 
 
-def _moves_else(act: Act, run: Run, number: int) -> bool:
+def _moves_else(act: ActMotion, run: Run, number: int) -> bool:
     """Whether an act moves the arm outside of a run."""
     loose = {piece.leg for piece in run if piece.act == number and piece.way is not None}
     return any(k not in loose for k in range(len(act.motion)))
@@ -288,12 +288,12 @@ def _point(path: Array, passed: Array, at: float) -> Array:
 def _with(
     context: Context,
     start: Situation,
-    acts: list[Act],
+    acts: list[ActMotion],
     run: Run,
     portions: Mapping[int, Array],
     robot: str,
     end: int,
-) -> list[Act] | None:
+) -> list[ActMotion] | None:
     """The acts with portions of a path for their pieces of a run; None if one before `end` is not proven then."""
     made, before = list(acts), _situations(start, acts)
     for number, portion in portions.items():

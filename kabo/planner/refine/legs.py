@@ -14,7 +14,7 @@ from kabo.geometry_server import Context, Situation, contacts, supports
 from kabo.plan import Segment
 from kabo.scene import attachment
 from kabo.scene.transforms import inverse
-from kabo.tasks.robots.motion.smoothing import Part
+from kabo.tasks.robots.motion.smoothing import MotionPart
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 
 JOINED = 1e-6  # rad or m: a leg begins where the one before it ended, or it is another motion
@@ -25,7 +25,7 @@ class Leg:
     """A segment, and the stretch of all the robot's joints in the scene in which it begins."""
 
     segment: Segment
-    part: Part
+    part: MotionPart
 
     @property
     def arm(self) -> bool:
@@ -95,7 +95,7 @@ def _leg(scene: TaskScene, segment: Segment) -> Leg | None:
         scene = scene.permitting((name, other) for name in held for other in supports(*under, name))
     way = tuple(map(configuration, rows))
     made = Stretch(segment.robot, group, way, scene.permitted, segment.constraint, segment.attach, segment.detach)  # type: ignore[arg-type]
-    return Leg(segment, Part(made, scene, segment.stage or ""))
+    return Leg(segment, MotionPart(made, scene, segment.stage or ""))
 
 
 def _after(scene: TaskScene, segment: Segment) -> TaskScene | None:

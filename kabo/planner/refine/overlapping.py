@@ -24,14 +24,14 @@ CLOSE = 150  # couples of bodies and pieces whose boxes meet: more are taken to 
 
 
 @dataclass(frozen=True)
-class Moved:
+class SituatedMotion:
     """A motion and the situation in which it begins."""
 
     situation: Situation
     motion: tuple[Segment, ...]
 
 
-def greatest_overlap(context: Context, first: Moved, second: Moved, most: float) -> float:
+def greatest_overlap(context: Context, first: SituatedMotion, second: SituatedMotion, most: float) -> float:
     """The greatest time [s] by which the second motion may begin before the first ends: a sum of whole segments.
 
     Args:
@@ -53,7 +53,7 @@ def greatest_overlap(context: Context, first: Moved, second: Moved, most: float)
     return float(found) if found >= LEAST else 0.0
 
 
-def _of(moved: Moved) -> tuple[Situation, tuple[Segment, ...]]:
+def _of(moved: SituatedMotion) -> tuple[Situation, tuple[Segment, ...]]:
     return moved.situation, moved.motion
 
 

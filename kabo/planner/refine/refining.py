@@ -10,28 +10,25 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
 from kabo.planner.geometry.evaluation import Variant
 from kabo.planner.refine.freedom import NONE, Freedoms, freedoms
-from kabo.planner.refine.joining import Act, Effort, joined, segment_length
+from kabo.planner.refine.joining import ActMotion, Effort, joined, segment_length
 from kabo.planner.refine.legs import legs_of, proven
-from kabo.planner.refine.overlapping import Moved, greatest_overlap
-from kabo.planner.refine.refining_choice import Choice, Draft
+from kabo.planner.refine.overlapping import SituatedMotion, greatest_overlap
+from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft
 from kabo.planner.refine.refining_stops import Stop, stops_of, stretches_of
 from kabo.planner.refine.timing import duration, timed
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.procedures import GeometricProcedures
 
 SAMPLES = 20_000  # of tasks, for other solutions
 BETTER = 1e-6  # rad, s: less is no difference
 
 
 @dataclass(frozen=True)
-class Figures:
+class RefinementFigures:
     """Length [rad or m, L2] and duration [s] of the longest branch, before and after, and the sum of all overlaps [s].
 
     Both durations keep the limits of acceleration, so that they can be compared.
@@ -56,7 +53,9 @@ class Figures:
         }
 
 
-def refine(variants: tuple[Variant, ...], server: "GeometricProcedures", *, samples: int = SAMPLES) -> Figures:
+def refine(
+    variants: tuple[Variant, ...], server: GeometricProcedures, *, samples: int = SAMPLES
+) -> RefinementFigures:
     """Gives the variants of a plan better motion, in place, and says how much better.
 
     Args:
@@ -66,10 +65,10 @@ def refine(variants: tuple[Variant, ...], server: "GeometricProcedures", *, samp
     """
     began = perf_counter()
     stops = stops_of(variants, server)
-    found = Found(stops, server)
+    found = FoundMotion(stops, server)
     stretches = list(stretches_of(stops))
-    draft = Draft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
-    choice = Choice(server, stops, draft, samples)
+    draft = PlanDraft({stop: stop.answer for stop in stops}, {stop: stop.situation for stop in stops})
+    choice = AlternativeChoice(server, stops, draft, samples)
     for stretch in stretches:
         choice.shorten(stretch)
     for stop in stops:
@@ -82,10 +81,10 @@ def refine(variants: tuple[Variant, ...], server: "GeometricProcedures", *, samp
         found.restore(stops)
     overlap = sum(let_overlap(stops, server).values())
     after = longest(stops, length_of), longest(stops, seconds_of)
-    return Figures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
+    return RefinementFigures(found.length, after[0], found.seconds, after[1], overlap, perf_counter() - began)
 
 
-def freedoms_of(stop: Stop, server: "GeometricProcedures") -> Freedoms:
+def freedoms_of(stop: Stop, server: GeometricProcedures) -> Freedoms:
     """What may be changed of a node's motion."""
     if stop.call is None:
         return NONE
@@ -94,7 +93,7 @@ def freedoms_of(stop: Stop, server: "GeometricProcedures") -> Freedoms:
 
 
 # ------------------------------------------------------------------------------------------------------ refinement
-def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
+def _refine(stretch: Sequence[Stop], server: GeometricProcedures) -> None:
     """The stretch with shorter motion.
 
     Raises:
@@ -102,9 +101,9 @@ def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
     """
     server.server.look()
     acts = [
-        Act((), {}, NONE)
+        ActMotion((), {}, NONE)
         if (answer := stop.answer) is None
-        else Act(answer.motion, answer.changes, freedoms_of(stop, server))
+        else ActMotion(answer.motion, answer.changes, freedoms_of(stop, server))
         for stop in stretch
     ]
     context, start = server.server.context(), stretch[0].situation
@@ -116,7 +115,7 @@ def _refine(stretch: Sequence[Stop], server: "GeometricProcedures") -> None:
         situation = situation.replace(act.changes)
 
 
-def _retime(stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+def _retime(stops: Sequence[Stop], server: GeometricProcedures) -> None:
     """New times for all motion."""
     for stop in stops:
         if stop.answer is not None:
@@ -124,7 +123,7 @@ def _retime(stops: Sequence[Stop], server: "GeometricProcedures") -> None:
                 stop.keep(stop.situation, _timed(stop, stop.answer, server))
 
 
-def _timed(stop: Stop, answer: Success, server: "GeometricProcedures") -> Success:
+def _timed(stop: Stop, answer: Success, server: GeometricProcedures) -> Success:
     """A node's motion with new times, if it is proven with them."""
     context = server.server.context()
     server.server.look()
@@ -134,10 +133,10 @@ def _timed(stop: Stop, answer: Success, server: "GeometricProcedures") -> Succes
     return replace(answer, motion=made) if proven(context, stop.situation, made) else answer
 
 
-class Found:
+class FoundMotion:
     """The plan as it was found, timed within the same limits: what refinement has to be better than."""
 
-    def __init__(self, stops: Sequence[Stop], server: "GeometricProcedures") -> None:
+    def __init__(self, stops: Sequence[Stop], server: GeometricProcedures) -> None:
         self._kept = {stop: (stop.situation, stop.answer) for stop in stops}
         self.length = longest(stops, length_of)
         _retime(stops, server)
@@ -153,7 +152,7 @@ class Found:
 
 
 # ---------------------------------------------------------------------------------------------------- both at once
-def let_overlap(stops: Sequence[Stop], server: "GeometricProcedures") -> dict[Stop, float]:
+def let_overlap(stops: Sequence[Stop], server: GeometricProcedures) -> dict[Stop, float]:
     """Lets motions begin before the one before has ended, where two robots then move apart; the overlaps [s]."""
     made: dict[Stop, float] = {}
     for stop in stops:
@@ -162,7 +161,10 @@ def let_overlap(stops: Sequence[Stop], server: "GeometricProcedures") -> dict[St
                 continue
             assert stop.answer is not None
             assert after.answer is not None
-            first, second = Moved(stop.situation, stop.answer.motion), Moved(after.situation, after.answer.motion)
+            first, second = (
+                SituatedMotion(stop.situation, stop.answer.motion),
+                SituatedMotion(after.situation, after.answer.motion),
+            )
             most = duration(stop.answer.motion) - made.get(stop, 0.0)
             overlap = greatest_overlap(server.server.context(), first, second, most)
             if overlap > 0.0:
@@ -171,7 +173,7 @@ def let_overlap(stops: Sequence[Stop], server: "GeometricProcedures") -> dict[St
     return made
 
 
-def _independent(stop: Stop, after: Stop, server: "GeometricProcedures") -> bool:
+def _independent(stop: Stop, after: Stop, server: GeometricProcedures) -> bool:
     """Whether a node may begin while the one before still moves: other robots, other objects, nothing to wait for."""
     actions = stop.first.node.action, after.first.node.action
     if stop.call is None or after.call is None or actions[0] is None or actions[1] is None:

@@ -9,7 +9,6 @@ asked anew, and the sum over the whole plan decides.
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from kabo.errors import CutOff
 from kabo.geometry_server.answers import Success
@@ -17,9 +16,7 @@ from kabo.geometry_server.situation import Situation
 from kabo.planner.refine.joining import segment_length
 from kabo.planner.refine.legs import proven
 from kabo.planner.refine.refining_stops import Stop
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.procedures import GeometricProcedures
 
 SOLUTIONS, BEAM = 3, 4  # of each task; of states that are kept
 ENDS, AGAIN = 2, 1  # of a stretch that are followed; solutions of what follows
@@ -27,7 +24,7 @@ GAIN = 1e-3  # rad: less is not worth a change
 
 
 @dataclass(frozen=True)
-class Draft:
+class PlanDraft:
     """What every node moves, and the situation in which it begins."""
 
     answers: Mapping[Stop, Success | None]
@@ -54,12 +51,12 @@ class _Way:
 
 
 @dataclass
-class Choice:
+class AlternativeChoice:
     """Looks for shorter solutions along the stretches of a plan; `order` has each node before those that follow it."""
 
-    server: "GeometricProcedures"
+    server: GeometricProcedures
     order: Sequence[Stop]
-    draft: Draft
+    draft: PlanDraft
     samples: int
     _began: int = field(init=False)
 
@@ -122,7 +119,7 @@ class Choice:
                 yield answer
 
     # -------------------------------------------------------------------------------------------- the whole plan
-    def _settled(self, forced: Mapping[Stop, Success | None], most: float) -> Draft | None:
+    def _settled(self, forced: Mapping[Stop, Success | None], most: float) -> PlanDraft | None:
         """The plan with some answers forced, all that follows made to fit; None if it cannot be, or costs more."""
         arriving: dict[Stop, Situation] = {self.order[0]: self.draft.situations[self.order[0]]}
         answers: dict[Stop, Success | None] = {}
@@ -146,7 +143,7 @@ class Choice:
             for follower in stop.following:
                 known = arriving.get(follower)
                 arriving[follower] = after if known is None else known.union(after)
-        return Draft(answers, arriving)
+        return PlanDraft(answers, arriving)
 
     def _fitting(self, stop: Stop, situation: Situation) -> tuple[Success | None] | None:
         """What a node does in a situation: as before, if that is proven, else the shortest of its first solutions."""

@@ -2,16 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from kabo.geometry_server.answers import Success
 from kabo.geometry_server.situation import Situation
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.assembly import handles_of
 from kabo.planner.geometry.evaluation import Variant
-
-if TYPE_CHECKING:
-    from kabo.tasks.procedures import GeometricProcedures
+from kabo.tasks.procedures import GeometricProcedures
 
 
 @dataclass(eq=False)
@@ -58,7 +55,7 @@ class Stop:
             variant.overlap = overlap
 
 
-def stops_of(variants: tuple[Variant, ...], server: "GeometricProcedures") -> list[Stop]:
+def stops_of(variants: tuple[Variant, ...], server: GeometricProcedures) -> list[Stop]:
     """The stops of a plan, each before those that follow it, the root first."""
     handles = handles_of(variants, server)
     made: dict[str, Stop] = {}

@@ -14,18 +14,20 @@ from kabo.motion import passed
 from kabo.plan import Segment
 from kabo.planner.refine.legs import Leg, legs_of
 from kabo.scene import Robot
-from kabo.tasks.robots.motion.smoothing import Limits, Part, smoothed
+from kabo.tasks.robots.motion.smoothing import MotionPart, TimingLimits, smoothed
 
 RAMP = 0.25  # s from rest to the velocity limit, where the scene sets no acceleration
 DEVIATION = 0.05  # rad, L2: how far a rounded corner passes by its way point
 MOVING = 1e-6  # rad: less is no motion
 
 
-def limits_of(robot: Robot) -> Limits:
+def limits_of(robot: Robot) -> TimingLimits:
     """The limits of a robot's planned joints: velocities of the URDF; accelerations of the scene, or by `RAMP`."""
     velocity = np.asarray(robot.tree.velocity[: robot.planned], float)
     pairs = zip(robot.planned_joints, velocity / RAMP, strict=True)
-    return Limits(velocity, np.array([float(robot.acceleration.get(joint, value)) for joint, value in pairs]))
+    return TimingLimits(
+        velocity, np.array([float(robot.acceleration.get(joint, value)) for joint, value in pairs])
+    )
 
 
 def timed(
@@ -89,7 +91,7 @@ def _seconds(motion: Sequence[Segment]) -> float:
 
 def _rounded(group: Sequence[Leg], robot: Robot) -> list[Segment] | None:
     """The segments passed without a stop at rounded corners; None if that is not proven or cannot be timed."""
-    parts = [Part(leg.part.stretch, leg.part.scene, str(k)) for k, leg in enumerate(group)]
+    parts = [MotionPart(leg.part.stretch, leg.part.scene, str(k)) for k, leg in enumerate(group)]
     try:
         made = smoothed(parts, DEVIATION, limits_of(robot))
     except ValueError:

@@ -8,14 +8,12 @@ speaks against it. So the packed searches see all that was learnt from geometry,
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from kabo import tuning
 from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
-from kabo.planner.search.skeleton import Entry, LearntBook, Pattern
+from kabo.planner.search.skeleton import LearntRefusals, Pattern, Provenance
 
-SCALE = 10  # of costs: what an action costs beside the prices below
-AGAIN, DOUBTFUL, OFTEN, MOST_OFTEN = 7, 30, 2, 20  # another attempt; where something was in the way; each refusal
-MOST_WAYS = 48  # conditions of one call beside each other: with more, some are left out
 OTHER = 0  # the value of a lineage that nothing names
 
 Allowed = dict[int, frozenset[int]]  # variable: the values that it may have
@@ -30,7 +28,7 @@ class LearntTask:
     whole: bool
 
 
-def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntBook) -> LearntTask:
+def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntRefusals) -> LearntTask:
     """A finite-domain task, whose operators are owned by actions, with what a ledger has learnt.
 
     Args:
@@ -42,22 +40,22 @@ def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntB
 
 
 class _Learnt:
-    def __init__(self, base: FiniteTask, actions: Sequence[GroundAction], book: LearntBook) -> None:
+    def __init__(self, base: FiniteTask, actions: Sequence[GroundAction], book: LearntRefusals) -> None:
         self.base, self.actions, self.book = base, actions, book
         self.whole = True
         named: dict[int, list[int]] = {}
-        for component, lineage in book.named:
-            named.setdefault(component, []).append(lineage)
+        for component, number in book.named:
+            named.setdefault(component, []).append(number)
         self._variables: list[StateVariable] = []
         self._initial: list[int] = []
         self._number: dict[int, int] = {}  # variable of a component
-        self._value: dict[Entry, int] = {}
-        for component, lineages in named.items():
+        self._value: dict[Provenance, int] = {}
+        for component, numbers in named.items():
             self._number[component] = len(base.variables) + len(self._variables)
-            self._variables.append(StateVariable(f"lineage {component}", 1 + len(lineages)))
-            self._value.update({(component, lineage): 1 + k for k, lineage in enumerate(lineages)})
+            self._variables.append(StateVariable(f"lineage {component}", 1 + len(numbers)))
+            self._value.update({(component, number): 1 + k for k, number in enumerate(numbers)})
             self._initial.append(self._value.get((component, 0), OTHER))
-        self._made: dict[tuple[GroundCall, int], list[tuple[Entry, Pattern]]] = {}
+        self._made: dict[tuple[GroundCall, int], list[tuple[Provenance, Pattern]]] = {}
         for entry, origins in book.origins.items():
             for origin in origins:
                 self._made.setdefault((origin.call, origin.attempt), []).append((entry, origin.reads))
@@ -68,7 +66,7 @@ class _Learnt:
         attempts: list[int] = []
         for plain in self.base.operators:
             call = self.actions[plain.owner].call
-            scaled = replace(plain, cost=plain.cost * SCALE)
+            scaled = replace(plain, cost=plain.cost * tuning.ACTION_PRICE)
             for operator, attempt in [(scaled, 0)] if call is None else self._with_call(scaled, call):
                 operators.append(operator)
                 attempts.append(attempt)
@@ -79,18 +77,18 @@ class _Learnt:
     def _with_call(self, plain: Operator, call: GroundCall) -> Iterable[tuple[Operator, int]]:
         """The operator for every attempt that is open, where it is not refused; first where nothing is in its way."""
         refusals = self.book.refusals.get(call, ())
-        often = min(OFTEN * len(refusals), MOST_OFTEN)
+        often = min(tuning.REFUSAL_PRICE * len(refusals), tuning.MAX_REFUSAL_PRICE)
         for attempt in range(self.book.attempts):
             before = [{}] if attempt == 0 else [self._holding(p) for p in self._leading(call, attempt - 1)]
             if not before:
                 return
             refused = [pattern for first, pattern in refusals if first <= attempt]
             effects = (*plain.effects, *self._effects(call, attempt))
-            cost = plain.cost + AGAIN * attempt + often
+            cost = plain.cost + tuning.RETRY_PRICE * attempt + often
             free = self._avoiding(before, refused)
             clear = self._avoiding(free, self.book.suspicions.get(call, ()))
             for allowed, price in [(each, 0) for each in clear] + [
-                (each, DOUBTFUL) for each in free if each not in clear
+                (each, tuning.SUSPICION_PRICE) for each in free if each not in clear
             ]:
                 conditions = tuple((n, tuple(sorted(values))) for n, values in sorted(allowed.items()))
                 made = replace(
@@ -119,7 +117,7 @@ class _Learnt:
 
     def _holding(self, pattern: Pattern) -> Allowed:
         """The values with which a pattern of named lineages holds."""
-        return {self._number[i]: frozenset([self._value[i, line]]) for i, line in pattern}
+        return {self._number[i]: frozenset([self._value[i, number]]) for i, number in pattern}
 
     def _avoiding(self, ways: Sequence[Allowed], patterns: Iterable[Pattern]) -> list[Allowed]:
         """The ways among these in which none of the patterns holds, none of them part of another."""
@@ -127,12 +125,12 @@ class _Learnt:
         for pattern in sorted(dict.fromkeys(patterns), key=lambda p: (len(p), sorted(p))):
             split = [narrowed for way in found for narrowed in self._without(way, pattern)]
             found = _largest(split)
-            if len(found) > MOST_WAYS:
-                found, self.whole = found[:MOST_WAYS], False
+            if len(found) > tuning.MAX_CONDITIONS:
+                found, self.whole = found[: tuning.MAX_CONDITIONS], False
         return found
 
     def _without(self, way: Allowed, pattern: Pattern) -> list[Allowed]:
-        entries = [(self._number[i], self._value[i, line]) for i, line in sorted(pattern)]
+        entries = [(self._number[i], self._value[i, number]) for i, number in sorted(pattern)]
         if any(n in way and value not in way[n] for n, value in entries):
             return [way]
         narrowed = []

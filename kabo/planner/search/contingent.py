@@ -11,23 +11,25 @@ ancestors that stood in the way (see `failures.py`), and only those that need no
 
 from collections.abc import Callable, Generator, Hashable
 
+from kabo import tuning
 from kabo.errors import CutOff
 from kabo.knowledge import GroundedTask, unreachable_goals
 from kabo.options import Options, Search
+from kabo.planner.search.algorithms import ALGORITHMS
+from kabo.planner.search.algorithms.best import newest_first
+from kabo.planner.search.algorithms.graph import Algorithm
 from kabo.planner.search.fixpoint import Fixpoint
-from kabo.planner.search.greedy_search import newest_first
+from kabo.planner.search.heuristics import DEFAULT_HEURISTIC
 from kabo.planner.search.late_sensing import delay_sensing
-from kabo.planner.search.nodes import Decide, Node, Space, Step
+from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Failure, Failures
 from kabo.planner.search.packed import PackedTask
 from kabo.planner.search.regression import Explanation
-from kabo.planner.search.search_graph import Algorithm
-from kabo.planner.search.searches import SEARCHES
 from kabo.planner.search.skeleton import (
     Exhausted,
-    Found,
+    FoundSkeleton,
     Geometry,
-    Limits,
+    SearchLimits,
     SearchResult,
     Skeleton,
     SkeletonBuilder,
@@ -35,14 +37,6 @@ from kabo.planner.search.skeleton import (
 )
 from kabo.planner.search.solved import Memo, Solved
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
-
-SECOND_OPINION = (
-    150  # expansions: what `best` solves with fewer is solved once more, and the smaller plan is taken
-)
-DEAD_ENDS = 200  # failed choices after which `best` starts over with other hopes
-PATIENCE = 500  # failed choices after which every node is looked at once, as far as that ends soon
-MORE_PATIENCE = 4  # times as many the next time
-LOOK_AT = 10_000  # nodes at least that are looked at before the search goes on
 
 Outcome = Solved | Failure
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
@@ -53,24 +47,26 @@ def find_skeleton(
     *,
     search: Search | None = None,
     geometry: Geometry | None = None,
-    limits: Limits | None = None,
+    limits: SearchLimits | None = None,
     on_progress: OnProgress | None = None,
     packed: PackedTask | None = None,
+    heuristic: str = DEFAULT_HEURISTIC,
 ) -> SearchResult:
     """A contingent plan for the task, the proof that there is none, or what ended the search.
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a key of `SEARCHES`; None is the best all-round one.
+        search: how weak plans are found, a word of `Search`; None is the best all-round one.
         geometry: what may be refused and which attempts there are; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called now and then with the statistics so far.
-        packed: the same task as packed searches want it, to be used again; None makes it where it is needed.
+        packed: the same task prepared for packed searches by an earlier call; None prepares it where it is needed.
+        heuristic: what estimates states of knowledge, a key of `HEURISTICS`.
 
     Raises:
         KeyError: there is no search of that name.
     """
-    limits, search = limits or Limits(), search or Options.search
+    limits, search = limits or SearchLimits(), search or Options.search
     if search in ("best", "astar", "breadth-first") and not task.branchings:
         found = (packed or PackedTask(task)).skeleton(search, geometry, limits)
         if found is not None:
@@ -78,9 +74,9 @@ def find_skeleton(
     counter = Counter(limits, on_progress)
     try:
         for may_wait in (False, True) if task.may_wait else (False,):
-            outcome = _attempts(task, geometry, may_wait, search, counter)
+            outcome = _attempts(task, geometry, may_wait, search, counter, heuristic)
             if isinstance(outcome, Solved):
-                return Found(Skeleton(outcome.node), counter.statistics)
+                return FoundSkeleton(Skeleton(outcome.node), counter.statistics)
     except BudgetSpent as spent:
         return Exhausted(counter.statistics, spent.budget)
     except CutOff:  # geometry was asked on the way
@@ -89,39 +85,42 @@ def find_skeleton(
 
 
 def _attempts(
-    task: GroundedTask, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter
+    task: GroundedTask, geometry: Geometry | None, may_wait: bool, search: Search, counter: Counter, heuristic: str
 ) -> Outcome:
     """Searches; `best` starts over with other hopes where one dead end follows the other.
 
     Where dead ends go on, every node is looked at once. That ends where there are finitely many; so both take turns.
     """
-    for hope_last, dead_ends in ((True, DEAD_ENDS), (False, DEAD_ENDS)) if search == "best" else ():
-        space = Space(task, geometry, may_wait, hope_last)
+    for assume_last in (True, False) if search == "best" else ():
+        space = SearchSpace(task, geometry, may_wait, assume_last, heuristic)
         try:
-            outcome = _run(_Contingent(space, SEARCHES[search], counter, dead_ends).solve(space.start, []))
+            outcome = _run(
+                _Contingent(space, ALGORITHMS[search], counter, tuning.MAX_FAILED_CHOICES).solve(space.start, [])
+            )
         except _TooManyDeadEnds:
             continue
         return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
-    space = Space(task, geometry, may_wait)
-    looking = _Looking(task, may_wait, counter, takes_plans=geometry is None)
+    space = SearchSpace(task, geometry, may_wait, heuristic=heuristic)
+    looking = _ExhaustiveCheck(task, may_wait, counter, takes_plans=geometry is None)
     try:
-        return _run(_Contingent(space, SEARCHES[search], counter, PATIENCE, looking).solve(space.start, []))
-    except _Decided as decided:
+        patience = tuning.FAILED_CHOICES_BEFORE_FIXPOINT
+        return _run(_Contingent(space, ALGORITHMS[search], counter, patience, looking).solve(space.start, []))
+    except _OutcomeKnown as decided:
         return decided.outcome
 
 
-def _smaller(found: Solved, space: Space, counter: Counter) -> Solved:
+def _smaller(found: Solved, space: SearchSpace, counter: Counter) -> Solved:
     """The plan, or the smaller one that a second search finds, which breaks ties the other way; for small problems.
 
     With geometry a plan is only a proposal, and a second one would be asked for in vain.
     """
     spent = counter.expanded
-    if spent > SECOND_OPINION or space.geometry is not None:
+    if spent > tuning.SECOND_SEARCH_EXPANSIONS or space.geometry is not None:
         return found
     left = 2 * spent if counter.limits.expansions is None else min(2 * spent, counter.limits.expansions - spent)
-    second = Counter(Limits(left))  # so few that no clock need end it
+    second = Counter(SearchLimits(left))  # so few that no clock need end it
     try:
-        other = _run(_Contingent(space, newest_first, second, DEAD_ENDS).solve(space.start, []))
+        other = _run(_Contingent(space, newest_first, second, tuning.MAX_FAILED_CHOICES).solve(space.start, []))
     except (BudgetSpent, _TooManyDeadEnds):
         other = found
     counter.add(second)
@@ -136,7 +135,7 @@ class _TooManyDeadEnds(Exception):
     """Ends an attempt from within; never leaves this module."""
 
 
-class _Decided(Exception):
+class _OutcomeKnown(Exception):
     """Ends an attempt whose outcome was found by looking at every node; never leaves this module."""
 
     def __init__(self, outcome: Outcome) -> None:
@@ -144,12 +143,12 @@ class _Decided(Exception):
         super().__init__()
 
 
-class _Looking:
+class _ExhaustiveCheck:
     """Looks at every node once, where one dead end follows the other; with geometry only for a proof by knowledge alone."""
 
     def __init__(self, task: GroundedTask, may_wait: bool, counter: Counter, *, takes_plans: bool) -> None:
         self._task, self._may_wait, self._counter, self._takes_plans = task, may_wait, counter, takes_plans
-        self._patience = PATIENCE
+        self._patience = tuning.FAILED_CHOICES_BEFORE_FIXPOINT
         self._nodes: Fixpoint | None = None  # made when it is first needed
 
     def __call__(self) -> int | None:
@@ -158,15 +157,15 @@ class _Looking:
         Raises:
             _Decided: it has.
         """
-        self._nodes = self._nodes or Fixpoint(Space(self._task, None, self._may_wait), self._counter)
-        found = self._nodes.solve(max(LOOK_AT, self._counter.expanded))
+        self._nodes = self._nodes or Fixpoint(SearchSpace(self._task, None, self._may_wait), self._counter)
+        found = self._nodes.solve(max(tuning.MIN_FIXPOINT_NODES, self._counter.expanded))
         if found is False:
-            raise _Decided(Failure(frozenset()))
+            raise _OutcomeKnown(Failure(frozenset()))
         if isinstance(found, Solved):
             if self._takes_plans:
-                raise _Decided(found)
+                raise _OutcomeKnown(found)
             return None
-        self._patience *= MORE_PATIENCE
+        self._patience *= tuning.FAILED_CHOICES_GROWTH
         return self._patience
 
 
@@ -179,7 +178,7 @@ class _Contingent:
 
     def __init__(
         self,
-        space: Space,
+        space: SearchSpace,
         search: Algorithm[Node, Move],
         counter: Counter,
         dead_ends: int,
@@ -227,33 +226,33 @@ class _Contingent:
     def follow(self, node: Node, plan: list[Step]) -> Solving:
         """Takes the first step of a weak plan and solves whatever it may lead to."""
         step, rest = plan[0], plan[1:]
-        if isinstance(step, Decide):
+        if isinstance(step, Assume):
             return (yield self.branch(node, step, rest))
         after = self.space.after(node, step)
-        if self.space.settled(after) is None:
+        if self.space.confirmed_key(after) is None:
             return Failure(frozenset())
         outcome = yield self.solve(after, rest)
-        if isinstance(outcome, Failure) or (step.action.call is None and self.serves(node, after, outcome)):
+        if isinstance(outcome, Failure) or (step.action.call is None and self.also_solves(node, after, outcome)):
             return outcome
         needed = self.explanation.before_action(node, step, after, outcome.needed)
         delivered = self.space.delivered(node, step, after)
         made = self.builder.act(step.action, step.attempt, delivered, outcome.node)
         return Solved(needed, made, outcome.length + 1)
 
-    def branch(self, node: Node, step: Decide, rest: list[Step]) -> Solving:
+    def branch(self, node: Node, step: Assume, rest: list[Step]) -> Solving:
         """Solves every outcome of a branching, the hoped one first: what it finds may serve the others."""
         branching, needed = step.branching, 0
         outcomes = self.space.outcomes(node, branching)
         children: dict[str, Solved] = {}
-        hoped = dict(outcomes)[step.outcome]
+        assumed = dict(outcomes)[step.outcome]
         for outcome, child in sorted(outcomes, key=lambda pair: pair[0] != step.outcome):
-            if child is not hoped:
-                self.first[self.space.key(child)] = self.lost(hoped, child)
+            if child is not assumed:
+                self.first[self.space.key(child)] = self.lost(assumed, child)
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
             if isinstance(solved, Failure):
                 return solved
             needless = not children and self.explanation.ignores(branching, child, solved.needed)
-            if needless and self.serves(node, child, solved):
+            if needless and self.also_solves(node, child, solved):
                 return solved  # whatever is sensed: no branch at all
             needed |= self.explanation.before_branching(node, branching, outcome, child, solved.needed)
             children[outcome] = solved
@@ -291,22 +290,22 @@ class _Contingent:
         Judged only where nothing is inferred: there every single outcome is a possible world.
         """
         task, state = self.space.task, node[0]
-        if not task.closure.is_empty or self.search not in (SEARCHES["best"], newest_first):
+        if not task.closure.is_empty or self.search not in (ALGORITHMS["best"], newest_first):
             return False
         parts = range(len(task.goal))
         return any(
-            self.space.relaxation.estimate(after, parts).value is None
+            self.space.heuristic.estimate(after, parts).value is None
             for branching in task.branchings.values()
             for _, after in branching.outcomes(state)
             if after != state and not self.space.task.is_goal(after)
         )
 
-    def lost(self, hoped: Node, node: Node) -> list[int]:
+    def lost(self, assumed: Node, node: Node) -> list[int]:
         """The conjuncts of the goal that hold where it was hoped to go, but not here: they are seen to first."""
-        held = set(self.space.held(node))
-        return [number for number in self.space.held(hoped) if number not in held]
+        held_conjuncts = set(self.space.held_conjuncts(node))
+        return [number for number in self.space.held_conjuncts(assumed) if number not in held_conjuncts]
 
-    def serves(self, node: Node, after: Node, solved: Solved) -> bool:
+    def also_solves(self, node: Node, after: Node, solved: Solved) -> bool:
         """Whether what continues from `after` continues from `node` as well: the step between is needless."""
         different = self.explanation.extended(node[0]) ^ self.explanation.extended(after[0])
         return not different & solved.needed

@@ -4,11 +4,14 @@ The relaxation takes every outcome of sensing at once and loses nothing that was
 does can be done there, at no more cost.
 """
 
+from collections.abc import Sequence
 from functools import cached_property
 from math import floor
 
 from kabo.finite_domain.heuristics.landmark_bound import LandmarkBound
 from kabo.knowledge import GroundedTask
+from kabo.language.formulas import GroundCall
+from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.delete_relaxation import Relaxation
 
 UNITS = 1000  # of cost 1: costs are rounded down to such parts, so that bounds stay bounds
@@ -34,3 +37,23 @@ class CostBounds:
             bound = self._landmarks.below(self._relaxation.true_in(state))
             self._known[state] = None if bound is None else bound / UNITS
         return self._known[state]
+
+
+class RelaxedPlans:
+    """The heuristic of the delete relaxation: relaxed plans estimate [h_FF], landmark cuts bound from below."""
+
+    def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
+        self._task, self._relaxation = task, Relaxation(task, refused)
+
+    @cached_property
+    def _bounds(self) -> CostBounds:
+        return CostBounds(self._task, self._relaxation)
+
+    def estimate(self, state: int, parts: Sequence[int]) -> HeuristicValue:
+        """The cost of a relaxed plan from a state to some conjuncts of the goal, and the actions that it begins with."""
+        found = self._relaxation.estimate(state, parts)
+        return HeuristicValue(found.value, frozenset(found.preferred))
+
+    def lower_bound(self, state: int) -> float | None:
+        """What any weak plan from the state costs at least; None: there is none."""
+        return self._bounds.below(state)

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from kabo import tuning
 from kabo.arrays import Integers
 from kabo.finite_domain import Estimate, RelaxedOperator, RelaxedTask
 from kabo.knowledge import GroundAction, GroundedTask, Query
@@ -18,15 +19,13 @@ from kabo.knowledge.progression import Effects, Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some, bits_of, union
 from kabo.language.formulas import GroundCall
 
-KEPT = 20_000  # estimates that are remembered
-
 
 class Relaxation:
     """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
 
     def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         """Leaves out the actions with refused calls."""
-        builder = _Builder(task, [action for action in task.actions if action.call not in refused])
+        builder = _RelaxationBuilder(task, [action for action in task.actions if action.call not in refused])
         self._width, self._zeros, self._sensed = task.width, builder.zeros, builder.sensed
         self._parts = [builder.facts_of(part.query) for part in task.goal]
         self._goals: dict[tuple[int, ...], tuple[int, ...]] = {}
@@ -54,7 +53,7 @@ class Relaxation:
         chosen = tuple(parts)
         known = self._known.get((state, chosen))
         if known is None:
-            if len(self._known) >= KEPT:
+            if len(self._known) >= tuning.MAX_REMEMBERED_ESTIMATES:
                 self._known.clear()
             known = self._known[state, chosen] = self._estimated(state, chosen)
         return known
@@ -80,7 +79,7 @@ class Relaxation:
         return bits.take(self._asked).view(np.bool_).nonzero()[0]
 
 
-class _Builder:
+class _RelaxationBuilder:
     """Operators of the relaxation.
 
     Fact k: bit k is set; width + k: it is not; 2 width + k, of the bit of Kw or Kv: unknown so far, and of the bit

@@ -9,7 +9,7 @@ many expansions as there are nodes.
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 
-from kabo.planner.search.nodes import Act, Decide, Node, Space
+from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace
 from kabo.planner.search.skeleton import SkeletonBuilder, SkeletonNode
 from kabo.planner.search.solved import Solved
 from kabo.planner.search.weak_plans import Counter
@@ -20,7 +20,7 @@ class _Choice:
     """Something that can be done at a node, and the nodes that it may lead to; `open` of them are not solved yet."""
 
     node: int
-    step: Act | Decide
+    step: Act | Assume
     children: tuple[tuple[str, int], ...]
     open: int = 0
 
@@ -29,7 +29,7 @@ class _Choice:
 class Fixpoint:
     """The nodes of a space as far as they have been looked at."""
 
-    space: Space
+    space: SearchSpace
     counter: Counter
     builder: SkeletonBuilder = field(default_factory=SkeletonBuilder)
 
@@ -79,12 +79,12 @@ class Fixpoint:
             if numbered and not choice.open and here not in self._solved:
                 self._solve(here, choice)
 
-    def _branchings(self, node: Node) -> "list[tuple[Act | Decide, list[tuple[str, Node]]]]":
+    def _branchings(self, node: Node) -> "list[tuple[Act | Assume, list[tuple[str, Node]]]]":
         """What stands open, each with its outcomes; where branching may not wait, only the first."""
         task, found = self.space.task, []
         for branching in task.open_branchings(node[0]):
             outcomes = self.space.outcomes(node, branching)
-            found.append((Decide(branching, ""), outcomes))
+            found.append((Assume(branching, ""), outcomes))
             if not self.space.may_wait:
                 break
         return found  # type: ignore[return-value]
@@ -118,7 +118,7 @@ class Fixpoint:
                 made[number] = self.builder.goal
                 continue
             following = [(outcome, made[child]) for outcome, child in choice.children]
-            if isinstance(choice.step, Decide):
+            if isinstance(choice.step, Assume):
                 made[number] = self.builder.branch(choice.step.branching.fact, tuple(following))
             else:
                 after = self.space.after(self._nodes[number], choice.step)

@@ -11,10 +11,10 @@ outcomes are solved for themselves.
 from typing import NamedTuple
 
 from kabo.knowledge.queries import All, Some, union
-from kabo.planner.search.nodes import Act, Decide, Node, Space, Step
+from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace, Step
 
 
-class _Piece(NamedTuple):
+class _OrderedStep(NamedTuple):
     """A step, and what it reads and writes."""
 
     step: Step
@@ -22,7 +22,7 @@ class _Piece(NamedTuple):
     writes: int
 
 
-def delay_sensing(space: Space, node: Node, steps: list[Step]) -> list[Step]:
+def delay_sensing(space: SearchSpace, node: Node, steps: list[Step]) -> list[Step]:
     """The steps in an order that senses as late as possible and reaches the same node.
 
     Args:
@@ -31,14 +31,14 @@ def delay_sensing(space: Space, node: Node, steps: list[Step]) -> list[Step]:
         steps: a weak plan.
     """
     pieces, end = _pieces(space, node, steps)
-    result: list[_Piece] = []
-    late: list[_Piece] = []
+    result: list[_OrderedStep] = []
+    late: list[_OrderedStep] = []
     for piece in pieces:
         if is_late(piece.step, space.task.whether):
             late.append(piece)
             continue
         block = [piece]
-        waiting: list[_Piece] = []
+        waiting: list[_OrderedStep] = []
         for sensing in reversed(late):
             (waiting if all(_independent(sensing, other) for other in block) else block).insert(0, sensing)
         late = waiting
@@ -47,24 +47,24 @@ def delay_sensing(space: Space, node: Node, steps: list[Step]) -> list[Step]:
     return delayed if delayed != steps and _reaches(space, node, delayed, end) else steps
 
 
-def _pieces(space: Space, node: Node, steps: list[Step]) -> tuple[list[_Piece], Node]:
+def _pieces(space: SearchSpace, node: Node, steps: list[Step]) -> tuple[list[_OrderedStep], Node]:
     pieces = []
     together = [part.query.reads for part in space.task.goal if isinstance(part.query, Some | All)]
     for step in steps:
         after = space.after(node, step)
         changed = node[0] ^ after[0]
-        if isinstance(step, Decide):
+        if isinstance(step, Assume):
             reads = step.branching.mask | step.branching.reasons(node[0], step.outcome)
-            pieces.append(_Piece(step, reads, changed | step.branching.mask))
+            pieces.append(_OrderedStep(step, reads, changed | step.branching.mask))
         else:
             reads = step.action.reads | step.action.reasons(node[0])
             reads |= union(weighed for weighed in together if weighed & step.action.effects.writes)
-            pieces.append(_Piece(step, reads, changed | step.action.effects.writes))
+            pieces.append(_OrderedStep(step, reads, changed | step.action.effects.writes))
         node = after
     return pieces, node
 
 
-def _reaches(space: Space, node: Node, steps: list[Step], end: Node) -> bool:
+def _reaches(space: SearchSpace, node: Node, steps: list[Step], end: Node) -> bool:
     for step in steps:
         after = space.possible(node, step)
         if after is None:
@@ -75,10 +75,10 @@ def _reaches(space: Space, node: Node, steps: list[Step], end: Node) -> bool:
 
 def is_late(step: Step, entries: int) -> bool:
     """Whether a step may wait: it changes nothing but what is known at run time."""
-    return isinstance(step, Decide) or bool(step.action.sense) and not step.action.effects.writes & ~entries
+    return isinstance(step, Assume) or bool(step.action.sense) and not step.action.effects.writes & ~entries
 
 
-def _independent(first: _Piece, second: _Piece) -> bool:
+def _independent(first: _OrderedStep, second: _OrderedStep) -> bool:
     """Whether two neighbouring steps may change places."""
     one, other = first.step, second.step
     if _calls(one) and (_calls(other) or _tests(other)) or _tests(one) and _calls(other):

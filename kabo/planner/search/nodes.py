@@ -3,17 +3,14 @@
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from kabo.knowledge import Branching, GeometricOracle, GroundAction, GroundedTask, optimistic
 from kabo.knowledge.facts import open_entries
 from kabo.knowledge.queries import Query, bits_of, conjunction, split, union
 from kabo.language.formulas import GroundCall
+from kabo.planner.search.heuristics import DEFAULT_HEURISTIC, HEURISTICS, Heuristic
 from kabo.planner.search.skeleton import Geometry, Trace
-
-if TYPE_CHECKING:
-    from kabo.planner.search.cost_bounds import CostBounds
-    from kabo.planner.search.delete_relaxation import Relaxation
 
 Node = tuple[int, Trace]
 Move = tuple[GroundAction, int, Node]  # an action, which attempt of its procedure, and the node after it
@@ -27,31 +24,41 @@ class Act(NamedTuple):
     trace: Trace
 
 
-class Decide(NamedTuple):
+class Assume(NamedTuple):
     """A step of a weak plan: the outcome hoped for of a branching."""
 
     branching: Branching
     outcome: str
 
 
-Step = Act | Decide
+Step = Act | Assume
 
 
 _Indexed = tuple[int, int, int, Query | None, GroundAction, Callable[..., int | None]]
 
 
-class Space:
+class SearchSpace:
     """A task and its geometry as a graph; without geometry every procedure succeeds and leaves no trace."""
 
     def __init__(
-        self, task: GroundedTask, geometry: Geometry | None, may_wait: bool = False, hope_last: bool = True
+        self,
+        task: GroundedTask,
+        geometry: Geometry | None,
+        may_wait: bool = False,
+        assume_last: bool = True,
+        heuristic: str = DEFAULT_HEURISTIC,
     ) -> None:
-        self.task = task
-        self.hope_last = (
-            hope_last  # which outcome of sensing weak plans hope for first: the last one in plan order
-        )
-        self.may_wait = may_wait  # whether what was sensed may stay open; else it is branched on at once
-        self.geometry = geometry
+        """Nothing is computed yet.
+
+        Args:
+            task: the grounded problem.
+            geometry: what it takes into account of geometry.
+            may_wait: whether what was sensed may stay open; else it is branched on at once.
+            assume_last: whether weak plans assume the last outcome of sensing first, in plan order; else the first.
+            heuristic: a key of `HEURISTICS`.
+        """
+        self.task, self.geometry = task, geometry
+        self.may_wait, self.assume_last, self._heuristic = may_wait, assume_last, heuristic
         self.start: Node = (task.initial, None if geometry is None else geometry.start)
         self._reduced, self._form = task.relevance.reduced, task.normal_form.of
         self._together: dict[tuple[int, ...], Query] = {}  # conjuncts of the goal as one query
@@ -66,19 +73,10 @@ class Space:
         self._indexed = union(self._by_bit)
 
     @cached_property
-    def relaxation(self) -> "Relaxation":
-        """The delete relaxation of the task, made when it is first asked for."""
-        from kabo.planner.search.delete_relaxation import Relaxation
-
-        refused = frozenset() if self.geometry is None else self.geometry.refused_everywhere()[0]
-        return Relaxation(self.task, refused)
-
-    @cached_property
-    def cost_bounds(self) -> "CostBounds":
-        """What weak plans cost at least."""
-        from kabo.planner.search.cost_bounds import CostBounds
-
-        return CostBounds(self.task, self.relaxation)
+    def heuristic(self) -> Heuristic:
+        """The heuristic of the task without refused calls, made when it is first asked for."""
+        refused = frozenset[GroundCall]() if self.geometry is None else self.geometry.refused_everywhere()[0]
+        return HEURISTICS[self._heuristic](self.task, refused)
 
     def key(self, node: Node) -> Hashable:
         """What tells nodes apart: nodes with equal keys have the same plans."""
@@ -89,9 +87,9 @@ class Space:
         """What is known at a node, whatever geometry."""
         return self._form(self._reduced(node[0]))
 
-    def settled(self, node: Node) -> Hashable | None:
+    def confirmed_key(self, node: Node) -> Hashable | None:
         """The key of a node that is about to be expanded, or ends a search; None if geometry refuses it."""
-        return self.key(node) if self.geometry is None or self.geometry.settle(node[1]) else None
+        return self.key(node) if self.geometry is None or self.geometry.confirm(node[1]) else None
 
     def oracle(self, trace: Trace) -> GeometricOracle:
         """Answers the geometric tests inside formulas at this trace."""
@@ -120,7 +118,7 @@ class Space:
             query = self._together[parts] = conjunction(first + rest)
         return query.holds(node[0], self.oracle(node[1]))
 
-    def held(self, node: Node) -> list[int]:
+    def held_conjuncts(self, node: Node) -> list[int]:
         """The numbers of all conjuncts of the goal that hold."""
         test = self.oracle(node[1])
         return [number for number, part in enumerate(self.task.goal) if part.query.holds(node[0], test)]
@@ -158,7 +156,7 @@ class Space:
     def after(self, node: Node, step: Step) -> Node:
         """The node after a step that is known to be possible."""
         state, trace = node
-        if isinstance(step, Decide):
+        if isinstance(step, Assume):
             return dict(step.branching.outcomes(state))[step.outcome], trace
         after = step.action.after(state, self.oracle(trace))
         assert after is not None, f"{step.action} contradicts itself"
@@ -167,7 +165,7 @@ class Space:
     def possible(self, node: Node, step: Step) -> Node | None:
         """The node after a step, or None if it cannot be taken there."""
         state, trace = node
-        if isinstance(step, Decide):
+        if isinstance(step, Assume):
             if step.branching not in self._next(state):
                 return None
             after = dict(step.branching.outcomes(state)).get(step.outcome)
@@ -180,7 +178,7 @@ class Space:
         allowed = (option for option in self._options(step.action, trace) if option[0] == step.attempt)
         return next(((after, made) for _, made in allowed), None)
 
-    def leaves(self, node: Node) -> "list[tuple[tuple[Decide, ...], Node]]":
+    def leaves(self, node: Node) -> "list[tuple[tuple[Assume, ...], Node]]":
         """The nodes behind all open branchings, with the decisions that lead there.
 
         One that fulfils the goal need not be branched any further. Where branching may wait, also the nodes at which
@@ -188,9 +186,9 @@ class Space:
         """
         if not open_entries(node[0], self.task.pending):
             return [((), node)]
-        found: list[tuple[tuple[Decide, ...], Node]] = []
+        found: list[tuple[tuple[Assume, ...], Node]] = []
         seen: set[int] = set()  # several orders lead to the same knowledge
-        waiting: list[tuple[tuple[Decide, ...], Node]] = [((), node)]
+        waiting: list[tuple[tuple[Assume, ...], Node]] = [((), node)]
         while waiting:
             decided, here = waiting.pop()
             if here[0] in seen:
@@ -200,8 +198,8 @@ class Space:
             if self.may_wait or not branchings:
                 found.append((decided, here))
             for branching in reversed(branchings):
-                outcomes = self.outcomes(here, branching)[:: 1 if self.hope_last else -1]
-                waiting += [((*decided, Decide(branching, name)), child) for name, child in outcomes]
+                outcomes = self.outcomes(here, branching)[:: 1 if self.assume_last else -1]
+                waiting += [((*decided, Assume(branching, name)), child) for name, child in outcomes]
         return found
 
     def _next(self, state: int) -> "list[Branching]":

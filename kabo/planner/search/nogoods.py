@@ -8,7 +8,7 @@ there are none. A node's own key is dropped from its failure: a plan for the nod
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 
-MOST_HOPELESS = 200  # states without a plan that are compared with every new one
+from kabo import tuning
 
 Choice = Hashable  # what is tried at a node: (index of the action, attempt), or the entry that is branched on
 
@@ -60,7 +60,9 @@ class Failures:
         """All of a search from `key` that reached no end failed for the same reasons; returns that failure."""
         failure = Failure(frozenset(blocked - {key}))
         if self._less_is_less and not failure.blocked:
-            self._hopeless = [less for less in self._hopeless if less & ~state][-MOST_HOPELESS:] + [state]
+            self._hopeless = [less for less in self._hopeless if less & ~state][-tuning.MAX_DEAD_STATES :] + [
+                state
+            ]
         for node in visited:
             known = self._nodes.get(node)
             if known is None or not known.blocked <= failure.blocked:

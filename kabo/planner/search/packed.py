@@ -2,30 +2,28 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
+from kabo import tuning
 from kabo.budgets import Spent
+from kabo.finite_domain import CompiledTask, SearchBudget, astar, bfws, breadth_first
+from kabo.finite_domain import SearchResult as PackedResult
 from kabo.knowledge import GroundedTask, unreachable_goals
 from kabo.options import Search
+from kabo.planner.search.compiled_refusals import learnt_task
 from kabo.planner.search.skeleton import (
     Exhausted,
-    Found,
+    FoundSkeleton,
     Geometry,
-    LearntBook,
-    Limits,
+    LearntRefusals,
+    SearchLimits,
     SearchResult,
+    SearchStatistics,
     Skeleton,
     SkeletonBuilder,
     SkeletonNode,
-    Statistics,
     Unreachable,
 )
-
-if TYPE_CHECKING:  # loaded where a task without sensing needs them
-    from kabo.finite_domain import CompiledTask
-    from kabo.finite_domain import SearchResult as PackedResult
-
-CHEAPEST = 20_000  # expansions in which a plan of least cost is looked for: procedures cost more than the search
+from kabo.planner.search.to_finite_domain import classical_task
 
 
 class PackedTask:
@@ -35,13 +33,11 @@ class PackedTask:
         self.task = task
 
     @cached_property
-    def compiled(self) -> "CompiledTask | None":
+    def compiled(self) -> CompiledTask | None:
         """The task in finite domains, its operators owned by the actions; None if it cannot be said so."""
-        from kabo.planner.search.to_finite_domain import classical_task
-
         return classical_task(self.task)
 
-    def skeleton(self, search: Search, geometry: Geometry | None, limits: Limits) -> SearchResult | None:
+    def skeleton(self, search: Search, geometry: Geometry | None, limits: SearchLimits) -> SearchResult | None:
         """The answer of a packed search.
 
         None if the task cannot be said in finite domains, or not with all that geometry has refused.
@@ -64,8 +60,6 @@ class PackedTask:
             return self._told(_searched(compiled, search, forbidden, limits, book), compiled, None, limits)
         if book is None:
             return None
-        from kabo.planner.search.compiled_refusals import learnt_task
-
         learnt = learnt_task(compiled.task, self.task.actions, book)
         found = _searched(learnt.compiled, search, None, limits, book)
         if found.status == "unsolvable" and not learnt.whole:
@@ -73,9 +67,9 @@ class PackedTask:
         return self._told(found, learnt.compiled, learnt.attempts, limits)
 
     def _told(
-        self, found: "PackedResult", compiled: "CompiledTask", attempts: Sequence[int] | None, limits: Limits
+        self, found: PackedResult, compiled: CompiledTask, attempts: Sequence[int] | None, limits: SearchLimits
     ) -> SearchResult:
-        statistics = Statistics(found.expanded, found.generated, 1, 1)
+        statistics = SearchStatistics(found.expanded, found.generated, 1, 1)
         if found.status == "unsolvable":
             return Unreachable(statistics, tuple(unreachable_goals(self.task)))
         if found.plan is None:
@@ -85,10 +79,10 @@ class PackedTask:
         for number in reversed(found.plan):
             action = self.task.actions[compiled.task.operators[number].owner]
             node = builder.act(action, 0 if attempts is None else attempts[number], (), node)
-        return Found(Skeleton(node), statistics)
+        return FoundSkeleton(Skeleton(node), statistics)
 
 
-def _spent(found: "PackedResult", limits: Limits) -> Spent:
+def _spent(found: PackedResult, limits: SearchLimits) -> Spent:
     """What ended a search without an answer: somebody who was asked, expansions, or the bytes for its states."""
     if found.status == "stopped":
         return "time"
@@ -96,18 +90,17 @@ def _spent(found: "PackedResult", limits: Limits) -> Spent:
 
 
 def _searched(
-    compiled: "CompiledTask",
+    compiled: CompiledTask,
     search: Search,
-    forbidden: "list[int] | None",
-    limits: Limits,
-    book: LearntBook | None = None,
-) -> "PackedResult":
+    forbidden: list[int] | None,
+    limits: SearchLimits,
+    book: LearntRefusals | None = None,
+) -> PackedResult:
     """The answer of the search of that name; with geometry, `best` first looks for a plan of least cost for a while."""
-    from kabo.finite_domain import SearchBudget, astar, bfws, breadth_first
-
     budget = SearchBudget(expansions=limits.expansions, stop=limits.deadline)
     if search == "best" and book is not None:
-        most = CHEAPEST if limits.expansions is None else min(CHEAPEST, limits.expansions)
+        most = tuning.MAX_CHEAPEST_EXPANSIONS
+        most = most if limits.expansions is None else min(most, limits.expansions)
         found = astar(compiled, forbidden=forbidden, budget=SearchBudget(expansions=most, stop=limits.deadline))
         if found.status in ("solved", "unsolvable"):
             return found

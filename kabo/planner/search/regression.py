@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from kabo.knowledge import Branching, Query
 from kabo.knowledge.queries import AllOf, bits_of, union
-from kabo.planner.search.nodes import Act, Node, Space
+from kabo.planner.search.nodes import Act, Node, SearchSpace
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class _Derived:
 class Explanation:
     """Regression of needed bits through the steps of a plan for one task."""
 
-    def __init__(self, space: Space) -> None:
+    def __init__(self, space: SearchSpace) -> None:
         self._space = space
         self._width = space.task.width
         self._plain = (1 << self._width) - 1

@@ -6,15 +6,16 @@ leaves, with a single goal node [docs/plans.md#sharing].
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Protocol
+from typing import Any, Protocol
 
 from kabo.budgets import Spent
 from kabo.knowledge import GroundAction
 from kabo.language.formulas import GroundCall
+from kabo.options import Search
 
-Trace = Hashable  # opaque: which procedures made the present geometric components
-Entry = tuple[int, int]  # a component, by its number, and which lineage its value has; 0: as at the start
-Pattern = frozenset[Entry]
+Trace = Any  # opaque to the search, and hashable: which procedures made the present geometric components
+Provenance = tuple[int, int]  # a component, by its number, and which lineage its value has; 0: as at the start
+Pattern = frozenset[Provenance]
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class LearntBook:
+class LearntRefusals:
     """All that lazy geometry has learnt: by call, the attempt from which on it is refused, and where.
 
     `named` are the lineages that refusals and suspicions name, and those that these come from; `origins` says which
@@ -35,8 +36,8 @@ class LearntBook:
     there are of one call at most. `moves`: the components that a call moves.
     """
 
-    named: tuple[Entry, ...]
-    origins: Mapping[Entry, Sequence[Origin]]
+    named: tuple[Provenance, ...]
+    origins: Mapping[Provenance, Sequence[Origin]]
     refusals: Mapping[GroundCall, Sequence[tuple[int, Pattern]]]
     suspicions: Mapping[GroundCall, Sequence[Pattern]]
     moves: Callable[[GroundCall], tuple[int, ...]]
@@ -46,7 +47,10 @@ class LearntBook:
 class Geometry(Protocol):
     """Geometry as the search sees it: bookkeeping only, and optimistic where nothing has been evaluated."""
 
-    start: Trace
+    @property
+    def start(self) -> Trace:
+        """The trace of the initial state."""
+        ...
 
     def options(self, call: GroundCall, trace: Trace) -> Sequence[tuple[int, Trace]]:
         """The attempts that may succeed, each with the trace after it; empty means refused."""
@@ -60,7 +64,7 @@ class Geometry(Protocol):
         """A geometric test inside a formula; True where unknown."""
         ...
 
-    def settle(self, trace: Trace) -> bool:
+    def confirm(self, trace: Trace) -> bool:
         """Whether what a trace comes from has succeeded, for all that is known when a node is about to be expanded."""
         ...
 
@@ -68,13 +72,17 @@ class Geometry(Protocol):
         """The calls that are refused whatever was done before, and whether nothing else is refused."""
         ...
 
-    def learnt(self) -> LearntBook | None:
-        """All that is known of geometry as it can be compiled into a task; None if it cannot be told so."""
+    def learnt(self) -> LearntRefusals | None:
+        """All that is known of geometry, for compiling it into the task; None if that is not possible."""
+        ...
+
+    def most_expansions(self, search: Search) -> float:
+        """The number of expansions after which the search should stop and geometry offer more answers."""
         ...
 
 
 @dataclass(frozen=True)
-class Limits:
+class SearchLimits:
     """The budget of a search: `expansions` are counted, `deadline` says when to give up (it only cuts off)."""
 
     expansions: int | None = None
@@ -82,7 +90,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Statistics:
+class SearchStatistics:
     """What a search did; `solved` counts the nodes for which a continuation was found."""
 
     expanded: int = 0
@@ -90,10 +98,10 @@ class Statistics:
     weak_searches: int = 0
     solved: int = 0
 
-    def __add__(self, other: "Statistics") -> "Statistics":
+    def __add__(self, other: "SearchStatistics") -> "SearchStatistics":
         """What two searches did."""
         counts = ((getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
-        return Statistics(*(one + more for one, more in counts))
+        return SearchStatistics(*(one + more for one, more in counts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,18 +154,18 @@ class Skeleton:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundSkeleton:
     """A contingent plan in which every leaf fulfils the goal."""
 
     skeleton: Skeleton
-    statistics: Statistics
+    statistics: SearchStatistics
 
 
 @dataclass(frozen=True)
 class Unreachable:
     """Proven: no strong acyclic plan. `goals` are conjuncts out of reach even if nothing were ever lost."""
 
-    statistics: Statistics
+    statistics: SearchStatistics
     goals: tuple[str, ...] = ()
 
 
@@ -165,11 +173,11 @@ class Unreachable:
 class Exhausted:
     """Nothing is known: the budget named ended the search."""
 
-    statistics: Statistics
+    statistics: SearchStatistics
     budget: Spent
 
 
-SearchResult = Found | Unreachable | Exhausted
+SearchResult = FoundSkeleton | Unreachable | Exhausted
 
 
 @dataclass

@@ -10,6 +10,7 @@ from fractions import Fraction
 from itertools import product
 from math import lcm
 
+from kabo import tuning
 from kabo.finite_domain import CompiledTask, Effect, FiniteTask, Operator, StateVariable
 from kabo.finite_domain.task import Conditions
 from kabo.knowledge import GroundAction, GroundedTask, Query
@@ -17,10 +18,8 @@ from kabo.knowledge.facts import AtomBits, TermBits
 from kabo.knowledge.progression import Update
 from kabo.knowledge.queries import All, AllOf, AnyOf, Some
 
-ALTERNATIVES = 64  # a condition with more is left to the other searches
 
-
-class _Inexpressible(Exception):
+class _NotFiniteDomain(Exception):
     """The task cannot be said in finite domains; never leaves this module."""
 
 
@@ -30,12 +29,12 @@ def classical_task(task: GroundedTask) -> CompiledTask | None:
         return None
     try:
         return CompiledTask(_Converter(task).converted())
-    except _Inexpressible:
+    except _NotFiniteDomain:
         return None
 
 
 @dataclass
-class _Place:
+class _StateVariable:
     """A variable: the bits of its group, and the patterns of them that are its values."""
 
     number: int
@@ -49,12 +48,12 @@ class _Converter:
 
     def __init__(self, task: GroundedTask) -> None:
         self.task = task
-        self.places: list[_Place] = []
-        self._home: dict[int, _Place] = {}
+        self.places: list[_StateVariable] = []
+        self._home: dict[int, _StateVariable] = {}
         for group in task.groups:
             if not isinstance(group, AtomBits | TermBits) or (isinstance(group, TermBits) and group.unequal):
-                raise _Inexpressible
-            place = _Place(len(self.places), group.text, group.mask, [task.initial & group.mask])
+                raise _NotFiniteDomain
+            place = _StateVariable(len(self.places), group.text, group.mask, [task.initial & group.mask])
             self.places.append(place)
             mask = group.mask
             while mask:
@@ -70,7 +69,7 @@ class _Converter:
         writing: dict[int, list[tuple[int, int]]] = {}
         for update in updates.values():
             if update.assignment is not None:
-                raise _Inexpressible
+                raise _NotFiniteDomain
             for place in self._touched(update.writes):
                 writing.setdefault(place.number, []).append((update.clear, update.make))
         for number, pairs in writing.items():
@@ -88,7 +87,7 @@ class _Converter:
         """The finite-domain task."""
         goals = self._alternatives(self.task.goal_query)
         if len(goals) != 1:
-            raise _Inexpressible
+            raise _NotFiniteDomain
         scale = lcm(*(self._cost(action).denominator for action in self.task.actions))
         operators = tuple(o for action in self.task.actions for o in self._operators(action, scale))
         variables = tuple(StateVariable(place.text, len(place.patterns)) for place in self.places)
@@ -121,25 +120,25 @@ class _Converter:
             case All():
                 parts = [self._alternatives(part) for part in query.parts]
                 alternatives = []
-                if sum(len(part) > 1 for part in parts) > 4:
-                    raise _Inexpressible
+                if sum(len(part) > 1 for part in parts) > tuning.MAX_DISJUNCTIONS:
+                    raise _NotFiniteDomain
                 for chosen in product(*parts):
                     alternatives.append(tuple(condition for one in chosen for condition in one))
             case _:
-                raise _Inexpressible
-        if len(alternatives) > ALTERNATIVES:
-            raise _Inexpressible
+                raise _NotFiniteDomain
+        if len(alternatives) > tuning.MAX_ALTERNATIVES:
+            raise _NotFiniteDomain
         return alternatives
 
-    def _test(self, place: _Place, mask: int, value: int) -> tuple[int, tuple[int, ...]]:
+    def _test(self, place: _StateVariable, mask: int, value: int) -> tuple[int, tuple[int, ...]]:
         own = mask & place.mask
         values = tuple(i for i, pattern in enumerate(place.patterns) if pattern & own == value & place.mask)
         return place.number, values
 
-    def _having(self, place: _Place, mask: int) -> tuple[int, ...]:
+    def _having(self, place: _StateVariable, mask: int) -> tuple[int, ...]:
         return tuple(i for i, pattern in enumerate(place.patterns) if pattern & mask)
 
-    def _touched(self, mask: int) -> list[_Place]:
+    def _touched(self, mask: int) -> list[_StateVariable]:
         found = []
         while mask:
             place = self._home[mask & -mask]
@@ -172,7 +171,7 @@ class _Converter:
             ]
         return known
 
-    def _on_place(self, place: _Place, update: Update, conditions: Conditions) -> Iterator[Effect]:
+    def _on_place(self, place: _StateVariable, update: Update, conditions: Conditions) -> Iterator[Effect]:
         """What an update makes of one variable, whatever its value; by its old value where that makes a difference."""
         clear, make = update.clear & place.mask, update.make & place.mask
         allowed = set(range(len(place.patterns)))
@@ -197,7 +196,7 @@ class _Converter:
         """
         adding = list(dict.fromkeys(effect for effect, adds in found if adds))
         if not _exclude_each_other(adding):
-            raise _Inexpressible
+            raise _NotFiniteDomain
         yield from adding
         for effect in dict.fromkeys(effect for effect, adds in found if not adds):
             sure = _without_implied(effect, dict(conditions))
@@ -212,8 +211,8 @@ class _Converter:
                     for number, values in other.conditions
                     if (others := self._others(number, values))
                 ]
-            if len(waiting) > ALTERNATIVES:
-                raise _Inexpressible
+            if len(waiting) > tuning.MAX_ALTERNATIVES:
+                raise _NotFiniteDomain
             yield from waiting
 
     def _others(self, number: int, values: Iterable[int]) -> tuple[int, ...]:

@@ -5,18 +5,19 @@ from dataclasses import dataclass
 from typing import Literal
 
 from kabo.knowledge import GroundAction
-from kabo.planner.search.nodes import Act, Decide, Node, Space, Step
+from kabo.planner.search.algorithms.graph import HeuristicValue
+from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace, Step
 from kabo.planner.search.nogoods import Choice, Failures
-from kabo.planner.search.skeleton import Limits, Statistics, Trace
+from kabo.planner.search.skeleton import SearchLimits, SearchStatistics, Trace
 
 DEADLINE_EVERY = 64  # expansions between two looks at the deadline
 PROGRESS_EVERY = 4096  # expansions between two reports
 
-OnProgress = Callable[[Statistics], None]
+OnProgress = Callable[[SearchStatistics], None]
 Try = (
     tuple[GroundAction, int, Trace] | None
 )  # action, attempt, trace after; None: only branching on what stands open
-Move = tuple[Try, tuple[Decide, ...]]  # what is tried, and what is hoped for of what it senses
+Move = tuple[Try, tuple[Assume, ...]]  # what is tried, and what is hoped for of what it senses
 
 
 class BudgetSpent(Exception):
@@ -31,7 +32,7 @@ class BudgetSpent(Exception):
 class Counter:
     """Counts what a search does and ends it when its budget is spent."""
 
-    limits: Limits
+    limits: SearchLimits
     on_progress: OnProgress | None = None
     expanded: int = 0
     generated: int = 0
@@ -39,9 +40,9 @@ class Counter:
     solved: int = 0
 
     @property
-    def statistics(self) -> Statistics:
+    def statistics(self) -> SearchStatistics:
         """The counts so far."""
-        return Statistics(self.expanded, self.generated, self.weak_searches, self.solved)
+        return SearchStatistics(self.expanded, self.generated, self.weak_searches, self.solved)
 
     def add(self, other: "Counter") -> None:
         """Counts what another search did, too."""
@@ -76,7 +77,7 @@ class WeakGraph:
 
     def __init__(
         self,
-        space: Space,
+        space: SearchSpace,
         failures: Failures,
         counter: Counter,
         is_end: Callable[[Node], bool],
@@ -88,7 +89,7 @@ class WeakGraph:
         self.parts = [*first, *others]  # the numbers of the conjuncts of the goal, in the order to see to them
         self.holds = space.holds
         self.blocked: set[Hashable] = set()
-        self.key, self.known, self.settled = space.key, space.known, space.settled
+        self.key, self.known, self.confirmed_key = space.key, space.known, space.confirmed_key
         self._is_end = is_end
         self._only_goals_end = only_goals_end
         self._space, self._failures, self._counter = space, failures, counter
@@ -119,7 +120,7 @@ class WeakGraph:
 
     def is_end(self, node: Node) -> bool:
         """Whether the search may stop here, also for geometry, which is asked now."""
-        return self._is_end(node) and self.settled(node) is not None
+        return self._is_end(node) and self.confirmed_key(node) is not None
 
     def _is_banned(self, key: Hashable, choice: Choice) -> bool:
         """Whether a choice has failed at a node; what stood in its way then stands in the way of the search."""
@@ -128,10 +129,9 @@ class WeakGraph:
             self.blocked |= failure.blocked
         return failure is not None
 
-    def estimate(self, node: Node, parts: Sequence[int]) -> tuple[int | None, frozenset[int]]:
+    def estimate(self, node: Node, parts: Sequence[int]) -> HeuristicValue:
         """The value of a relaxed plan, and the actions that it begins with."""
-        found = self._space.relaxation.estimate(node[0], parts)
-        return found.value, frozenset(found.preferred)
+        return self._space.heuristic.estimate(node[0], parts)
 
     def cost(self, move: Move) -> float:
         """What the action costs; branching costs nothing."""
@@ -142,7 +142,7 @@ class WeakGraph:
 
         Ends that are not goals may be anywhere near.
         """
-        return self._space.cost_bounds.below(node[0]) if self._only_goals_end else 0.0
+        return self._space.heuristic.lower_bound(node[0]) if self._only_goals_end else 0.0
 
     def _moves(
         self, node: Node, among: frozenset[int] | None, without: frozenset[int] | None
@@ -168,4 +168,4 @@ def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
 
 def choice_of(step: Step) -> Choice:
     """What a step chooses at its node."""
-    return step.branching.entry if isinstance(step, Decide) else (step.action.index, step.attempt)
+    return step.branching.entry if isinstance(step, Assume) else (step.action.index, step.attempt)

@@ -1,4 +1,4 @@
-"""A task: a serial container that generates, and the plan function that anyone calls [T 3.6]."""
+"""A task: a serial container that generates; `plan` is what callers use [T 3.6]."""
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -15,26 +15,30 @@ from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.explanation import Explanation, explain
 from kabo.tasks.core.run.nodes import StageStatistics
 from kabo.tasks.core.run.planning import Planning
-from kabo.tasks.core.run.strategies import DepthFirst, Rounds
-from kabo.tasks.core.run.workers import Workers
+from kabo.tasks.core.run.strategies import DepthFirst, RoundRobin
+from kabo.tasks.core.run.workers import StageWorkers
 
-LAST_LIFTS = 100  # rounds in which solutions are still made of what is there, when planning is told to stop
+MAX_FINAL_LIFTS = 100  # rounds of turning complete paths into solutions after planning was stopped
 
 
 def never() -> bool:
-    """Nothing stops planning."""
+    """False: the default for `stop`."""
     return False
 
 
 class Task(Serial):
-    """A whole task. Planning is resumable and anytime: `plan` goes on where it left off; `reset` forgets.
+    """A whole task. Planning can be stopped and continued: `plan` goes on where it left off, `reset` starts over.
 
     Args:
-        name: of the task. children: its stages, in order of time.
-        seed: of all random choices. properties: its inputs, for the stages to inherit.
-        lazy: one job at a time, what was offered last is followed to its end first; else round by round.
-        depth_first: so many jobs are executed lazily at first, as long as there is no solution.
-        observe: told of every failed attempt. audit: told of the run after every job, to look for faults in it.
+        name: of the task.
+        children: its stages, in order of time.
+        seed: of all random choices.
+        pruning: whether jobs wait while their states cannot become part of a solution.
+        lazy: plan depth first; else round robin.
+        depth_first: how many jobs are planned depth first before round robin begins, unless there is a solution before.
+        observe: called with every failure and its stage.
+        audit: called with the run after every job, for tests.
+        properties: of the task, for the stages to inherit.
     """
 
     def __init__(
@@ -56,24 +60,24 @@ class Task(Serial):
         self.audit = audit
         self.directions: Mapping[Stage, Flow] = {}
         self._planning: Planning | None = None
-        self._workers: Workers | None = None
+        self._workers: StageWorkers | None = None
 
     # ------------------------------------------------------------------------------------------- planning
     def initialise(self) -> None:
-        """Finds out which way every stage runs.
+        """Resolves the flow of every stage.
 
         Raises:
-            InitialisationError: with all that does not fit; then nothing has changed.
+            InitialisationError: lists all faults; the task is unchanged.
         """
         self.directions = resolve(self)
 
     def reset(self) -> None:
-        """Forgets all that was planned; the stages stay."""
+        """Forgets all planning results; the stages stay."""
         self.close()
         self._planning = None
 
     def close(self) -> None:
-        """Ends its workers; they begin anew when planning goes on with some."""
+        """Ends its worker processes; they start again if planning continues with workers."""
         if self._workers is not None:
             self._workers.close()
             self._workers = None
@@ -88,19 +92,20 @@ class Task(Serial):
         commit_after: float | None = None,
         workers: int | None = None,
     ) -> list[Solution]:
-        """Plans until there are `max_solutions`, or nothing is left to try; returns all solutions, as found.
+        """Plans until there are `max_solutions` or everything was tried; returns all solutions in order of discovery.
 
         Args:
-            scene: where the task begins; taken at the first call.
-            max_solutions: in all, with those of former calls; None: every one.
-            jobs: how many jobs this call may execute. stop: asked between jobs, ends the call.
-            commit_after: seconds after which the call is content with one solution.
-            workers: processes, this one among them, that execute jobs ahead of time; they live until `close`. The
+            scene: where the task begins; only the first call uses it.
+            max_solutions: counted over all calls; None: as many as there are.
+            jobs: how many jobs this call may execute.
+            stop: called between jobs; True ends the call.
+            commit_after: seconds after which one solution suffices.
+            workers: number of processes, with this one, that execute jobs ahead of time; they live until `close`. The
                 solutions and their order are the same for any number.
 
         Raises:
             InitialisationError: the stages do not fit together.
-            TaskError: stages were added or removed since planning began, or an error broke it off; `reset` it.
+            TaskError: stages were added or removed since planning began, or an error interrupted it; `reset` it.
         """
         run = self._run(scene)
         helpers = self._helpers(run, workers)
@@ -115,23 +120,23 @@ class Task(Serial):
 
         with ExitStack() as after_errors:
             after_errors.callback(self.close)
-            told = False
-            while wanted() and not (told := stopped()):
+            was_stopped = False
+            while wanted() and not (was_stopped := stopped()):
                 if run.complete():
                     run.lift()
                 elif (limit is not None and run.jobs >= limit) or not (run.step(helpers) or run.complete()):
                     break
-            for _ in range(LAST_LIFTS if told else 0):
-                if not (wanted() and run.lift_what_is_there()):
+            for _ in range(MAX_FINAL_LIFTS if was_stopped else 0):
+                if not (wanted() and run.lift_complete()):
                     break
             after_errors.pop_all()
         return self.solutions
 
-    def _helpers(self, run: Planning, size: int | None) -> Workers | None:
+    def _helpers(self, run: Planning, size: int | None) -> StageWorkers | None:
         if self._workers is not None and self._workers.size != size:
             self.close()
         if size is not None and size > 1 and self._workers is None:
-            self._workers = Workers(run, size)
+            self._workers = StageWorkers(run, size)
         return self._workers
 
     def _run(self, scene: Any) -> Planning:
@@ -154,18 +159,18 @@ class Task(Serial):
         if self.lazy:
             run.follow(DepthFirst(run))
         else:
-            run.follow(DepthFirst(run, until=over, by_targets=True), Rounds(run))
+            run.follow(DepthFirst(run, until=over, by_targets=True), RoundRobin(run))
         return run
 
     # -------------------------------------------------------------------------------------------- results
     @property
     def solutions(self) -> list[Solution]:
-        """The whole solutions so far, in order of discovery."""
+        """The solutions of the whole task so far, in order of discovery."""
         return [] if self._planning is None else list(self._planning.root.solutions)
 
     @property
     def best(self) -> Solution | None:
-        """The cheapest solution so far, of equal ones the first."""
+        """The cheapest solution so far, of equal ones the first; None if there is none."""
         return min(self.solutions, key=lambda solution: solution.cost, default=None)
 
     @property
@@ -175,24 +180,24 @@ class Task(Serial):
 
     @property
     def statistics(self) -> dict[str, StageStatistics]:
-        """What each stage did, by its path, in order of time."""
+        """What each stage did, by path, in order of time."""
         return {stage.path: self.figures(stage) for stage in self.walk()}
 
     def figures(self, stage: Stage) -> StageStatistics:
-        """What one stage did; also where another has the same path."""
+        """What one stage did; unlike `statistics`, also of a stage whose path another one has."""
         node = None if self._planning is None else self._planning.nodes.get(stage)
         return StageStatistics() if node is None else node.statistics
 
     def found(self, stage: Stage) -> tuple[list[Solution], list[Solution]]:
-        """The solutions of one stage so far, and the failures that it kept."""
+        """The solutions of one stage so far, and those of its failures that were kept."""
         node = None if self._planning is None else self._planning.nodes.get(stage)
         return ([], []) if node is None else (list(node.solutions), list(node.failures))
 
     def explain(self) -> Explanation:
-        """Why there is no solution (yet)."""
+        """Why there is no solution (yet): the first stage that failed, and its reasons."""
         kept = {stage: self.found(stage)[1] for stage in self.walk()}
         return explain(self, {stage: self.figures(stage) for stage in self.walk()}, kept)
 
     def tree(self) -> str:
-        """The structure as text: arrows, names, kinds, properties."""
+        """The structure as text: arrows, names, classes, properties."""
         return tree(self, self.directions or None)

@@ -1,4 +1,4 @@
-"""From a task file to a task: `load_task`, and tasks made again and again of one file [T 3.7]."""
+"""From a task file to tasks: `load_task` makes one, a `TaskFile` any number [T 3.7]."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -8,18 +8,18 @@ from typing import Any
 from kabo.errors import Diagnostic, InputError, did_you_mean
 from kabo.language.findings import Findings
 from kabo.language.formulas import Place
-from kabo.language.task_description import Entries, Input, Items, Reference, TaskDescription, Word
+from kabo.language.task_description import Entries, Input, Items, PropertyReference, TaskDescription, Word
 from kabo.language.yaml.task_file import find_task
 from kabo.tasks.core import Container, InitialisationError, Monitor, Property, Stage, Task
 from kabo.tasks.files.checking import Recipe, check_task
 from kabo.tasks.files.kinds import KIND_TYPES
 from kabo.tasks.files.values import NoValue, value_of, wanted
 
-DEPTH_FIRST = 3  # jobs for each stage, depth first: for a first solution; then round by round
+DEPTH_FIRST_JOBS = 3  # jobs per stage that are planned depth first, for a first solution, before round robin
 
 
 class TaskFile:
-    """A task file that was read and checked; `task` makes a new task of it, with arguments bound."""
+    """A task file that was read and checked; `task` makes a new task of it with arguments bound."""
 
     def __init__(
         self, description: TaskDescription, recipe: Recipe, warnings: tuple[Diagnostic, ...] = ()
@@ -28,7 +28,7 @@ class TaskFile:
 
     @property
     def name(self) -> str:
-        """The task's name."""
+        """The name of the task."""
         return self.description.name
 
     @property
@@ -38,31 +38,31 @@ class TaskFile:
 
     @property
     def max_solutions(self) -> int | None:
-        """How many solutions the file asks for."""
+        """The number of solutions at which planning ends, as the file says; None: it does not."""
         return self.description.max_solutions
 
     @property
     def timeout(self) -> float | None:
-        """Seconds after which planning ends with what there is; None: never."""
+        """The seconds after which planning ends with the solutions found so far, as the file says; None: no limit."""
         return self.description.timeout
 
     @cached_property
     def places(self) -> Mapping[str, Place]:
-        """Where each stage stands, by its path; of equal paths the first."""
+        """The place of each stage in the file, by path; of stages with the same path, the first."""
         places: dict[str, Place] = {}
         _note_places(self.recipe, (), places)
         return places
 
     def task(self, arguments: Mapping[str, Any] | None = None, *, seed: int = 0, partly: bool = False) -> Task:
-        """A new task with its declared properties bound to `arguments`.
+        """A new task with `arguments` bound to its declared properties.
 
         Args:
             arguments: values by the names of declared properties.
-            seed: of all that its stages draw.
-            partly: required properties may be missing, as for showing a task.
+            seed: of all random choices.
+            partly: whether required properties may be missing, as for showing the task.
 
         Raises:
-            InputError: an argument is unknown, missing, or of another type; all of them at once.
+            InputError: lists every argument that is unknown, missing, or of the wrong type.
         """
         bound = self._bound(arguments or {}, partly)
         task = Task(self.name, *map(_made, self.recipe.children), seed=seed)
@@ -77,7 +77,7 @@ class TaskFile:
         for name, value in self.recipe.values.items():
             task.properties.set(name, value)
         task.cost = self.recipe.cost
-        task.depth_first = DEPTH_FIRST * sum(1 for _ in task.walk())
+        task.depth_first = DEPTH_FIRST_JOBS * sum(1 for _ in task.walk())
         return task
 
     def _bound(self, arguments: Mapping[str, Any], partly: bool) -> dict[str, Any]:
@@ -105,8 +105,8 @@ class TaskFile:
         findings.know(self.description.source)
         return findings
 
-    def told(self, error: InitialisationError) -> InputError:
-        """What does not fit together, each at the place of the stage that it names first."""
+    def located(self, error: InitialisationError) -> InputError:
+        """The faults of a task as an InputError, each at the place of the stage that it names first."""
         findings = self._findings()
         for message in error.errors:
             named = (self.places.get(word) for word in message.split("'")[1::2])
@@ -116,7 +116,7 @@ class TaskFile:
 
 def default_of(declared: Input) -> Any:
     """The value that a declared property has if none is given; None: absent."""
-    if isinstance(declared.default, Word | Items | Entries | Reference):
+    if isinstance(declared.default, Word | Items | Entries | PropertyReference):
         return value_of(declared.default, Property())
     return declared.default
 
@@ -150,11 +150,11 @@ def _note_places(recipe: Recipe, above: tuple[str, ...], places: dict[str, Place
     for child in recipe.children:
         _note_places(child, (*above, child.name), places)
     if not above:
-        places.setdefault(recipe.name, recipe.place)  # a stage may be called as the task is
+        places.setdefault(recipe.name, recipe.place)  # a stage may have the name of the task
 
 
 def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None:
-    """The task file at `path`, called `name` in messages; None after reports of everything found."""
+    """The task file at `path`, which messages call `name`; None after adding its errors to `findings`."""
     description = find_task(path, name, findings)
     if description is None:
         return None
@@ -167,11 +167,11 @@ def find_task_file(path: Path, name: str, findings: Findings) -> TaskFile | None
 
 
 def load_task_file(path: str | Path) -> TaskFile:
-    """The task file at `path`, checked against the stages there are.
+    """The task file at `path`, checked against the stages that exist.
 
     Raises:
-        InputError: with every finding: of the YAML, of stages, properties, types, monitors, and all references
-            that no ancestor answers.
+        InputError: lists every error: of the YAML, of stages, properties, types, monitored stages, and references
+            to properties that no ancestor has.
     """
     findings = Findings()
     found = find_task_file(Path(path), str(path), findings)
@@ -181,19 +181,19 @@ def load_task_file(path: str | Path) -> TaskFile:
 
 
 def load_task(path: str | Path, arguments: Mapping[str, Any] | None = None, *, seed: int = 0) -> Task:
-    """The task of a file with its declared properties bound.
+    """The task of a file with arguments bound to its declared properties.
 
     Raises:
-        InputError: with every finding of the file, or of the arguments.
+        InputError: lists every error of the file, or of the arguments.
     """
     return load_task_file(path).task(arguments, seed=seed)
 
 
 def argument_of(declared: Input, text: str) -> Any:
-    """The value of a declared property that a person wrote as `name=text`.
+    """The value of a declared property that was given on the command line as `name=text`.
 
     Raises:
-        NoValue: it is none of the declared type.
+        NoValue: the text is not of the declared type.
     """
     word = Word(text, False, declared.place)
     value = value_of(word, Property(KIND_TYPES[declared.kind or "any"]))

@@ -1,22 +1,22 @@
-"""What changed between two scenes, in words: which robot moved and how far, what was taken, put down, permitted."""
+"""The changes between two scenes in words: which robot moved and how far, what was taken, put down, permitted."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 from kabo.tasks.core import Solution
 
-_LONGEST = 120
+_MAX_SCENE_CHARACTERS = 120  # characters of a scene that is shown as it is
 
 
 def scene_change(solution: Solution) -> list[str]:
-    """What a solution changes in its scene, a line each; nothing where a scene is not known."""
+    """What a solution changes in its scene, a line each; empty if one of the scenes is unknown."""
     if solution.start is None or solution.end is None:
         return []
     return list(changes(solution.start.scene, solution.end.scene))
 
 
 def changes(before: Any, after: Any) -> Iterator[str]:
-    """The differences of two scenes; of those that are no robot scenes, the scenes themselves."""
+    """The differences between two scenes, a line each; scenes that are not of robots are shown as they are."""
     if before is after:
         return
     if not hasattr(before, "situation") or not hasattr(after, "situation"):
@@ -34,7 +34,7 @@ def changes(before: Any, after: Any) -> Iterator[str]:
 
 def _short(scene: Any) -> str:
     text = repr(scene)
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+    return text if len(text) <= _MAX_SCENE_CHARACTERS else text[: _MAX_SCENE_CHARACTERS - 1] + "…"
 
 
 def _moved(before: Any, after: Any) -> Iterator[str]:

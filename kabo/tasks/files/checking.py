@@ -1,6 +1,6 @@
-"""A task file against the stages there are: every name, type and reference; all findings at once [T 3.7].
+"""Checks a task file against the stages that exist: every name, type and reference; reports all errors at once [T 3.7].
 
-What comes out is a tree of recipes, from which a task is made as often as wanted.
+The result is a tree of recipes, from which any number of tasks can be made.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from kabo.tasks.files import registry
 from kabo.tasks.files.costs import NamedCost, NoCost, cost_of
 from kabo.tasks.files.values import NoValue, described, parent_references, value_of
 
-_MOST_NAMES = 500  # among which a near one is looked for
+_MAX_NAMES = 500  # similar names are searched for among at most so many
 ONLY = {"forward": Flow.FORWARD, "backward": Flow.BACKWARD}
 
 
@@ -37,16 +37,16 @@ class Recipe:
 
 @dataclass(frozen=True)
 class _Holder:
-    """A stage on the way down to another, as references see it: what it declares or sets."""
+    """An ancestor of a stage, as references see it: the properties that it declares or sets."""
 
     name: str
     names: frozenset[str]
     description: StageDescription
-    used: set[str] = field(default_factory=set)  # what a stage below refers to
+    used: set[str] = field(default_factory=set)  # names that stages inside refer to
 
 
 def check_task(task: TaskDescription, findings: Findings) -> Recipe | None:
-    """The recipe of a task; None after reports. Mistakes of single stages do not hide those of others."""
+    """The recipe of a task; None after reporting errors. An error in one stage does not hide those in others."""
     checking = _Checking(task, findings)
     recipe = checking.recipe(task.root, ())
     return None if findings.errors else recipe
@@ -80,13 +80,13 @@ class _Checking:
     def kind(self, stage: StageDescription) -> type[Stage] | None:
         if stage.type is None:
             return None
-        found = registry.find_stage(stage.type)
+        found = registry.find(stage.type)
         if found is None:
-            self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', registry.stage_hint(stage.type))
+            self.findings.add(stage.type_place, f'unknown stage "{stage.type}"', registry.near(stage.type))
         return found
 
     def structure(self, stage: StageDescription, kind: type[Stage]) -> None:
-        """Reports children where there can be none, and missing ones."""
+        """Reports children of a stage that can have none, and missing children."""
         wraps, holds = issubclass(kind, Wrapper), issubclass(kind, Container)
         wanted = "wrapped" if wraps else "stages" if holds else None
         given = {"stages": stage.stages is not None, "wrapped": stage.wrapped is not None}
@@ -106,7 +106,7 @@ class _Checking:
         values: dict[str, Any] = {}
         for name, written in stage.properties.items():
             if name not in declared and (name == "cost" or (name == "only" and issubclass(kind, Propagator))):
-                continue  # no property: see `only`, `cost`
+                continue  # not properties: see `only` and `cost`
             if name not in declared and not kind.OPEN:
                 self.unknown(stage, name, declared)
                 continue
@@ -129,7 +129,7 @@ class _Checking:
     def inherited(
         self, stage: StageDescription, declared: Mapping[str, Property], above: tuple[_Holder, ...]
     ) -> None:
-        """Reports what a stage takes from its ancestors by default, where none has it."""
+        """Reports properties that a stage inherits by default and that no ancestor has."""
         for key, wanted in declared.items():
             if key in stage.keys:
                 continue
@@ -150,7 +150,7 @@ class _Checking:
         self.findings.add(stage.keys[name], f'"{stage.name}" has no property "{name}"', hint)
 
     def unused(self, holder: _Holder, declared: Mapping[str, Property]) -> None:
-        """Warns of what a container sets in vain: often a key that was misspelt."""
+        """Warns of properties that a container sets and nothing reads: often they are misspelt."""
         stage = holder.description
         for name, place in stage.keys.items():
             if name in declared or name in holder.used or name == "cost":
@@ -161,7 +161,7 @@ class _Checking:
             self.findings.add(place, message, hint, warning=True)
 
     def references(self, stage: StageDescription, above: tuple[_Holder, ...]) -> None:
-        """Reports every reference that no ancestor answers, with the ancestors in the order of the search."""
+        """Reports every reference to a property that no ancestor has, with the ancestors in the order of the search."""
         for key, written in stage.properties.items():
             for name, reference in parent_references(written, key):
                 holder = next((each for each in reversed(above) if name in each.names), None)
@@ -176,7 +176,7 @@ class _Checking:
                 path = "/".join([*(each.name for each in above[1:]), stage.name])
                 searched = ", ".join(f'"{each.name}"' for each in reversed(above)) or "it has none"
                 message = f'{reference} of "{path}" ({key}) refers to nothing: no ancestor has "{name}"'
-                few = self.findings.may_suggest and sum(len(each.names) for each in above) <= _MOST_NAMES
+                few = self.findings.may_suggest and sum(len(each.names) for each in above) <= _MAX_NAMES
                 known = sorted({n for each in above for n in each.names}) if few else []
                 near = self.findings.near(name, known, all_if_few=False)
                 hint = f"searched {searched}" + (f"; {near}" if near else "")
@@ -201,7 +201,7 @@ class _Checking:
         return written.text
 
     def follow(self, written: Word, stage: StageDescription, above: tuple[_Holder, ...]) -> None:
-        """Reports a path that leads to no stage, and where it leaves the tree."""
+        """Reports a path that leads to no stage, and the name at which it fails."""
         up, here = list(above), above[-1].description
         for step in written.text.split("/"):
             if step in ("", "."):
@@ -225,7 +225,7 @@ class _Checking:
             self.findings.add(written.place, f'"{stage.name}" cannot monitor itself')
 
     def children(self, stage: StageDescription) -> dict[str, StageDescription]:
-        """The stages inside another by their names; of equal names the first."""
+        """The stages inside another one by name; of stages with the same name, the first."""
         if id(stage) not in self._children:
             known = self._children[id(stage)] = {}
             for child in stage.children:
@@ -235,7 +235,7 @@ class _Checking:
     def only(
         self, stage: StageDescription, kind: type[Stage] | None, declared: Mapping[str, Property]
     ) -> Flow | None:
-        """The direction to which a file restricts a propagator."""
+        """The direction to which the file restricts a propagator; None: no restriction."""
         written = stage.properties.get("only")
         if written is None or kind is None or "only" in declared or not issubclass(kind, Propagator):
             return None
@@ -245,7 +245,7 @@ class _Checking:
         return found
 
     def cost(self, stage: StageDescription, declared: Mapping[str, Property]) -> NamedCost | None:
-        """The cost term that replaces the stage's own costs."""
+        """The cost term that replaces the stage's own costs; None: no such term."""
         written = stage.properties.get("cost")
         if written is None or "cost" in declared:
             return None
@@ -257,7 +257,7 @@ class _Checking:
 
 
 def declared_by(kind: type[Stage]) -> dict[str, Property]:
-    """What a class and those above it declare."""
+    """The properties that a stage class and its base classes declare."""
     declared: dict[str, Property] = {}
     for base in reversed(kind.__mro__):
         declared |= getattr(base, "PROPERTIES", {})

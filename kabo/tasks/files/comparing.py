@@ -1,19 +1,19 @@
-"""Two reports beside each other: per stage, whether calls, seconds, costs and failures differ by more than chance [T 3.9].
+"""Compares two reports: whether calls, seconds, costs and failures of each stage differ by more than chance [T 3.9].
 
-The samples are runs (for costs, solutions); the test is Mann–Whitney's U, two-sided, which asks no distribution. Many
-tests find something by chance: `adjusted` is Holm's correction over all tests of the comparison.
+The samples are runs (for costs, solutions); the test is Mann–Whitney's U, two-sided, which assumes no distribution.
+Among many tests some are significant by chance: `adjusted` is p after Holm's correction for all tests.
 """
 
 from collections.abc import Callable, Sequence
 from statistics import fmean
 from typing import Any, TypedDict
 
-from kabo.tasks.files.report_form import Figures, Report, RunReport
+from kabo.tasks.files.report_form import Report, RunReport, StageFigures
 
 FORMAT = "kabo-task-comparison/1"
-CLEAR = 0.05
+SIGNIFICANCE = 0.05  # level of the tests, after correction
 
-_FIGURES: dict[str, Callable[[Figures], list[float]]] = {
+_FIGURES: dict[str, Callable[[StageFigures], list[float]]] = {
     "calls": lambda f: [float(f["calls"])],
     "seconds": lambda f: [f["seconds"]],
     "successes": lambda f: [float(f["successes"])],
@@ -28,8 +28,8 @@ _WHOLE: dict[str, Callable[[RunReport], list[float]]] = {
 }
 
 
-class Compared(TypedDict):
-    """One figure of both: how many samples, their means, U and p (None where a side has no samples)."""
+class FigureComparison(TypedDict):
+    """One figure of both reports: numbers of samples, means, U and p (None if a report has no samples)."""
 
     samples: list[int]
     means: list[float | None]
@@ -38,18 +38,18 @@ class Compared(TypedDict):
     adjusted: float | None
 
 
-class Comparison(TypedDict):
+class ReportComparison(TypedDict):
     """All figures of two reports: of the whole runs, and of each stage that both have."""
 
     format: str
     tasks: list[str]
     runs: list[int]
-    whole: dict[str, Compared]
-    stages: dict[str, dict[str, Compared]]
+    whole: dict[str, FigureComparison]
+    stages: dict[str, dict[str, FigureComparison]]
     only: list[list[str]]  # the paths of stages that only the first, only the second report has
 
 
-def compare(first: Report, second: Report) -> Comparison:
+def compare(first: Report, second: Report) -> ReportComparison:
     """The comparison of two reports, stage by stage."""
     both = [first, second]
     paths = [[stage["path"] for stage in report["stages"]] for report in both]
@@ -78,22 +78,22 @@ def compare(first: Report, second: Report) -> Comparison:
     }
 
 
-def _compared(first: Sequence[float], second: Sequence[float]) -> Compared:
+def _compared(first: Sequence[float], second: Sequence[float]) -> FigureComparison:
     means = [fmean(values) if values else None for values in (first, second)]
     u = p = None
     if first and second:
-        from scipy.stats import mannwhitneyu
+        from scipy.stats import mannwhitneyu  # loads for a second, which only this test needs
 
         if len(set(first) | set(second)) == 1:
-            u, p = len(first) * len(second) / 2, 1.0  # nothing but ties: no difference at all
+            u, p = len(first) * len(second) / 2, 1.0  # all samples are equal
         else:
             found: Any = mannwhitneyu(first, second, alternative="two-sided")
             u, p = float(found.statistic), float(found.pvalue)
     return {"samples": [len(first), len(second)], "means": means, "u": u, "p": p, "adjusted": None}
 
 
-def _adjust(tests: Sequence[Compared]) -> None:
-    """Fills in Holm's correction of p over all tests."""
+def _adjust(tests: Sequence[FigureComparison]) -> None:
+    """Fills in p after Holm's correction for all tests."""
     ordered = sorted((each for each in tests if each["p"] is not None), key=lambda each: each["p"] or 0.0)
     least = 0.0
     for i, each in enumerate(ordered):
@@ -101,8 +101,8 @@ def _adjust(tests: Sequence[Compared]) -> None:
         each["adjusted"] = least
 
 
-def describe_comparison(found: Comparison) -> str:
-    """The comparison as a table; what differs clearly is marked."""
+def describe_comparison(found: ReportComparison) -> str:
+    """The comparison as a table; significant differences are marked."""
     header = f"{found['tasks'][0]} ({found['runs'][0]} runs) and {found['tasks'][1]} ({found['runs'][1]} runs)"
     rows: list[tuple[str, ...]] = [("", "first", "second", "ratio", "U", "p", "")]
     rows += [_row(f"  {name}", each) for name, each in found["whole"].items()]
@@ -122,16 +122,19 @@ def describe_comparison(found: Comparison) -> str:
     for side, only in zip(("first", "second"), found["only"], strict=True):
         if only:
             lines.append(f"only in the {side}: {', '.join(only)}")
-    lines += ["", f"* differs clearly: p below {CLEAR} by Mann–Whitney's U, after Holm's correction for all tests"]
+    lines += [
+        "",
+        f"* differs clearly: p below {SIGNIFICANCE} by Mann–Whitney's U, after Holm's correction for all tests",
+    ]
     return "\n".join(lines)
 
 
-def _row(name: str, each: Compared) -> tuple[str, ...]:
+def _row(name: str, each: FigureComparison) -> tuple[str, ...]:
     first, second = each["means"]
     ratio = "" if not first or second is None else f"{second / first:.2f}"
     u = "" if each["u"] is None else f"{each['u']:g}"
     p = "" if each["p"] is None else f"{each['p']:.2g}"
-    mark = "*" if each["adjusted"] is not None and each["adjusted"] < CLEAR else ""
+    mark = "*" if each["adjusted"] is not None and each["adjusted"] < SIGNIFICANCE else ""
     return name, _number(first), _number(second), ratio, u, p, mark
 
 

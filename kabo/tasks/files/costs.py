@@ -1,6 +1,7 @@
-"""Cost terms in task files: `cost: path_length`, `cost: {clearance: {along: true}}`, sums of several [T 3.5].
+"""Cost terms in task files: `cost: path_length`, `cost: {clearance: {along: true}}`, weighted sums [T 3.5].
 
-A term is a function of a solution, or made by one; the core's and the robots' have names, users may add their own.
+A term is a function of a solution, or is made by a function with arguments. Terms of the core and of robots have names;
+users may register others.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,18 +26,18 @@ SUM = "sum"
 
 
 class NamedCost:
-    """A cost term with the form that it has in a file."""
+    """A cost term, with the form that it has in a file."""
 
     def __init__(self, term: CostTerm, written: Any) -> None:
         self.term, self.written = term, written
 
     def __call__(self, solution: Solution) -> float | tuple[float, str]:
-        """The cost of a solution, perhaps with a comment."""
+        """The cost of a solution, possibly with a comment."""
         return self.term(solution)
 
 
 class NoCost(Exception):  # noqa: N818 - it is told as a finding
-    """What is written is no cost term; says why, and perhaps the remedy."""
+    """A value does not describe a cost term; the message says why, `hint` what to write instead."""
 
     def __init__(self, problem: str, hint: str | None = None) -> None:
         super().__init__(problem)
@@ -44,15 +45,15 @@ class NoCost(Exception):  # noqa: N818 - it is told as a finding
 
 
 def register_cost(term: Callable[..., Any], name: str | None = None, *, makes: bool = False) -> Callable[..., Any]:
-    """Makes a cost term known to task files; returns it.
+    """Registers a cost term for use in task files; returns it.
 
     Args:
-        term: a function of a solution; with `makes`, one that takes named arguments and returns such a function.
-        name: in files; the function's own if none is given.
-        makes: whether it makes terms.
+        term: a function of a solution; with `makes`, a function of named arguments that returns one.
+        name: its name in files; by default the name of the function.
+        makes: whether the function returns terms.
 
     Raises:
-        TaskError: the name is taken by another.
+        TaskError: another term has that name.
     """
     name = term.__name__ if name is None else name
     earlier = _registered.get(name)
@@ -70,10 +71,10 @@ def names() -> list[str]:
 
 
 def cost_of(written: Any) -> NamedCost:
-    """The term of a value: a name, `{name: {arguments}}`, or `{sum: {name: weight, …}}`.
+    """The term that a value describes: a name, `{name: {arguments}}`, or `{sum: {name: weight, …}}`.
 
     Raises:
-        NoCost: it is none.
+        NoCost: it describes none.
     """
     if isinstance(written, str):
         return NamedCost(_made(written, {}), written)
@@ -88,7 +89,7 @@ def cost_of(written: Any) -> NamedCost:
 
 
 def written_as(cost: CostTerm) -> Any:
-    """The form in files of a term; None if it has none."""
+    """The form of a term in files; None if it has none."""
     if isinstance(cost, NamedCost):
         return cost.written
     for name, (term, makes) in _terms().items():

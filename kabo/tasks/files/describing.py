@@ -6,11 +6,11 @@ from statistics import fmean, median
 
 from kabo.tasks.files.report_form import Report, RunReport, StageReport, Why
 
-COMMENTS = 3  # of each stage
+MAX_COMMENTS = 3  # comments shown for each stage
 
 
-def describe_report(report: Report, comments: int = COMMENTS) -> str:
-    """The tree of a task with counts, costs and reasons over all its runs, and why those without solutions have none."""
+def describe_report(report: Report, comments: int = MAX_COMMENTS) -> str:
+    """The tree of stages with counts, costs and reasons over all runs, and why the runs without solutions have none."""
     lines = [_headline(report), ""]
     shown = [_stage_line(stage, report["runs"]) for stage in report["stages"]]
     width = max(len(left) for left, _ in shown)
@@ -78,7 +78,7 @@ def _range(costs: Sequence[float]) -> str:
 
 
 def _comments(path: str, runs: Sequence[RunReport], most: int) -> Iterator[str]:
-    """What successes and failures say, each text once with its count."""
+    """The comments of solutions and failures, each once with its count, the most frequent first."""
     for sign, key in (("+", "solutions"), ("-", "refusals")):
         told: Counter[str] = Counter()
         for run in runs:
@@ -94,7 +94,7 @@ def _comments(path: str, runs: Sequence[RunReport], most: int) -> Iterator[str]:
 
 
 def explain(why: Why) -> str:
-    """Why a task has no solution: the first stage without successes, its failures and misfits grouped by reason."""
+    """Why a task has no solution: the first stage without successes, its failures and mismatches by reason."""
     if why["stage"] is None:
         return why["text"]
     lines = [f'the stage "{why["stage"]}" never succeeds']
@@ -112,7 +112,7 @@ def explain(why: Why) -> str:
     return "\n".join(lines)
 
 
-_SAID = {
+_REASON_WORDS = {
     "out_of_reach": "out of reach",
     "collision": "in collision",
     "constraint": "a constraint does not hold",
@@ -123,16 +123,16 @@ _SAID = {
 
 def said(reason: str) -> str:
     """A reason in words."""
-    return _SAID.get(reason, reason.replace("_", " "))
+    return _REASON_WORDS.get(reason, reason.replace("_", " "))
 
 
 def counts(found: Mapping[str, int]) -> str:
-    """`collision 8, no path 1`."""
+    """Counts by reason as text: `collision 8, no path 1`."""
     return ", ".join(f"{reason.replace('_', ' ')} {count}" for reason, count in found.items())
 
 
 def added(several: Iterable[Mapping[str, int]]) -> dict[str, int]:
-    """Counts of several runs together, the most frequent first."""
+    """The sums of the counts of several runs, the most frequent first."""
     total: Counter[str] = Counter()
     for each in several:
         total.update(each)
@@ -140,15 +140,15 @@ def added(several: Iterable[Mapping[str, int]]) -> dict[str, int]:
 
 
 def number(value: float) -> str:
-    """A cost for people."""
+    """A cost as text."""
     return f"{value:.4g}"
 
 
 def counted(count: int, what: str) -> str:
-    """`1 call`, `2 calls`."""
+    """A number with its noun: `1 call`, `2 calls`."""
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def duration(seconds: float) -> str:
-    """A time for people: `0.05 ms`, `1.2 s`."""
+    """A duration as text: `0.05 ms`, `1.2 s`."""
     return f"{seconds:.3g} s" if seconds >= 0.1 else f"{round(1e3 * seconds, 2):g} ms"  # noqa: PLR2004

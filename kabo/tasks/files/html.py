@@ -1,11 +1,11 @@
-"""A report as one self-contained HTML page: no script, no file beside it, nothing fetched; everything folds [T 3.1]."""
+"""A report as one self-contained HTML page, without scripts, other files or network access; sections fold [T 3.1]."""
 
 from collections.abc import Iterator, Sequence
 from html import escape
 
 from kabo.tasks.core import shown
 from kabo.tasks.files.describing import added, counted, counts, describe_report, duration, explain, number, said
-from kabo.tasks.files.report_form import Figures, Report, RunReport, StageReport, Whole
+from kabo.tasks.files.report_form import Report, RunReport, StageFigures, StageReport, Whole
 
 _STYLE = """
 :root { color-scheme: light dark; --line: #8884; --good: #1f6f3b; --bad: #b3402e; --dim: #666; }
@@ -28,12 +28,12 @@ pre { background: #8881; padding: 0.7em; overflow-x: auto; }
 """
 
 
-OPEN = 2  # how deep the tree of stages is unfolded at first
-LITTLE = 0.02  # of the whole time: shares below are not drawn
+UNFOLDED_LEVELS = 2  # levels of the tree of stages that are unfolded at first
+MIN_TIME_SHARE = 0.02  # share of the whole time from which on it is drawn
 
 
 def to_html(report: Report) -> str:
-    """The page of a report: why it failed, the tree of stages, and all whole solutions."""
+    """The page of a report: why planning failed, the tree of stages, and all solutions of the task."""
     return "".join(_page(report))
 
 
@@ -58,7 +58,7 @@ def _page(report: Report) -> Iterator[str]:
 
 # ----------------------------------------------------------------------------------------------------- the stages
 def _tree(stages: Sequence[StageReport], runs: Sequence[RunReport]) -> Iterator[str]:
-    """The stages, each inside what holds it."""
+    """The stages, each inside its container."""
     depth = -1
     blamed = {run["explanation"]["stage"] for run in runs if run["explanation"] is not None} - {None}
     total = sum(run["stages"][stage["path"]]["seconds"] for run in runs for stage in stages)
@@ -69,14 +69,14 @@ def _tree(stages: Sequence[StageReport], runs: Sequence[RunReport]) -> Iterator[
         guilty = stage["path"] in blamed
         above = any(str(path).startswith(f"{stage['path']}/") for path in blamed)
         holds = after is not None and after["depth"] > depth
-        opened = " open" if (holds and depth < OPEN) or guilty or above else ""
+        opened = " open" if (holds and depth < UNFOLDED_LEVELS) or guilty or above else ""
         yield f"<details{opened}><summary class='blame'>" if guilty else f"<details{opened}><summary>"
         yield f"{_summary(stage, figures, total)}{' – never succeeds' if guilty else ''}</summary>\n"
         yield from _stage(stage, figures)
     yield "</details>\n" * (depth + 1)
 
 
-def _summary(stage: StageReport, figures: Sequence[Figures], total: float) -> str:
+def _summary(stage: StageReport, figures: Sequence[StageFigures], total: float) -> str:
     successes, calls = sum(f["successes"] for f in figures), sum(f["calls"] for f in figures)
     failures, mismatches = added(f["failures"] for f in figures), added(f["mismatches"] for f in figures)
     failed = sum(failures.values())
@@ -93,14 +93,14 @@ def _summary(stage: StageReport, figures: Sequence[Figures], total: float) -> st
     if calls:
         seconds = sum(f["seconds"] for f in figures)
         parts.append(f'<span class="dim">{counted(calls, "call")}, {duration(seconds)}</span>')
-        if seconds >= LITTLE * total > 0.0:
+        if seconds >= MIN_TIME_SHARE * total > 0.0:
             share = 100 * seconds / total
             bar = f'<span class="share" style="width: {share / 10:.1f}em"></span>'
             parts.append(f'<span class="dim">{bar}{share:.0f} % of the time</span>')
     return " ".join(parts)
 
 
-def _stage(stage: StageReport, figures: Sequence[Figures]) -> Iterator[str]:
+def _stage(stage: StageReport, figures: Sequence[StageFigures]) -> Iterator[str]:
     given = dict(stage["properties"])
     if stage["monitors"]:
         given["monitors"] = stage["monitors"]
@@ -159,7 +159,7 @@ def _whole(i: int, seconds: float | None, solution: Whole) -> Iterator[str]:
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table without the columns in which nothing is said."""
+    """A table without its empty columns."""
     told = [k for k, _ in enumerate(header) if k == 0 or any(row[k] for row in rows)]
     head = "".join(f'<th scope="col"{_aligned(header[k])}>{header[k]}</th>' for k in told)
     body = "".join(f"<tr>{''.join(f'<td{_aligned(header[k])}>{row[k]}</td>' for k in told)}</tr>" for row in rows)

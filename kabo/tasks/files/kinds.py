@@ -1,6 +1,6 @@
-"""The types of a task's declared properties, as types that values have: what a caller may give [docs/tasks.md#task-files].
+"""The types of a task's declared properties, as Python types: what a caller may give.
 
-The names of things in a scene are text; which kind of thing is meant is kept for whoever checks a call.
+Names of things in a scene are text; their types say which kind of thing is meant, for those who check a call.
 """
 
 from typing import Any
@@ -9,33 +9,33 @@ from kabo.tasks.core import Property
 
 
 class _Kind(type):
-    """A type whose values are those of another one."""
+    """A type whose instances are all texts."""
 
     def __instancecheck__(cls, value: object) -> bool:
         return isinstance(value, str)
 
 
-class Robot(metaclass=_Kind):
+class RobotName(metaclass=_Kind):
     """The name of a robot."""
 
 
-class Body(metaclass=_Kind):
+class BodyName(metaclass=_Kind):
     """The name of a body."""
 
 
-class Region(metaclass=_Kind):
+class RegionName(metaclass=_Kind):
     """The name of a region."""
 
 
-class Grasp(metaclass=_Kind):
+class GraspName(metaclass=_Kind):
     """The name of a grasp family, or `any`."""
 
 
-class Placement(metaclass=_Kind):
+class PlacementName(metaclass=_Kind):
     """The name of a placement, or `any`."""
 
 
-class MotionConstraint(metaclass=_Kind):
+class MotionConstraintName(metaclass=_Kind):
     """The name of a motion constraint."""
 
 
@@ -45,16 +45,16 @@ class _Anything(type):
 
 
 class Anything(metaclass=_Anything):
-    """Any value: where a task file names a property and no more."""
+    """Any value: the type of a declared property if the file does not say any."""
 
 
 KIND_TYPES: dict[str, Any] = {
-    "robot": Robot,
-    "body": Body,
-    "region": Region,
-    "grasp": Grasp,
-    "placement": Placement,
-    "motion_constraint": MotionConstraint,
+    "robot": RobotName,
+    "body": BodyName,
+    "region": RegionName,
+    "grasp": GraspName,
+    "placement": PlacementName,
+    "motion_constraint": MotionConstraintName,
     "name": str,
     "number": float,
     "boolean": bool,
@@ -63,7 +63,7 @@ KIND_TYPES: dict[str, Any] = {
 
 
 def kind_of(declared: Property) -> str:
-    """The kind that a declared property has in a file."""
+    """The word for a declared property's type in files."""
     types = declared.type if isinstance(declared.type, tuple) else (declared.type,)
     for kind, type_ in KIND_TYPES.items():
         if declared.type == type_:

@@ -1,4 +1,4 @@
-"""Which class a stage of a task file is: the containers, the robot stages, and what users add [T 3.7]."""
+"""The names of stage classes in task files: containers, robot stages, and what users register [T 3.7]."""
 
 from importlib import import_module
 from importlib.util import find_spec
@@ -20,15 +20,15 @@ _registered: dict[str, type[Stage]] = {}
 
 
 def register(kind: _Kind, name: str | None = None) -> _Kind:
-    """Makes a stage class known to task files, under its own name or another (`mine/Grasp`); returns it.
+    """Registers a stage class for use in task files, by its own name or another (`mine/Grasp`); returns it.
 
-    May stand as a decorator over a class, or over what a decorator such as `@forward(…)` makes of a function.
+    It can be used as a decorator of a class, or of what a decorator such as `@forward(…)` makes of a function.
 
     Raises:
         TaskError: another class has that name.
     """
     name = kind.__name__ if name is None else name
-    earlier = find_stage(name)
+    earlier = find(name)
     if earlier is not None and _home(earlier) != _home(kind):
         raise TaskError(f"the name {name!r} of a stage is taken by {'.'.join(_home(earlier))}")
     _registered[name] = kind
@@ -39,13 +39,13 @@ def _home(kind: type) -> tuple[str, str]:
     return kind.__module__, kind.__qualname__
 
 
-def find_stage(name: str) -> type[Stage] | None:
-    """The stage class of a name; those of robots are imported when they are wanted: they need compiled kernels."""
+def find(name: str) -> type[Stage] | None:
+    """The stage class of that name, or None; robot stages are imported only when asked for, because they load kernels."""
     found = _registered.get(name) or _CONTAINERS.get(name)
     return found if found is not None or name not in _robot_names() else _robot_stages()[name]
 
 
-def stage_names() -> list[str]:
+def names() -> list[str]:
     """The names of all stages, sorted."""
     return sorted({*_CONTAINERS, *_registered, *_robot_names()})
 
@@ -59,13 +59,13 @@ def _robot_stages() -> dict[str, type[Stage]]:
 
 
 def name_of(kind: type[Stage]) -> str | None:
-    """The name of a class in task files; None if it has none."""
+    """The name of a class in task files, or None."""
     known = [*_registered.items(), *_CONTAINERS.items()]
     if kind.__module__.startswith(f"{_ROBOTS}."):
         known += _robot_stages().items()
     return next((name for name, each in known if each is kind), None)
 
 
-def stage_hint(name: str) -> str | None:
-    """The remedy for an unknown name of a stage."""
-    return did_you_mean(name, stage_names()) or "kabo task stages lists them all; kabo.tasks.register adds one"
+def near(name: str) -> str | None:
+    """A hint for an unknown stage name."""
+    return did_you_mean(name, names()) or "kabo task stages lists them all; kabo.tasks.register adds one"

@@ -1,4 +1,4 @@
-"""The form of a report, `kabo-task/1`: the keys of each of its objects, and the check of a file against them."""
+"""The format of reports, `kabo-task/1`: the keys of each object, and the check of a file against them."""
 
 from collections.abc import Iterator
 from typing import Any, Literal, TypedDict
@@ -8,8 +8,15 @@ import msgspec
 from kabo.errors import Diagnostic, InputError
 
 FORMAT = "kabo-task/1"
-MOST, DEEPEST = 2**53, 1000  # of a count, of a stage's depth: more is no report
-SHOWN = 60  # characters of a path in a message
+MAX_COUNT, MAX_DEPTH = 2**53, 1000  # the largest count, the largest depth of a stage, that a report may have
+# The names in the published schema of objects whose classes are called otherwise here.
+_SCHEMA_NAMES = {
+    "FailureReport": "Refusal",
+    "PhaseReport": "Part",
+    "SolutionTime": "Found",
+    "StageFigures": "Figures",
+}
+MAX_PATH_CHARACTERS = 60  # characters of a path in a message
 
 
 class Told(TypedDict):
@@ -20,7 +27,7 @@ class Told(TypedDict):
     changes: list[str]
 
 
-class Refusal(TypedDict):
+class FailureReport(TypedDict):
     """A failure of one stage; failures with the same reason are counted together."""
 
     reason: str
@@ -28,7 +35,7 @@ class Refusal(TypedDict):
     changes: list[str]
 
 
-class Part(TypedDict):
+class PhaseReport(TypedDict):
     """One phase of a whole solution, in order of time."""
 
     stage: str
@@ -42,10 +49,10 @@ class Whole(TypedDict):
 
     comment: str
     cost: float
-    parts: list[Part]
+    parts: list[PhaseReport]
 
 
-class Figures(TypedDict):
+class StageFigures(TypedDict):
     """What a stage did in one run: all is counted, some is told."""
 
     calls: int
@@ -55,7 +62,7 @@ class Figures(TypedDict):
     mismatches: dict[str, int]
     costs: list[float]
     solutions: list[Told]
-    refusals: list[Refusal]
+    refusals: list[FailureReport]
 
 
 class Why(TypedDict):
@@ -68,7 +75,7 @@ class Why(TypedDict):
     examples: list[str]
 
 
-class Found(TypedDict):
+class SolutionTime(TypedDict):
     """When a whole solution came, and at what cost."""
 
     seconds: float
@@ -82,9 +89,9 @@ class RunReport(TypedDict):
     seconds: float
     exhausted: bool
     stopped: bool
-    found: list[Found]
+    found: list[SolutionTime]
     solutions: list[Whole]
-    stages: dict[str, Figures]
+    stages: dict[str, StageFigures]
     explanation: Why | None
 
 
@@ -112,15 +119,15 @@ class Report(TypedDict):
 
 
 def report_bytes(report: Report) -> bytes:
-    """The file of a report: keys in their order, a line feed at the end."""
+    """The report as the bytes of a file: keys in their order, a line feed at the end."""
     return msgspec.json.format(msgspec.json.encode(report), indent=1) + b"\n"
 
 
 def read_report(content: bytes, file: str) -> Report:
-    """The report that the bytes of `file` hold.
+    """The report in the bytes of `file`.
 
     Raises:
-        InputError: it is none; says what does not fit, and where.
+        InputError: it is no report; says what is wrong, and where.
     """
     hint = "kabo task plan FILE -o REPORT.json writes one"
     try:
@@ -147,17 +154,20 @@ def read_report(content: bytes, file: str) -> Report:
 
 
 def _counts(report: Report) -> Iterator[tuple[str, int, int]]:
-    """Every whole number of a report: where it stands, its value, and the most that it can be."""
+    """Every integer of a report: where it is, its value, and its upper bound."""
     for stage in report["stages"]:
-        yield f'the depth of "{stage["path"][:SHOWN]}"', stage["depth"], DEEPEST
+        yield f'the depth of "{stage["path"][:MAX_PATH_CHARACTERS]}"', stage["depth"], MAX_DEPTH
     for number, run in enumerate(report["runs"]):
         for path, figures in run["stages"].items():
             tables = (figures["failures"], figures["mismatches"])
             for count in (figures["calls"], figures["successes"], *(n for each in tables for n in each.values())):
-                yield f'a count of runs[{number}] for "{path[:SHOWN]}"', count, MOST
+                yield f'a count of runs[{number}] for "{path[:MAX_PATH_CHARACTERS]}"', count, MAX_COUNT
 
 
 def schema() -> dict[str, Any]:
     """The JSON Schema of a report."""
-    content = msgspec.json.schema(Report)
+    text = msgspec.json.encode(msgspec.json.schema(Report)).decode()
+    for ours, name in _SCHEMA_NAMES.items():
+        text = text.replace(f'"{ours}"', f'"{name}"').replace(f'/{ours}"', f'/{name}"')
+    content = msgspec.json.decode(text)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": FORMAT, **content}

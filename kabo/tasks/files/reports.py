@@ -1,7 +1,7 @@
-"""The report of planning runs as plain data: `kabo-task/1`, for `kabo task show` and `compare`, for any program.
+"""The report of planning runs as plain data: `kabo-task/1`, for `kabo task show`, `kabo task compare` and other programs.
 
-Everything that a person wants to know without the living process: the structure, what each stage did, every whole
-solution, and the solutions and failures of every stage with their comments and scene changes.
+It has all that can be asked of the runs later: the structure, what each stage did, every solution of the task, and the
+solutions and failures of every stage with their comments and scene changes.
 """
 
 import math
@@ -24,21 +24,23 @@ from kabo.tasks.core import (
 from kabo.tasks.files.building import TaskFile, default_of
 from kabo.tasks.files.changes import scene_change
 from kabo.tasks.files.report_form import (
-    Figures,
-    Part,
+    PhaseReport,
     Report,
     RunReport,
+    StageFigures,
     StageReport,
     Told,
     Whole,
     Why,
 )
-from kabo.tasks.files.running import Run
+from kabo.tasks.files.running import TaskRun
 
-KEPT = 100  # solutions and failures of a stage that a report tells in full; all are counted
+MAX_REPORTED = 100  # solutions, and failures, of one stage in a report; all are counted
 
 
-def report(runs: Sequence[Run], *, file: str | None = None, arguments: Mapping[str, Any] | None = None) -> Report:
+def report(
+    runs: Sequence[TaskRun], *, file: str | None = None, arguments: Mapping[str, Any] | None = None
+) -> Report:
     """The report of runs of one task."""
     task = runs[0].task
     return {
@@ -52,7 +54,7 @@ def report(runs: Sequence[Run], *, file: str | None = None, arguments: Mapping[s
 
 
 def named_stages(task: Task) -> Iterator[tuple[str, Stage]]:
-    """Every stage with a path of its own, the task first: of equal names, the second is called `name#2`."""
+    """Every stage with a unique path, the task first; the second of two siblings with the same name is called `name#2`."""
     waiting: list[tuple[str, Stage]] = [("", task)]
     while waiting:
         path, stage = waiting.pop()
@@ -67,7 +69,7 @@ def named_stages(task: Task) -> Iterator[tuple[str, Stage]]:
 
 
 def structure(file: TaskFile, task: Task, flows: Mapping[Stage, Flow]) -> dict[str, Any]:
-    """What a task file holds, without any run: declared properties, limits, stages with their directions."""
+    """What a task file contains, before any run: declared properties, limits, stages with their flows."""
     inputs = [
         {"name": each.name, "type": each.kind, "required": each.required, "default": plain(default_of(each))}
         for each in file.inputs
@@ -102,7 +104,7 @@ def _depth(stage: Stage) -> int:
     return depth
 
 
-def _run(run: Run) -> RunReport:
+def _run(run: TaskRun) -> RunReport:
     task = run.task
     stages = list(named_stages(task))
     paths = {id(stage): path for path, stage in stages}
@@ -112,7 +114,7 @@ def _run(run: Run) -> RunReport:
         "exhausted": task.exhausted,
         "stopped": run.stopped,
         "found": [{"seconds": seconds, "cost": cost} for seconds, cost in run.found],
-        "solutions": [_whole(solution, paths) for solution in task.solutions[:KEPT]],
+        "solutions": [_whole(solution, paths) for solution in task.solutions[:MAX_REPORTED]],
         "stages": {path: _stage(task, stage) for path, stage in stages},
         "explanation": None if task.solutions else _why(task, paths),
     }
@@ -129,7 +131,7 @@ def _why(task: Task, paths: Mapping[int, str]) -> Why:
     }
 
 
-def _stage(task: Task, stage: Stage) -> Figures:
+def _stage(task: Task, stage: Stage) -> StageFigures:
     figures = task.figures(stage)
     solutions, failures = task.found(stage)
     return {
@@ -139,10 +141,10 @@ def _stage(task: Task, stage: Stage) -> Figures:
         "failures": counted(figures.failures),
         "mismatches": counted(figures.mismatches),
         "costs": [float(cost) for cost in figures.costs],
-        "solutions": [_told(solution) for solution in solutions[:KEPT]],
+        "solutions": [_solution(solution) for solution in solutions[:MAX_REPORTED]],
         "refusals": [
             {"reason": failure.reason, "comment": failure.comment, "changes": scene_change(failure)}
-            for failure in failures[:KEPT]
+            for failure in failures[:MAX_REPORTED]
         ],
     }
 
@@ -152,17 +154,17 @@ def counted(counts: Mapping[str, int]) -> dict[str, int]:
     return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
-def _told(solution: Solution) -> Told:
+def _solution(solution: Solution) -> Told:
     return {"comment": solution.comment, "cost": float(solution.cost), "changes": scene_change(solution)}
 
 
 def _whole(solution: Solution, paths: Mapping[int, str]) -> Whole:
-    parts: list[Part] = [{"stage": paths[id(part.stage)], **_told(part)} for part in phases(solution)]
+    parts: list[PhaseReport] = [{"stage": paths[id(part.stage)], **_solution(part)} for part in phases(solution)]
     return {"comment": solution.comment, "cost": float(solution.cost), "parts": parts}
 
 
 def phases(solution: Solution) -> Iterator[Solution]:
-    """The phases of a solution in order of time: sequences are opened, and what a wrapper made counts as the wrapper's."""
+    """The phases of a solution in order of time: serial containers are opened, a wrapper is one phase."""
     inner = solution
     while len(inner.parts) == 1 and isinstance(inner.stage, Wrapper | Alternatives | Fallbacks):
         inner = inner.parts[0]
@@ -174,7 +176,7 @@ def phases(solution: Solution) -> Iterator[Solution]:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it; what JSON has not is text."""
+    """A value as JSON can represent it; anything else becomes text."""
     if isinstance(value, Reference):
         return str(value)
     if hasattr(value, "tolist"):

@@ -1,4 +1,4 @@
-"""Planning the task of a file: once, or several times with other seeds; what came of it is a report [T 3.9]."""
+"""Plans the task of a file, once or with several seeds; the runs are the content of a report [T 3.9]."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -7,30 +7,30 @@ from typing import TYPE_CHECKING, Any
 
 from kabo.errors import CutOff, InputError, did_you_mean
 from kabo.language.findings import Findings
+from kabo.language.scene_description import SceneDescription
 from kabo.tasks.core import InitialisationError, Stage, Task
 from kabo.tasks.files.building import TaskFile
 
 if TYPE_CHECKING:
-    from kabo.language.scene_description import SceneDescription
-    from kabo.scene import Scene
+    from kabo.scene import Scene  # loads meshes, which tasks without robots do not need
 
 Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True)
-class Run:
-    """One planning run: its task with all that was found, and when each whole solution came, and at what cost."""
+class TaskRun:
+    """One planning run: the task with its results, and when each solution of the task was found, at what cost."""
 
     task: Task
     seed: int
     seconds: float
     found: tuple[tuple[float, float], ...] = ()  # (seconds, cost)
-    stopped: bool = False  # by a time limit, or by whoever asked
+    stopped: bool = False  # by a time limit or by the caller
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How to plan: seeds one after the other from `seed`, each as far as `max_solutions` and `timeout` [s] say."""
+class PlanningOptions:
+    """How to plan: `repeat` runs with seeds counted from `seed`, each until `max_solutions` or `timeout` [s] is reached."""
 
     max_solutions: int | None = None
     timeout: float | None = None
@@ -41,15 +41,18 @@ class Settings:
 
 
 def plan_file(
-    file: TaskFile, arguments: Mapping[str, Any], scene: "Scene | None" = None, settings: Settings | None = None
-) -> list[Run]:
+    file: TaskFile,
+    arguments: Mapping[str, Any],
+    scene: "Scene | None" = None,
+    settings: PlanningOptions | None = None,
+) -> list[TaskRun]:
     """The runs of a task with its arguments, on a scene if it has robot stages.
 
     Raises:
-        InputError: the arguments do not fit, or the stages do not fit together; told where they stand.
+        InputError: the arguments are wrong, or the stages do not fit together; with their places in the file.
     """
-    settings = Settings() if settings is None else settings
-    runs: list[Run] = []
+    settings = PlanningOptions() if settings is None else settings
+    runs: list[TaskRun] = []
     for seed in range(settings.seed, settings.seed + settings.repeat):
         if runs and settings.stop():
             break
@@ -57,17 +60,22 @@ def plan_file(
     return runs
 
 
-def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: Settings) -> Run:
+def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings: PlanningOptions) -> TaskRun:
     began = perf_counter()
 
     def late() -> bool:
         return settings.stop() or (settings.timeout is not None and perf_counter() - began >= settings.timeout)
 
-    first = None if scene is None else first_scene(scene, seed, late)
+    first: Any = None
     found: list[tuple[float, float]] = []
+    if scene is not None:
+        # Loads the geometry server with its kernels, which tasks without robots do not need.
+        from kabo.tasks.files.first_scenes import check_against_scene, first_scene
+
+        first = first_scene(scene, seed, late)
     try:
         if scene is not None:
-            _check(task, scene, first)
+            check_against_scene(task, first)
         while settings.max_solutions is None or len(found) < settings.max_solutions:
             try:
                 solutions = task.plan(first, len(found) + 1, stop=late, workers=settings.workers)
@@ -78,25 +86,25 @@ def _run(file: TaskFile, task: Task, scene: "Scene | None", seed: int, settings:
             if not new:
                 break
     except (InitialisationError, ValueError) as error:
-        told = told_at_stage(file, task, error)
+        told = located_at_stage(file, task, error)
         if told is None:
             raise
         raise told from error
     finally:
         task.close()
-    return Run(task, seed, perf_counter() - began, tuple(found), late())
+    return TaskRun(task, seed, perf_counter() - began, tuple(found), late())
 
 
-def told_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
-    """An error of planning a file's task, at the place of the stage that it is about; None if it is of no stage."""
+def located_at_stage(file: TaskFile, task: Task, error: InitialisationError | ValueError) -> InputError | None:
+    """An error of planning a file's task, at the place of the stage that it is about; None if it is about no stage."""
     if isinstance(error, InitialisationError):
-        return file.told(error)
-    stage = _asked(error)
-    return None if stage is None else file.told(InitialisationError([f"{stage.path!r}: {error}"], task.tree()))
+        return file.located(error)
+    stage = _failing_stage(error)
+    return None if stage is None else file.located(InitialisationError([f"{stage.path!r}: {error}"], task.tree()))
 
 
-def _asked(error: Exception) -> Stage | None:
-    """The robot stage that refused its properties with an error: the innermost whose function was running."""
+def _failing_stage(error: Exception) -> Stage | None:
+    """The robot stage whose function raised the error: the innermost one in the traceback."""
     found, here = None, error.__traceback__
     while here is not None:
         stage = here.tb_frame.f_locals.get("self")
@@ -106,17 +114,8 @@ def _asked(error: Exception) -> Stage | None:
     return found
 
 
-def first_scene(scene: "Scene", seed: int, stop: Stop) -> Any:
-    """The scene in which a task is asked from the command line: the first state of a scene file."""
-    from kabo.geometry_server import GeometryServer
-    from kabo.tasks.robots import TaskScene
-
-    server = GeometryServer(scene, seed=seed, stop=stop)
-    return TaskScene.of(server.context(), scene.start)
-
-
 def needs_scene(file: TaskFile) -> bool:
-    """Whether a task has stages that only a scene with robots can serve."""
+    """Whether a task has robot stages, which need a scene."""
     waiting = [file.recipe]
     while waiting:
         recipe = waiting.pop()
@@ -126,11 +125,11 @@ def needs_scene(file: TaskFile) -> bool:
     return False
 
 
-def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDescription") -> None:
-    """Whether the scene has the robots, bodies and regions that are given.
+def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: SceneDescription) -> None:
+    """Checks that the scene has the robots, bodies and regions given as arguments.
 
     Raises:
-        InputError: it lacks some; all of them, with what may have been meant.
+        InputError: lists those that it lacks, with similar names.
     """
     things = {"robot": scene.robots, "body": scene.bodies, "region": scene.regions}
     findings = Findings()
@@ -142,10 +141,3 @@ def check_things(file: TaskFile, arguments: Mapping[str, Any], scene: "SceneDesc
             findings.add(each.place, f'"{each.name}" is {value}, which is no {each.kind} of the scene', hint)
     if findings.errors:
         raise InputError(findings.diagnostics)
-
-
-def _check(task: Task, scene: "Scene", first: Any) -> None:
-    from kabo.tasks.robots import check_meaning, check_names
-
-    check_names(task, scene)
-    check_meaning(task, scene, first.situation)

@@ -1,4 +1,4 @@
-"""What a stage is and which properties it has, for people who write task files; read from the classes themselves."""
+"""Reference pages of stages and their properties for authors of task files, generated from the classes."""
 
 from typing import Any, TypedDict
 
@@ -9,7 +9,7 @@ from kabo.tasks.files.values import wanted
 
 
 class PropertyPage(TypedDict):
-    """A property: what it may be, its default as text (None: it must be given), and what it is for."""
+    """A property: its type, its default as text (None if a value is required), and its purpose."""
 
     type: str
     default: str | None
@@ -17,7 +17,7 @@ class PropertyPage(TypedDict):
 
 
 class StagePage(TypedDict):
-    """A stage: what it does, in a line and in full, and its properties."""
+    """A stage: its purpose in one line and in full, and its properties."""
 
     does: str
     doc: str

@@ -1,6 +1,6 @@
-"""Values of task files: text becomes what the stage's property is declared to be; without a type, what it looks like.
+"""Values of task files: text is converted to the type that the stage's property declares, else to the type it looks like.
 
-Quoted text is never taken for a number where both would do.
+Quoted text is never converted to a number where text is permitted.
 """
 
 import math
@@ -8,41 +8,41 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from kabo.language.task_description import Entries, Items, Reference, Word, Written
+from kabo.language.task_description import Entries, Items, PropertyReference, Word, Written
 from kabo.tasks.core import Interface, Parent, Property
-from kabo.tasks.files.kinds import Body, Grasp, MotionConstraint, Placement, Region, Robot
+from kabo.tasks.files.kinds import BodyName, GraspName, MotionConstraintName, PlacementName, RegionName, RobotName
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 _NUMBER = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)[ \t]*(deg)?")
 _WORDS: dict[Any, str] = {
     float: "a number", int: "a whole number", bool: "true or false", str: "a text", list: "a list", tuple: "a list",
     Any: "anything", type(None): "none", dict: "a mapping", Mapping: "a mapping", Sequence: "a list",
-    Robot: "the name of a robot", Body: "the name of a body", Region: "the name of a region",
-    Grasp: "the name of a grasp family", Placement: "the name of a placement",
-    MotionConstraint: "the name of a motion constraint",
+    RobotName: "the name of a robot", BodyName: "the name of a body", RegionName: "the name of a region",
+    GraspName: "the name of a grasp family", PlacementName: "the name of a placement",
+    MotionConstraintName: "the name of a motion constraint",
 }  # fmt: skip
 _TRUTH = {"true": True, "false": False}
 
 
 class NoValue(Exception):  # noqa: N818 - it is caught beside, and told as a finding
-    """A text that is not what the property is declared to be; says what that is."""
+    """A text is not of the type that the property declares; the message says which type that is."""
 
 
 def value_of(written: Written, declared: Property) -> Any:
-    """The value that is written, of the declared type.
+    """The value, converted to the declared type.
 
     Raises:
-        NoValue: it is none of that type.
+        NoValue: it cannot be converted.
     """
     kinds = declared.type if isinstance(declared.type, tuple) else (declared.type,)
     value = _converted(written, None if Any in kinds or object in kinds else kinds)
-    if not isinstance(written, Reference) and not _has_references(written) and not declared.accepts(value):
+    if not isinstance(written, PropertyReference) and not _has_references(written) and not declared.accepts(value):
         raise NoValue(wanted(declared))
     return value
 
 
 def wanted(declared: Property) -> str:
-    """What a property is declared to be, in words for people."""
+    """The type that a property declares, in words."""
     kinds = declared.type if isinstance(declared.type, tuple) else (declared.type,)
     return " or ".join(dict.fromkeys(str(_WORDS.get(kind) or getattr(kind, "__name__", kind)) for kind in kinds))
 
@@ -52,11 +52,11 @@ def _has_references(written: Written) -> bool:
         return any(map(_has_references, written.values))
     if isinstance(written, Entries):
         return any(map(_has_references, written.values.values()))
-    return isinstance(written, Reference)
+    return isinstance(written, PropertyReference)
 
 
 def _converted(written: Written, kinds: Collection[Any] | None) -> Any:
-    """`kinds` None: whatever it looks like."""
+    """The value converted to one of `kinds`; None: to the type it looks like."""
     if isinstance(written, Word):
         return looked_at(written) if kinds is None else _word(written, kinds)
     if isinstance(written, Items):
@@ -81,7 +81,7 @@ def _word(word: Word, kinds: Collection[Any]) -> Any:
 
 
 def looked_at(word: Word) -> str | int | float | bool:
-    """The value that a word looks like."""
+    """The value of a word by what it looks like: a truth value, a number, or text."""
     if word.quoted:
         return word.text
     number = number_of(word.text)
@@ -89,7 +89,7 @@ def looked_at(word: Word) -> str | int | float | bool:
 
 
 def number_of(text: str) -> int | float | None:
-    """The number that a text is, angles in degrees as radians; None if it is none."""
+    """The number that a text denotes (degrees are converted to radians); None if it denotes none."""
     text = text.strip()
     if _WHOLE.fullmatch(text):
         return int(text)
@@ -99,9 +99,9 @@ def number_of(text: str) -> int | float | None:
     return math.radians(float(found[1])) if found[2] else float(found[1])
 
 
-def parent_references(written: Written, name: str) -> list[tuple[str, Reference]]:
+def parent_references(written: Written, name: str) -> list[tuple[str, PropertyReference]]:
     """Every reference to a parent in a value that stands under `name`, with the name that is looked for."""
-    if isinstance(written, Reference):
+    if isinstance(written, PropertyReference):
         return [(written.name or name, written)] if written.source == "PARENT" else []
     if isinstance(written, Items):
         return [found for item in written.values for found in parent_references(item, name)]
@@ -111,5 +111,5 @@ def parent_references(written: Written, name: str) -> list[tuple[str, Reference]
 
 
 def described(properties: Mapping[str, Property]) -> str:
-    """The names of properties as a list for people."""
+    """The names of properties as text."""
     return ", ".join(properties) or "none"

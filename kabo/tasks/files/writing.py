@@ -1,4 +1,4 @@
-"""From a task back to a task file: what was loaded, or built in Python, as YAML that loads to the same tree [T 3.7]."""
+"""From a task back to a task file: YAML that loads to the same tree of stages [T 3.7]."""
 
 import math
 import re
@@ -17,18 +17,18 @@ from kabo.tasks.files.values import number_of
 _PLAIN = re.compile(r"[A-Za-z0-9_./-](?:[A-Za-z0-9_./ +-]*[A-Za-z0-9_./+-])?")
 _MARKS = ("---", "...", "- ", "-")
 _UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufeff\ufffe\uffff\u2028\u2029]")
-_LARGEST = 10**18
+_MAX_INTEGER = 10**18  # larger integers are not read back from a file
 
 
 def task_to_yaml(task: Task, *, max_solutions: int | None = None, timeout: float | None = None) -> str:
-    """The task as a task file; values that were bound to declared properties become their defaults.
+    """The task as the text of a task file; arguments bound to declared properties become their defaults.
 
     Args:
-        task: loaded, or built in Python.
-        max_solutions, timeout: what the file asks of planning.
+        task: loaded from a file, or built in Python.
+        max_solutions, timeout: limits to be written into the file.
 
     Raises:
-        TaskError: parts of it have no form in files (functions, objects of Python, unregistered stages); names all.
+        TaskError: lists all parts that files cannot represent: functions, Python objects, unregistered stages.
     """
     writer = _Writer()
     lines = list(writer.task(task, {"max_solutions": max_solutions, "timeout": timeout}))
@@ -41,11 +41,11 @@ def task_to_yaml(task: Task, *, max_solutions: int | None = None, timeout: float
 def dump_task(
     task: Task, path: str | Path, *, max_solutions: int | None = None, timeout: float | None = None
 ) -> None:
-    """Writes the task as a task file, whole or not at all.
+    """Writes the task to a task file; on errors the file is left as it was.
 
     Raises:
         TaskError: as `task_to_yaml`.
-        OSError: the folder cannot be written.
+        OSError: the file cannot be written.
     """
     text = task_to_yaml(task, max_solutions=max_solutions, timeout=timeout)
     write_atomically(Path(path), text.encode())
@@ -114,7 +114,7 @@ class _Writer:
             yield f"cost: {self.value(stage, 'cost', written)}"
 
     def monitors(self, stage: Monitor) -> str:
-        """The path to the monitored stage from the container that holds the monitor."""
+        """The path to the monitored stage from the container of the monitoring generator."""
         if isinstance(stage.monitors, str):
             return stage.monitors
         steps: list[str] = []
@@ -130,7 +130,7 @@ class _Writer:
 
     # ---------------------------------------------------------------------------------------------------- values
     def value(self, stage: Stage, name: str, value: Any) -> str:
-        """The value in flow form, on one line."""
+        """The value on one line, in YAML's flow style."""
         value = value.tolist() if hasattr(value, "tolist") else value
         if isinstance(value, Reference):
             if value.through is None:
@@ -150,7 +150,7 @@ class _Writer:
         return self.refuse(stage, name, f"a value of type {type(value).__name__}")
 
     def number(self, stage: Stage, name: str, value: float) -> str:
-        if not math.isfinite(value) or (isinstance(value, int) and abs(value) >= _LARGEST):
+        if not math.isfinite(value) or (isinstance(value, int) and abs(value) >= _MAX_INTEGER):
             return self.refuse(stage, name, repr(value))
         return repr(value)
 
@@ -167,7 +167,7 @@ class _Writer:
 
 
 def _is_input(task: Task, name: str) -> bool:
-    """Whether a property was declared, not merely set."""
+    """Whether a property was declared by the task, and not only set."""
     declared = task.properties.declared[name]
     if name in declared_by(type(task)):
         return False
@@ -175,7 +175,7 @@ def _is_input(task: Task, name: str) -> bool:
 
 
 def _names_below(holder: Stage, wanted: Stage) -> list[str] | None:
-    """The names from `holder` down to a stage, if following them leads to it."""
+    """The names from `holder` down to a stage, if looking them up leads to that stage; else None."""
     names: list[str] = []
     here: Stage | None = wanted
     while here is not None and here is not holder:

@@ -1,9 +1,7 @@
 from kabo.tasks.robots.catalogue import STAGES as STAGES
-from kabo.tasks.robots.declaring import Details as Details
 from kabo.tasks.robots.declaring import RobotStage as RobotStage
 from kabo.tasks.robots.declaring import check_meaning as check_meaning
 from kabo.tasks.robots.declaring import check_names as check_names
-from kabo.tasks.robots.declaring import refusal as refusal
 from kabo.tasks.robots.motion.costs import clearance as clearance
 from kabo.tasks.robots.motion.costs import distance_to_reference as distance_to_reference
 from kabo.tasks.robots.motion.costs import duration as duration
@@ -13,6 +11,8 @@ from kabo.tasks.robots.motion.directions import Direction as Direction
 from kabo.tasks.robots.motion.exporting import changed as changed
 from kabo.tasks.robots.motion.exporting import segments as segments
 from kabo.tasks.robots.motion.exporting import stretches as stretches
+from kabo.tasks.robots.motion.refusals import Details as Details
+from kabo.tasks.robots.motion.refusals import refusal as refusal
 from kabo.tasks.robots.scenes import Stretch as Stretch
 from kabo.tasks.robots.scenes import TaskScene as TaskScene
 from kabo.tasks.robots.scenes import stretch as stretch

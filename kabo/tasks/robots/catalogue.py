@@ -1,4 +1,4 @@
-"""Every robot stage by its name in task files; importing this file loads them all, and their kernels."""
+"""The table of all robot stages by their names in task files; importing it loads every stage and its kernels."""
 
 from kabo.lazy import names_of
 from kabo.tasks.core import Stage

@@ -1,20 +1,16 @@
-"""What robot stages declare beside their properties: which components of the state they move, and which they read.
+"""What robot stages declare besides their properties: the components of the state that they move and read.
 
-A procedure's moves and reads follow from those of its stages, and so does what can be refuted without sampling.
+From this follow the moves and reads of a procedure, and which calls can be refuted without sampling.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import Context, Pair, Situation, Stream
+from kabo.geometry_server import Context, Situation, Stream
 from kabo.scene import Scene
 from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
 from kabo.tasks.robots import meanings
-
-if TYPE_CHECKING:
-    from kabo.tasks.robots.motion.questions import Question
 
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
 OBJECT = Property(str, PARENT, "the body that this is about", meanings.name)
@@ -24,37 +20,6 @@ KEEP = Property(
     "a motion constraint to keep for what is held: its name, or {object, constraint}; none or an empty name: nothing",
     meanings.keeping,
 )
-
-
-@dataclass(frozen=True)
-class Details:
-    """What a failure is about, for programs: pairs that came too close, with counts; proofs; what was read and asked."""
-
-    pairs: tuple[tuple[Pair, int], ...] = ()
-    reads: frozenset[str] = frozenset()
-    proof: bool = False
-    missing: float | None = None
-    question: "Question | None" = None
-
-
-def refusal(
-    reason: str,
-    comment: str = "",
-    *,
-    pairs: tuple[tuple[Pair, int], ...] = (),
-    hit: Pair | None = None,
-    reads: frozenset[str] = frozenset(),
-    proof: bool = False,
-    missing: float | None = None,
-    question: "Question | None" = None,
-) -> Failure:
-    """A failure with its details; `hit` is the one pair that was in the way."""
-    if hit is not None:
-        pairs = ((hit, 1),)
-    if not comment and pairs:
-        comment = f"{pairs[0][0][0]} – {pairs[0][0][1]}"
-    return Failure(reason, comment, Details(pairs, reads, proof, missing, question))
-
 
 _THINGS = ("robot", "body", "region", "motion constraint", "mate")
 _NAMED = {
@@ -72,47 +37,47 @@ _NAMED = {
 
 
 class RobotStage(Stage):
-    """A stage on the geometry server; `MOVES` and `READS` are properties whose values name components."""
+    """A stage on the geometry server; `MOVES` and `READS` list the properties whose values name components."""
 
     MOVES: ClassVar[tuple[str, ...]] = ()
     READS: ClassVar[tuple[str, ...]] = ()
-    FROM_START: ClassVar[bool] = False  # whether, going forward, its end depends on where the robot stood before
+    FROM_START: ClassVar[bool] = False  # whether, forward, its result depends on where the robot was before
 
     def moves(self) -> tuple[str, ...]:
-        """The components that it changes, as far as they are known before planning."""
+        """The components that the stage changes, as far as known before planning."""
         return self.named(self.MOVES)
 
     def reads(self) -> tuple[str, ...]:
-        """The components on which what it computes depends, beside those that stages before it have set."""
+        """The components that its results depend on, except those set by earlier stages."""
         return self.named(self.READS)
 
     def names(self) -> tuple[tuple[str, str], ...]:
-        """What its properties name, as far as they are known before planning: (kind of thing, name)."""
+        """The things that its properties name, as (kind of thing, name), as far as known before planning."""
         values = ((kind, self.known(name)) for name, kind in _NAMED.items())
         flat = ((kind, v.get("constraint") if isinstance(v, Mapping) else v) for kind, v in values)
         return tuple((kind, v.partition(".")[0]) for kind, v in flat if isinstance(v, str) and v)
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterable[str]:
-        """What it is asked for and cannot mean in a scene, as far as that is known before planning.
+        """Property values that make no sense in the scene, a sentence each, as far as known before planning.
 
-        `start`: the situation in which the whole task begins, if that is known.
+        `start` is the situation in which the whole task begins, if known.
         """
         return ()
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
-        """A proof, without sampling, that the stage fails wherever what the proof reads is as in the situation."""
+        """A proof, without sampling, that the stage fails whenever the components it reads are as in the situation."""
         return None
 
     def foresee(self, context: Context, situation: Situation) -> Failure | None:
-        """Why the stage is not likely to succeed, whatever comes before it; asked once, before any search."""
+        """Why the stage will probably fail, whatever stages come before it; asked once, before the search."""
         return None
 
     def wanted(self, context: Context, situation: Situation) -> Sequence[Stream]:
-        """What it would sample in a situation, within reach or not: for telling how far out of reach that is."""
+        """The streams that it would sample in a situation, also out of reach; used to explain by how much they are."""
         return ()
 
     def known(self, name: str) -> Any:
-        """The value of a property if it does not depend on an interface state, else None."""
+        """The value of a property, or None if it is undefined or depends on an interface state."""
         properties = self.properties
         if not properties.has(name) or properties.reads_interface(name):
             return None
@@ -122,7 +87,7 @@ class RobotStage(Stage):
             return None
 
     def undecided(self, name: str) -> bool:
-        """Whether the value of a property is only known later: it is a caller's, or an interface state's."""
+        """Whether the value of a property is not known yet: the caller or an interface state will give it."""
         if self.properties.reads_interface(name):
             return True
         try:
@@ -132,16 +97,16 @@ class RobotStage(Stage):
         return False
 
     def named(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """The texts that properties have for values, each once."""
+        """The text values of these properties, as far as known, without duplicates."""
         values = (self.known(name) for name in names)
         return tuple(dict.fromkeys(value for value in values if isinstance(value, str)))
 
 
 def check_names(task: Container, scene: Scene) -> None:
-    """Refuses a task whose stages name what the scene does not have.
+    """Checks that the scene has everything that the stages of a task name.
 
     Raises:
-        InitialisationError: with all of them.
+        InitialisationError: lists all names that the scene lacks.
     """
     things = scene.robots, scene.bodies, scene.regions, scene.motion_constraints, scene.mates
     known = dict(zip(_THINGS, things, strict=True))
@@ -157,12 +122,12 @@ def check_names(task: Container, scene: Scene) -> None:
 
 
 def check_meaning(task: Container, scene: Scene, start: Situation | None = None) -> None:
-    """Refuses a task whose stages ask for what means nothing in the scene, as far as that is known before planning.
+    """Checks that the property values of all stages make sense in the scene, as far as known before planning.
 
-    `start`: the situation in which it begins, if that is known.
+    `start` is the situation in which the task begins, if known.
 
     Raises:
-        InitialisationError: with all that means nothing.
+        InitialisationError: lists all values that make no sense.
     """
     stages = [stage for stage in task.walk() if isinstance(stage, RobotStage)]
     found = (
@@ -174,10 +139,29 @@ def check_meaning(task: Container, scene: Scene, start: Situation | None = None)
 
 
 def _unmoved(stage: RobotStage, scene: Scene) -> Iterator[str]:
-    """Bodies that a stage is to take or to let go, and that never move."""
+    """Faults: bodies that the stage is to grasp or release and that are not movable."""
     for name in stage.moves():
         if name in scene.bodies and name not in scene.movable:
             yield f"{name} is not movable: nobody takes it or lets it go"
+
+
+def keep_faults(stage: RobotStage, start: Situation | None) -> Iterator[str]:
+    """Faults of a stage's property `keep`, as far as known before planning: nothing is ever held that it could be about."""
+    given, robot = stage.known("keep"), stage.known("robot")
+    if not given or start is None or robot not in start.robots or start.carried(robot):
+        return
+    top: Stage = stage
+    while top.parent is not None:
+        top = top.parent
+    if isinstance(top, Container) and not any(_may_take(each) for each in top.walk()):
+        name = given.get("constraint") if isinstance(given, Mapping) else given
+        yield f"nothing can keep {name}: {robot} holds nothing, and nothing is taken in this task"
+
+
+def _may_take(stage: Stage) -> bool:
+    """Whether a robot may hold an object after the stage that it did not hold before."""
+    moving = isinstance(stage, RobotStage) and ("object" in stage.MOVES or stage.properties.has("scene"))
+    return moving or not (isinstance(stage, (RobotStage, Container)) or type(stage).__module__.startswith("kabo."))
 
 
 def _hint(name: str, known: Mapping[str, Any]) -> str:

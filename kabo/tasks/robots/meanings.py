@@ -1,6 +1,7 @@
-"""What values of properties can mean: why one of the declared type means nothing, in words that follow its name.
+"""Checks of property values beyond their type: each returns why a value is invalid, or None.
 
-A stage that is given such a value would do nothing, or something else than what was asked for, without a word.
+The texts follow the name of the property ("distance is at least 0, not -1"). Without these checks a stage with an
+invalid value would silently do nothing, or something else than was asked for.
 """
 
 import math
@@ -9,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-Wrong = Callable[[Any], str | None]  # why a value means nothing; None: it means something
+Wrong = Callable[[Any], str | None]  # why a value is invalid; None: it is valid
 
 
 def name(value: Any) -> str | None:
-    """A name is a text that is not empty."""
+    """Checks that a name is not empty."""
     return "names nothing" if isinstance(value, str) and not value.strip() else None
 
 
 def some(what: str) -> Wrong:
-    """A list, a mapping or a text that is not empty; `what` should be in it."""
+    """A check that a list, mapping or text is not empty; `what` names its elements in the message."""
 
     def wrong(value: Any) -> str | None:
         return f"has no {what}" if isinstance(value, (str, Sequence, Mapping)) and not len(value) else None
@@ -27,7 +28,7 @@ def some(what: str) -> Wrong:
 
 
 def at_least(least: float, *, above: bool = False) -> Wrong:
-    """A finite number no less than `least`, or above it."""
+    """A check that a number is finite and at least `least` (or `above` it)."""
 
     def wrong(value: Any) -> str | None:
         if not _number(value):
@@ -39,12 +40,12 @@ def at_least(least: float, *, above: bool = False) -> Wrong:
 
 
 def finite(value: Any) -> str | None:
-    """A number."""
+    """Checks that a number is finite."""
     return "is a finite number" if _number(value) and not math.isfinite(value) else None
 
 
 def one_of(*texts: str) -> Wrong:
-    """One of some texts, if it is a text."""
+    """A check that a text is one of `texts`."""
 
     def wrong(value: Any) -> str | None:
         return f"is {' or '.join(texts)}, not {value!r}" if isinstance(value, str) and value not in texts else None
@@ -53,7 +54,7 @@ def one_of(*texts: str) -> Wrong:
 
 
 def names(count: int | None = None, *, empty: bool = False) -> Wrong:
-    """A list of names: so many or none, or at least one; without one if it may be `empty`."""
+    """A check of a list of names: `count` of them or none; without a count at least one, or any number if `empty`."""
 
     def wrong(value: Any) -> str | None:
         if count is None and not value and not empty:
@@ -66,7 +67,7 @@ def names(count: int | None = None, *, empty: bool = False) -> Wrong:
 
 
 def pairs(value: Any) -> str | None:
-    """A list of pairs of names."""
+    """Checks a list of pairs of names."""
     if not value:
         return "has no pairs"
     for pair in value:
@@ -78,7 +79,7 @@ def pairs(value: Any) -> str | None:
 
 
 def numbers(value: Any, count: int) -> str | None:
-    """So many finite numbers, given as a list or an array."""
+    """Whether a value is a list or an array of `count` finite numbers."""
     found = np.asarray(value, dtype=object).ravel() if isinstance(value, (Sequence, np.ndarray)) else None
     if found is None or isinstance(value, str) or len(found) != count:
         return f"is {count} numbers, not {value!r}"
@@ -88,7 +89,10 @@ def numbers(value: Any, count: int) -> str | None:
 
 
 def direction(value: Any) -> str | None:
-    """{along or against: feature, distance}, {vector, frame}, {twist, frame} or {joints}; others are of samplers."""
+    """Checks a direction: {along or against: feature, distance}, {vector, frame}, {twist, frame} or {joints}.
+
+    Values of other types are accepted: samplers write them.
+    """
     if not isinstance(value, Mapping):
         return "names no direction" if isinstance(value, (str, Sequence, int, float)) else None
     kinds = [kind for kind in ("along", "against", "vector", "twist", "joints") if kind in value]
@@ -117,7 +121,7 @@ def direction(value: Any) -> str | None:
 
 
 def goal(value: Any) -> str | None:
-    """A configuration by name, by values or joints, a pose or a point: something to go to."""
+    """Checks a goal: the name of a configuration, a list of values, {joint: value}, a pose or a point."""
     if isinstance(value, (str, Sequence, Mapping)) and not (value.strip() if isinstance(value, str) else value):
         return "names nowhere to go"
     if not isinstance(value, Mapping):
@@ -129,7 +133,7 @@ def goal(value: Any) -> str | None:
 
 
 def shape(value: Any) -> str | None:
-    """One of {box}, {cylinder}, {sphere}, with sizes above 0."""
+    """Checks a shape: {box}, {cylinder} or {sphere}, with positive sizes."""
     kinds = [kind for kind in ("box", "cylinder", "sphere") if kind in value]
     if len(value) != 1 or len(kinds) != 1:
         return "is {box: [x, y, z]}, {cylinder: {radius, height}} or {sphere: {radius}}"
@@ -142,7 +146,7 @@ def shape(value: Any) -> str | None:
 
 
 def turning(value: Any) -> str | None:
-    """An angle, or a vector that is not upright."""
+    """Checks a horizontal direction: an angle, or a vector that is not vertical."""
     if _number(value):
         return finite(value)
     wrong = numbers(value, 3)
@@ -150,7 +154,7 @@ def turning(value: Any) -> str | None:
 
 
 def spread(value: Any) -> str | None:
-    """{count, around, position, rpy} of random poses: nothing at all, or some that differ."""
+    """Checks {count, around, position, rpy} of random poses: empty, or such that the poses differ."""
     if not value:
         return None
     extra = set(value) - {"count", "around", "position", "rpy"}
@@ -165,7 +169,7 @@ def spread(value: Any) -> str | None:
 
 
 def accelerations(value: Any) -> str | None:
-    """A limit above 0, or one for each of some joints."""
+    """Checks limits of acceleration: a positive number, or one for each of some joints."""
     given = list(value.values()) if isinstance(value, Mapping) else [value]
     if not given:
         return "names no joint"
@@ -173,7 +177,7 @@ def accelerations(value: Any) -> str | None:
 
 
 def keeping(value: Any) -> str | None:
-    """A name (none if empty), or {object, constraint}."""
+    """Checks a motion constraint to keep: its name (empty: none), or {object, constraint}."""
     if not isinstance(value, Mapping):
         return None
     if set(value) != {"object", "constraint"}:
@@ -182,12 +186,12 @@ def keeping(value: Any) -> str | None:
 
 
 def share(value: Any) -> str | None:
-    """Above 0, and no more than 1."""
+    """Checks a share: above 0 and at most 1."""
     return f"is above 0 and at most 1, not {value:g}" if _number(value) and not 0.0 < value <= 1.0 else None
 
 
 def any_of(*wrongs: Wrong) -> Wrong:
-    """The first that is wrong."""
+    """A check that combines several; the first reason found is returned."""
     return lambda value: next((found for found in (wrong(value) for wrong in wrongs) if found), None)
 
 

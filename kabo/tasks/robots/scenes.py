@@ -1,4 +1,4 @@
-"""What a robot stage sees: the scene of a task, an immutable value; and a stretch of motion, proven when it was made."""
+"""The scene that robot stages are given, an immutable value; and stretches of motion, proven when they are made."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,16 +14,16 @@ from kabo.scene import Attachment, Component, Configuration, GeometricState, Rob
 
 
 def configuration(q: Iterable[float]) -> Configuration:
-    """A configuration as states and plans keep it: rounded to 1e-9, without negative zeros."""
+    """A configuration as states and plans store it: rounded to 1e-9, without negative zeros."""
     return tuple(round(float(value), 9) + 0.0 for value in q)
 
 
 @dataclass(frozen=True)
 class TaskScene:
-    """Where everything is, which contacts stages before have permitted, and geometry that they have added.
+    """A situation, with the contacts that earlier stages have permitted and the geometry that they have added.
 
-    A component of the situation may have several values, where branches of a plan have met: what holds here holds
-    for each of them.
+    A component of the situation may have several values, where branches of a plan have merged; what is proven in the scene
+    holds for each of them.
     """
 
     context: Context
@@ -42,7 +42,7 @@ class TaskScene:
 
     # ----------------------------------------------------------------------------------------------- questions
     def robot(self, name: str) -> Robot:
-        """A robot of the scene.
+        """The robot of that name.
 
         Raises:
             ValueError: the scene has no robot of that name.
@@ -57,15 +57,15 @@ class TaskScene:
         return np.array(self.situation.configuration(robot))
 
     def pose(self, name: str) -> Array:
-        """The one pose world_T_body (4, 4) of a body."""
+        """The pose world_T_body (4, 4) of a body that has only one."""
         (pose,) = self.context.surroundings.poses(self.situation, name)
         return pose
 
     def frame(self, name: str) -> Array:
-        """The pose (4, 4) in the world of `world`, a body, a region or `robot.link`.
+        """The pose (4, 4) in the world of a frame: `world`, a body, a region or `robot.link`.
 
         Raises:
-            ValueError: nothing has that name.
+            ValueError: there is no frame of that name.
         """
         try:
             return world_T(self.context.scene, self.situation.first, name)
@@ -77,17 +77,17 @@ class TaskScene:
             raise ValueError(f"the scene has no frame {name!r}{'' if hint is None else ', ' + hint}") from None
 
     def holder(self, name: str) -> str | None:
-        """The robot that holds an object, or that on which the object hangs; None if none does."""
+        """The robot that holds an object, directly or with its group; None if none does."""
         if name not in self.situation.objects:
             return None
         robot, dot, _ = self.situation.attachment(self.situation.root(name)).parent.partition(".")
         return robot if dot else None
 
     def workspace(self, robot: str) -> Workspace:
-        """Everything that moves with a robot, and everything that it may hit.
+        """Everything that moves with a robot, and everything that it may collide with.
 
-        Scenes are kept by thousands, and a workspace takes a megabyte: the surroundings keep the last ones, and a scene
-        that is asked again later has it made once more, the same.
+        A workspace takes a megabyte and scenes are kept by thousands, so only the last workspaces are kept; others are
+        computed again when needed, with the same result.
         """
         known = self._known.get(robot)
         found = None if known is None else known()
@@ -97,23 +97,23 @@ class TaskScene:
         return found
 
     def hit(self, robot: str) -> Pair | None:
-        """The first pair of things that is not proven apart where the robot stands."""
+        """The first pair of things that is not proven apart at the robot's configuration."""
         return self.workspace(robot).first_hit(self.configuration(robot))
 
     # ------------------------------------------------------------------------------------------------- changes
     def having(self, changes: Mapping[str, Component]) -> "TaskScene":
-        """This scene with other values of some components."""
+        """This scene with other values for some components."""
         return replace(self, situation=self.situation.replace(changes), _known={})
 
     def at(self, robot: str, q: Iterable[float]) -> "TaskScene":
-        """This scene with a robot elsewhere; what is known of its surroundings stays known."""
+        """This scene with a robot at another configuration; its workspace stays valid and is kept."""
         situation = self.situation.replace({robot: configuration(q)})
         known = self._known.get(robot)
         kept = {} if known is None else {robot: known}
         return replace(self, situation=situation, _known=kept)
 
     def placing(self, name: str, attachment: Attachment) -> "TaskScene":
-        """This scene with an object elsewhere, or in a hand."""
+        """This scene with an object attached elsewhere."""
         return self.having({name: attachment})
 
     def permitting(self, pairs: Iterable[Pair]) -> "TaskScene":
@@ -127,27 +127,26 @@ class TaskScene:
         return self if permitted == self.permitted else replace(self, permitted=permitted, _known={})
 
     def adding(self, *extras: Extra) -> "TaskScene":
-        """This scene with more bodies; one of the same name is replaced."""
+        """This scene with additional bodies; existing ones of the same name are replaced."""
         names = {extra.name for extra in extras}
         kept = tuple(extra for extra in self.extras if extra.name not in names)
         return replace(self, extras=(*kept, *extras), _known={})
 
     def removing(self, *names: str) -> "TaskScene":
-        """This scene without the extra bodies of these names."""
+        """This scene without the additional bodies of these names."""
         kept = tuple(extra for extra in self.extras if extra.name not in names)
         return replace(self, extras=kept, _known={})
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A piece of motion of one robot, proven free when it was made; becomes a segment of a plan.
+    """A piece of motion of one robot, proven free when it was made; it becomes a segment of a plan.
 
-    `waypoints` are configurations of all its joints, of which those of the other group stay. What is attached
-    (object, link) and detached is so at its end. A stretch with one way point takes `seconds`, mostly none.
-    `times` [s, from 0] of the way points are those of a motion that does not stop at its ends; else none. The shape
-    of an `exact` one matters: its corners are not rounded. `stage`: the path of the stage that made it, where a
-    wrapper has put it into its own motion. `since` [s]: how long after the stretch before it in the same motion it
-    begins; None: after all that come before have ended.
+    `waypoints` are configurations of all its joints; those of the other `group` do not move. `attach` (object, link) and
+    `detach` take effect at its end. A stretch with one way point lasts `seconds`, mostly 0. `times` [s, from 0] are given
+    only for a motion that does not stop at its ends. The corners of an `exact` stretch are not rounded. `stage` is the path
+    of the stage that made it, if a wrapper has taken it over. `since` [s] is the time between the beginning of the previous
+    stretch of the same motion and that of this one; None: it begins after all previous ones have ended.
     """
 
     robot: str
@@ -165,12 +164,12 @@ class Stretch:
 
     @property
     def start(self) -> Configuration:
-        """The configuration where it starts."""
+        """The first configuration."""
         return self.waypoints[0]
 
     @property
     def end(self) -> Configuration:
-        """The configuration where it ends."""
+        """The last configuration."""
         return self.waypoints[-1]
 
     @property
@@ -179,7 +178,7 @@ class Stretch:
         return np.array(self.waypoints)
 
     def reversed(self) -> "Stretch":
-        """The same backward in time; attaching becomes detaching only through stages of their own."""
+        """The stretch in reverse; what it attaches and detaches stays, because stages of their own reverse that."""
         times = tuple(round(self.times[-1] - t, 6) for t in reversed(self.times))
         return replace(self, waypoints=self.waypoints[::-1], times=times)
 
@@ -191,7 +190,7 @@ def stretch(
     waypoints: Iterable[Iterable[float]],
     constraint: str | None = None,
 ) -> Stretch:
-    """A stretch through a scene, with the contacts that are permitted there and that this motion is about."""
+    """A stretch through a scene, with those of the permitted contacts that its motion may change."""
     workspace = scene.workspace(robot)
     gripping = {frozenset(pair) for held in workspace.carried for pair in workspace.touching(held)}
     permitted = frozenset(pair for pair in scene.permitted | gripping if _concerns(pair, scene, robot, group))
@@ -199,7 +198,7 @@ def stretch(
 
 
 def _concerns(pair: frozenset[str], scene: TaskScene, robot: str, group: str) -> bool:
-    """Whether a motion may change the distance of a pair: the gripper moves no object against what it stands on."""
+    """Whether a motion may change the distance of a pair; a gripper does not move an object against its support."""
     extras = {extra.name for extra in scene.extras}
     if pair & extras:
         return False

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from kabo.arrays import Array, Integers
 
@@ -41,8 +40,8 @@ def uncovered(vertices: Array, triangles: Integers, parts: Sequence[Array]) -> i
     faces = [found for found in map(faces_of, parts) if found is not None]
     held = np.zeros(len(triangles), bool)
     for part in faces:
-        inside: npt.NDArray[np.bool_] = np.all(vertices @ part.normals.T <= part.offsets, axis=1)
-        held |= inside[triangles].all(axis=1)
+        inside = np.all(vertices @ part.normals.T <= part.offsets, axis=1)
+        held |= np.all(inside[triangles], axis=1)
     left = np.flatnonzero(~held)
     corners = vertices[triangles[left]]
     meets = [~np.any(np.all(corners @ part.normals.T > part.offsets, axis=1), axis=1) for part in faces]

@@ -12,7 +12,7 @@ from pathlib import Path
 from kabo.language.formulas import Constant, ProcedureCall, Variable
 from kabo.language.problem import Problem
 from kabo.language.scene_description import SceneDescription
-from kabo.language.yaml.procedures import Procedures
+from kabo.language.yaml.procedures import ProcedureSignatures
 from kabo.plan import Node
 
 KINDS = ("robot", "body", "region")
@@ -97,7 +97,7 @@ class Calls:
         self.problem, self.scene = problem, problem.scene
         path = problem.domain.path
         self.unjudged: dict[str, None] = {}  # procedures whose purpose is unknown here
-        self._procedures = Procedures(None if path is None else str(Path(path).parent))
+        self._procedures = ProcedureSignatures(None if path is None else str(Path(path).parent))
 
     def of(self, node: Node) -> Call | None:
         """The geometric call of a node; None if its action has none.

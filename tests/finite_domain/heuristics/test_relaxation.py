@@ -79,7 +79,7 @@ def test_costs_beyond_the_buckets_are_corrected_until_they_are_least(engine):
 
 
 def test_much_asking_loads_the_kernel(monkeypatch):
-    monkeypatch.setattr("kabo.finite_domain.heuristics.relaxation.WORTH_LOADING", 20)
+    monkeypatch.setattr("kabo.tuning.PLAIN_RELAXATION_VISITS", 20)
     task = RelaxedTask(4, CHAIN, (3,))
     answers = {task.evaluate([0]) for _ in range(9)}
     assert len(answers) == 1

@@ -8,8 +8,8 @@ import pytest
 
 from kabo.errors import InputError
 from kabo.language import check_files, load_problem, spell
-from kabo.language.task_description import Property
-from kabo.language.yaml.procedures import Procedures, library_names, library_signature
+from kabo.language.task_description import ProcedureProperty
+from kabo.language.yaml.procedures import ProcedureSignatures, library_names, library_signature
 from tests.language.conftest import DOMAIN, SCENE, Kitchen
 
 POUR = """\
@@ -40,7 +40,7 @@ def test_the_library_has_the_procedures_of_manipulation() -> None:
     expected = {"move", "pick", "place", "transfer", "release", "restack", "sense", "sense_weight"}
     assert expected <= set(library_names())
     assert library_signature("pick") == (
-        Property("robot", "robot"), Property("object", "body"), Property("grasp", "grasp", required=False),
+        ProcedureProperty("robot", "robot"), ProcedureProperty("object", "body"), ProcedureProperty("grasp", "grasp", required=False),
     )  # fmt: skip
 
 
@@ -57,7 +57,7 @@ def test_a_task_beside_the_domain_is_a_procedure_and_belongs_to_the_problems_fil
 def test_a_task_beside_the_domain_comes_before_the_librarys(kitchen: Kitchen) -> None:
     own = POUR.replace("name: pour", "name: pick")
     assert check_files([write(kitchen, "pick(r, o, tilt = 2)", pick=own)]) == []
-    procedures = Procedures(str(kitchen.folder))
+    procedures = ProcedureSignatures(str(kitchen.folder))
     assert [each.name for each in procedures["pick"] or ()] == ["robot", "into", "tilt", "grasp", "how", "check"]
     assert set(procedures) == set(library_names())
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from kabo.errors import Diagnostic, InputError
 from kabo.language.findings import Findings
 from kabo.language.source import SourceFile
-from kabo.language.task_description import Entries, Items, Reference, TaskDescription, Word
+from kabo.language.task_description import Entries, Items, PropertyReference, TaskDescription, Word
 from kabo.language.yaml.documents import MAX_NODES, read_document
 from kabo.language.yaml.task_file import load_task_description, read_task_text
 
@@ -64,7 +64,7 @@ def test_a_task_is_read_with_its_inputs_in_order_and_its_stages_as_written() -> 
     ]
     start, lift = task.root.children
     assert (start.name, start.type, start.stages, start.children) == ("start", "CurrentState", None, ())
-    assert isinstance(lift.properties["robot"], Reference) and lift.properties["robot"].name is None
+    assert isinstance(lift.properties["robot"], PropertyReference) and lift.properties["robot"].name is None
     assert str(lift.properties["note"]) == "<PARENT:speed>"
     along = lift.properties["along"]
     assert isinstance(along, Entries) and isinstance(along.values["vector"], Items)

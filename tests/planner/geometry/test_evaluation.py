@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator, in_order
-from kabo.planner.geometry.refusals import Ledger
+from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.search.skeleton import SkeletonNode
 from tests.planner.scripted import Script, ScriptedServer, at, moved
 
@@ -24,8 +24,8 @@ def sense(false: SkeletonNode, true: SkeletonNode) -> SkeletonNode:
 
 def evaluate(root: SkeletonNode, script: Script, share: bool = True) -> tuple[Evaluation, ScriptedServer]:
     server = ScriptedServer(script, {"r": (0.0,), "s": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
-    book = Ledger(server)  # type: ignore[arg-type]
-    evaluator = Evaluator(server, book.came, 0, lambda: False, share)  # type: ignore[arg-type]
+    book = RefusalTable(server)  # type: ignore[arg-type]
+    evaluator = Evaluator(server, book.record_success, 0, lambda: False, share)  # type: ignore[arg-type]
     return evaluator.evaluate(root, book.start), server
 
 
@@ -90,7 +90,7 @@ def test_a_refusal_names_the_call_and_where_it_was_asked_and_nothing_after_it_is
 
     evaluation, server = evaluate(root, script)
     (refused,) = evaluation.refused
-    book = Ledger(server)  # type: ignore[arg-type]
+    book = RefusalTable(server)  # type: ignore[arg-type]
     assert str(refused.call) == "second(r, a)"
     assert refused.traces == {book.after(GroundCall("first", ("r", "a")), 0, book.start)}
     assert [call for call, _ in server.asked] == ["first(r, a)", "second(r, a)"]

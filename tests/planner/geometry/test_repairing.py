@@ -2,10 +2,11 @@
 
 from types import SimpleNamespace
 
+from kabo import tuning
 from kabo.geometry_server import Failure
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import Refused
-from kabo.planner.geometry.refusals import ATTEMPTS, Ledger
+from kabo.planner.geometry.refusals import RefusalTable
 from kabo.planner.geometry.repairing import repaired
 from kabo.planner.search.skeleton import Skeleton, SkeletonNode
 from tests.planner.scripted import ScriptedServer, at, moved
@@ -18,12 +19,12 @@ def act(call: GroundCall, then: SkeletonNode, attempt: int = 0) -> SkeletonNode:
     return SkeletonNode(SimpleNamespace(name=call.procedure, call=call), attempt, next=then)  # type: ignore[arg-type]
 
 
-def ledger() -> Ledger:
+def ledger() -> RefusalTable:
     server = ScriptedServer(lambda *_: moved(), {"r": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
-    return Ledger(server)  # type: ignore[arg-type]
+    return RefusalTable(server)  # type: ignore[arg-type]
 
 
-def refusal(book: Ledger, attempt: int, *reads: str) -> Refused:
+def refusal(book: RefusalTable, attempt: int, *reads: str) -> Refused:
     failure = Failure("collision", "", frozenset(reads))
     return Refused(RELEASE, 0, failure, frozenset([book.after(PLACE, attempt, book.start)]))
 
@@ -49,8 +50,8 @@ def test_where_nothing_that_was_sampled_is_to_blame_nothing_is_repaired() -> Non
 
 def test_repairs_end_with_the_attempts() -> None:
     book = ledger()
-    skeleton = Skeleton(act(PLACE, act(RELEASE, GOAL), ATTEMPTS - 1))
-    assert repaired(skeleton, [refusal(book, ATTEMPTS - 1, "a")], book) is None
+    skeleton = Skeleton(act(PLACE, act(RELEASE, GOAL), tuning.ATTEMPTS_PER_EFFORT - 1))
+    assert repaired(skeleton, [refusal(book, tuning.ATTEMPTS_PER_EFFORT - 1, "a")], book) is None
 
 
 def test_what_has_no_other_answer_is_not_asked_for_one_but_what_came_before_it() -> None:
@@ -58,7 +59,7 @@ def test_what_has_no_other_answer_is_not_asked_for_one_but_what_came_before_it()
     book, pick = ledger(), GroundCall("pick", ("r", "a"))
     held = book.after(pick, 0, book.start)
     placed = book.after(PLACE, 0, held)
-    book.refuse(PLACE, 1, Failure("collision", "", frozenset({"a"})), [held])
+    book.record_refusal(PLACE, 1, Failure("collision", "", frozenset({"a"})), [held])
     refused = Refused(RELEASE, 0, Failure("collision", "", frozenset({"a"})), frozenset([placed]))
     found = repaired(Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL)))), [refused], book)
     assert found is not None
@@ -69,7 +70,7 @@ def test_what_failed_at_a_later_attempt_begins_anew_with_what_it_is_given_now() 
     book, pick = ledger(), GroundCall("pick", ("r", "a"))
     held = book.after(pick, 0, book.start)
     failure = Failure("collision", "", frozenset({"a"}))
-    book.refuse(PLACE, 1, failure, [held])
+    book.record_refusal(PLACE, 1, failure, [held])
     found = repaired(
         Skeleton(act(pick, act(PLACE, act(RELEASE, GOAL), 1))),
         [Refused(PLACE, 1, failure, frozenset([held]))],

@@ -10,7 +10,7 @@ import pytest
 from kabo.geometry_server import Answer, Failure, Situation, Statistics
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator
-from kabo.planner.geometry.workers import Question, Workers
+from kabo.planner.geometry.workers import ProcedureCall, ProcedureWorkers
 from kabo.planner.search.skeleton import SkeletonNode
 from kabo.scene import GeometricState
 from kabo.tasks.procedures import Elsewhere
@@ -21,7 +21,7 @@ PLANNER = os.getpid()
 
 
 @dataclass
-class Procedures:
+class ExternalProcedures:
     """Answers with a number made of call and attempt; some calls fail, die or sleep in a worker, or raise."""
 
     statistics: Statistics = field(default_factory=Statistics)
@@ -73,9 +73,9 @@ def branching(first: str, second: str) -> SkeletonNode:
     return SkeletonNode(action, on="p", outcomes=outcomes)  # type: ignore[arg-type]
 
 
-def evaluated(root: SkeletonNode, size: int) -> tuple[Evaluation, Procedures]:
-    procedures = Procedures()
-    with Workers(procedures, size, lambda: False) as workers:  # type: ignore[arg-type]
+def evaluated(root: SkeletonNode, size: int) -> tuple[Evaluation, ExternalProcedures]:
+    procedures = ExternalProcedures()
+    with ProcedureWorkers(procedures, size, lambda: False) as workers:  # type: ignore[arg-type]
         evaluator = Evaluator(procedures, lambda _c, _a, trace, _s: trace, 0, lambda: False, expect=workers.expect)  # type: ignore[arg-type]
         return evaluator.evaluate(root, (0, 0, 0, 0)), procedures
 
@@ -107,18 +107,18 @@ def test_an_error_is_raised_where_the_planner_asks() -> None:
 
 
 def test_a_later_attempt_is_asked_of_whoever_made_the_first() -> None:
-    procedures = Procedures()
-    with Workers(procedures, 3, lambda: False) as workers:  # type: ignore[arg-type]
+    procedures = ExternalProcedures()
+    with ProcedureWorkers(procedures, 3, lambda: False) as workers:  # type: ignore[arg-type]
         calls = [GroundCall("where", arguments) for arguments in (("r", "a"), ("s", "b"))]
-        workers.expect(Question(call, START, attempt) for attempt in (0, 1) for call in calls)
+        workers.expect(ProcedureCall(call, START, attempt) for attempt in (0, 1) for call in calls)
         answers = [[procedures.call(call, START, attempt) for attempt in (0, 1)] for call in calls]
     assert [first == later for first, later in answers] == [True, True]
     assert answers[0] != answers[1]
 
 
 def test_who_must_stop_does_not_wait() -> None:
-    procedures = Procedures()
-    with Workers(procedures, 2, lambda: True) as workers:  # type: ignore[arg-type]
+    procedures = ExternalProcedures()
+    with ProcedureWorkers(procedures, 2, lambda: True) as workers:  # type: ignore[arg-type]
         calls = [GroundCall("sleeps", arguments) for arguments in (("r", "a"), ("s", "b"))]
-        workers.expect(Question(call, START) for call in calls)
+        workers.expect(ProcedureCall(call, START) for call in calls)
         assert [workers.take(call, START, 0, 0) for call in calls] == [None, None]

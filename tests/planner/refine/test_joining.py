@@ -9,7 +9,7 @@ import pytest
 from kabo.geometry_server import GeometryServer, Situation, Success, candidate, tool_frame
 from kabo.language.formulas import GroundCall
 from kabo.planner.refine.freedom import freedoms
-from kabo.planner.refine.joining import Act, Effort, joined, lengths
+from kabo.planner.refine.joining import ActMotion, Effort, joined, lengths
 from kabo.planner.refine.legs import legs_of, proven
 from kabo.planner.refine.timing import duration, limits_of, timed
 from kabo.tasks.procedures import GeometricProcedures
@@ -25,12 +25,12 @@ LEAST = 0.05  # m: of the families of a bottle
 
 
 @cache
-def row() -> tuple[GeometricProcedures, tuple[Act, ...]]:
+def row() -> tuple[GeometricProcedures, tuple[ActMotion, ...]]:
     """Three tasks of one robot, one after the other."""
     return of_calls(*((call, 0) for call in CALLS))
 
 
-def of_calls(*calls: tuple[GroundCall, int]) -> tuple[GeometricProcedures, tuple[Act, ...]]:
+def of_calls(*calls: tuple[GroundCall, int]) -> tuple[GeometricProcedures, tuple[ActMotion, ...]]:
     """Calls with their attempts as acts."""
     server = GeometricProcedures(GeometryServer(scene_of(PROBLEM)), (DOMAINS / PROBLEM).parent)
     situation, acts = Situation.of(server.scene.start), []
@@ -38,13 +38,13 @@ def of_calls(*calls: tuple[GroundCall, int]) -> tuple[GeometricProcedures, tuple
         answer = server.call(call, situation, attempt)
         assert isinstance(answer, Success)
         bodies = [server.scene.bodies["bottle_1"]]
-        acts.append(Act(answer.motion, answer.changes, freedoms(server.stages(call), bodies)))
+        acts.append(ActMotion(answer.motion, answer.changes, freedoms(server.stages(call), bodies)))
         situation = situation.replace(answer.changes)
     return server, tuple(acts)
 
 
 @cache
-def shortened(pinned: bool) -> list[Act]:
+def shortened(pinned: bool) -> list[ActMotion]:
     server, acts = row()
     return joined(server.server.context(), start(), acts, Effort(40, 1), pinned=pinned)
 

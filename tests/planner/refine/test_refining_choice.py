@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from kabo.geometry_server import Failure, Situation, Success
 from kabo.plan import Segment
 from kabo.planner.refine import refining_choice
-from kabo.planner.refine.refining_choice import Choice, Draft, length
+from kabo.planner.refine.refining_choice import AlternativeChoice, PlanDraft, length
 from kabo.planner.refine.refining_stops import Stop
 
 PLACES = st.integers(0, 6)
@@ -45,7 +45,7 @@ class Server:
         return ("r",)
 
 
-def chain(server, count) -> tuple[list[Stop], Draft]:
+def chain(server, count) -> tuple[list[Stop], PlanDraft]:
     """The stops of a plan in which every task gave its first solution, and the goal."""
     stops, answers, situations, situation = [], {}, {}, at(3)
     for number in range(count):
@@ -59,7 +59,7 @@ def chain(server, count) -> tuple[list[Stop], Draft]:
     stops.append(goal)
     for stop, after in zip(stops, stops[1:], strict=False):
         stop.following = (after,)
-    return stops, Draft(answers, situations)
+    return stops, PlanDraft(answers, situations)
 
 
 def shortest(server) -> float:
@@ -81,7 +81,7 @@ def test_a_stretch_takes_the_shortest_of_all_ways_through_its_solutions(table):
     stops, draft = chain(server, len(table))
     beam, refining_choice.BEAM = refining_choice.BEAM, 100
     try:
-        choice = Choice(server, stops, draft, 1000)  # type: ignore[arg-type]
+        choice = AlternativeChoice(server, stops, draft, 1000)  # type: ignore[arg-type]
         choice.shorten(stops[:-1])
     finally:
         refining_choice.BEAM = beam
@@ -94,7 +94,7 @@ def test_a_stretch_takes_the_shortest_of_all_ways_through_its_solutions(table):
 def test_what_is_chosen_follows_from_one_situation_to_the_next(table):
     server = Server(table)
     stops, draft = chain(server, len(table))
-    choice = Choice(server, stops, draft, 1000)  # type: ignore[arg-type]
+    choice = AlternativeChoice(server, stops, draft, 1000)  # type: ignore[arg-type]
     choice.shorten(stops[:-1])
     situation = at(3)
     for stop in stops:
@@ -109,6 +109,6 @@ def test_nothing_is_tried_when_the_samples_are_spent():
     server = Server([[6, 2], [3, 4]])
     stops, draft = chain(server, 2)
     server.statistics.samples = 0
-    choice = Choice(server, stops, draft, -1)  # type: ignore[arg-type]
+    choice = AlternativeChoice(server, stops, draft, -1)  # type: ignore[arg-type]
     choice.shorten(stops[:-1])
     assert choice.draft is draft

@@ -7,8 +7,9 @@ import pytest
 from kabo.finite_domain import FiniteTask, Operator, StateVariable, astar, breadth_first
 from kabo.geometry_server import Failure
 from kabo.language.formulas import GroundCall
-from kabo.planner.geometry.refusals import Ledger
-from kabo.planner.search.compiled_refusals import AGAIN, DOUBTFUL, OFTEN, SCALE, LearntTask, learnt_task
+from kabo.planner.geometry.refusals import RefusalTable
+from kabo.planner.search.compiled_refusals import LearntTask, learnt_task
+from kabo.tuning import ACTION_PRICE, REFUSAL_PRICE, RETRY_PRICE, SUSPICION_PRICE
 from tests.planner.scripted import ScriptedServer, at, moved
 
 PICK, PLACE, ASIDE = (GroundCall(name, ("r", "a")) for name in ("pick", "place", "aside"))
@@ -33,9 +34,9 @@ def _to(value: int):  # noqa: ANN202
     return Effect((), 0, value)
 
 
-def ledger() -> Ledger:
+def ledger() -> RefusalTable:
     server = ScriptedServer(lambda *_: moved(), {"r": (0.0,)}, {"a": at(0.0), "b": at(1.0)})
-    return Ledger(server)  # type: ignore[arg-type]
+    return RefusalTable(server)  # type: ignore[arg-type]
 
 
 def failure(*reads: str, between: tuple[str, str] | None = None, reason: str = "collision") -> Failure:
@@ -53,39 +54,39 @@ def plan(learnt: LearntTask) -> list[str]:
 def test_without_refusals_the_task_is_the_same_but_for_the_scale_of_its_costs() -> None:
     learnt = learnt_task(base(), ACTIONS, ledger().learnt())  # type: ignore[arg-type]
     assert plan(learnt) == ["pick 0", "place 0"]
-    assert astar(learnt.compiled).cost == 2 * SCALE
+    assert astar(learnt.compiled).cost == 2 * ACTION_PRICE
     assert len(learnt.compiled.task.variables) == 1
 
 
 def test_what_was_in_the_way_is_moved_before_another_grasp_is_tried() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
-    book.refuse(PLACE, 0, failure("a", "b", between=("a", "b")), [held])
+    book.record_refusal(PLACE, 0, failure("a", "b", between=("a", "b")), [held])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert sorted(plan(learnt)) == ["clear 0", "pick 0", "place 0"]
-    assert astar(learnt.compiled).cost == 3 * SCALE + OFTEN
+    assert astar(learnt.compiled).cost == 3 * ACTION_PRICE + REFUSAL_PRICE
 
 
 def test_another_grasp_is_tried_where_nothing_movable_was_in_the_way() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
-    book.refuse(PLACE, 0, failure("a"), [held])
+    book.record_refusal(PLACE, 0, failure("a"), [held])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert plan(learnt) == ["pick 1", "place 0"]
-    assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + OFTEN
+    assert astar(learnt.compiled).cost == 2 * ACTION_PRICE + RETRY_PRICE + REFUSAL_PRICE
 
 
 def test_what_is_doubtful_is_done_where_there_is_no_other_way() -> None:
     book = ledger()
     held = book.after(PICK, 0, book.start)
-    book.refuse(PLACE, 0, failure("a", reason="out_of_reach"), [held])
+    book.record_refusal(PLACE, 0, failure("a", reason="out_of_reach"), [held])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
-    assert astar(learnt.compiled).cost == 2 * SCALE + AGAIN + DOUBTFUL + OFTEN
+    assert astar(learnt.compiled).cost == 2 * ACTION_PRICE + RETRY_PRICE + SUSPICION_PRICE + REFUSAL_PRICE
 
 
 def test_a_refusal_of_everything_leaves_nothing() -> None:
     book = ledger()
-    book.refuse(PLACE, 0, failure(), [book.start])
+    book.record_refusal(PLACE, 0, failure(), [book.start])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert learnt.whole
     assert astar(learnt.compiled).status == "unsolvable"
@@ -94,8 +95,8 @@ def test_a_refusal_of_everything_leaves_nothing() -> None:
 def test_attempts_end_where_they_were_refused() -> None:
     book = ledger()
     for attempt in (0, 1):
-        book.refuse(PLACE, 0, failure("a"), [book.after(PICK, attempt, book.start)])
-    book.refuse(PICK, 2, failure("a"), [book.start])
+        book.record_refusal(PLACE, 0, failure("a"), [book.after(PICK, attempt, book.start)])
+    book.record_refusal(PICK, 2, failure("a"), [book.start])
     learnt = learnt_task(base(), ACTIONS, book.learnt())  # type: ignore[arg-type]
     assert plan(learnt) == ["pick 0", "aside 0", "pick 0", "place 0"], "from elsewhere it is another grasp"
 
@@ -119,6 +120,6 @@ def test_every_plan_of_the_compiled_task_is_one_that_the_ledger_allows(seed: int
             trace = allowed[attempt]
         call, attempt, where = traces[(seed * 7 + number * 3) % len(traces)]
         reads = [name for k, name in enumerate(("r", "a", "b")) if (seed + number) >> k & 1]
-        book.refuse(call, attempt, failure(*reads, between=("a", "b") if seed % 2 else None), [where])
+        book.record_refusal(call, attempt, failure(*reads, between=("a", "b") if seed % 2 else None), [where])
     else:
         pytest.fail("refusals never come to an end")

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from kabo import tuning
 from kabo.cli import main
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.language import load_problem
 from kabo.language.problem import Function
-from kabo.planner.search import contingent
-from kabo.planner.search.contingent import DEAD_ENDS, _Contingent, find_skeleton
-from kabo.planner.search.nodes import Act, Space
-from kabo.planner.search.searches import SEARCHES
-from kabo.planner.search.skeleton import Exhausted, Found, Limits, Unreachable
+from kabo.planner.search.algorithms import ALGORITHMS
+from kabo.planner.search.contingent import _Contingent, find_skeleton
+from kabo.planner.search.nodes import Act, SearchSpace
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits, Unreachable
 from kabo.planner.search.weak_plans import Counter
 from tests.planner.scripted_geometry import Scripted
 from tests.support import oracles_knowledge as oracles
@@ -39,7 +39,7 @@ DOMAINS = Path(__file__).parents[3] / "domains"
 
 def solved(given, **options):
     found = find_skeleton(ground(given), **options)
-    assert isinstance(found, Found), found
+    assert isinstance(found, FoundSkeleton), found
     return found
 
 
@@ -182,7 +182,7 @@ def test_sensing_what_is_known_is_not_a_step():
 
 
 # ----------------------------------------------------------------------------------------------------- no plan
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_a_plan_that_works_by_luck_only_is_none(search):
     found = find_skeleton(ground(problem(actions=[TOOLS[0], TOOLS[1]], goal=[know(lit("p", "x"))])), search=search)
     assert isinstance(found, Unreachable) and found.goals == ()
@@ -193,7 +193,7 @@ def test_a_goal_out_of_reach_is_named():
     assert isinstance(found, Unreachable) and found.goals == ("K(r)",)
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_trying_again_until_luck_comes_is_no_plan(search):
     """look, and if it is not so forget it and look again: a circle, not a plan."""
     forget = action("forget", pre=[know(no("q"))], effects=[delete(no("q"))])
@@ -201,7 +201,7 @@ def test_trying_again_until_luck_comes_is_no_plan(search):
     assert isinstance(found, Unreachable)
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_a_tempting_gamble_is_given_up_for_the_safe_way(search):
     """The short way looks and hopes, and is a dead end if luck fails; the long way needs no luck."""
     gamble = action("gamble", pre=[know(lit("p", "x"))], effects=[delete(lit("p", "x"))], sense=[atom("r")])
@@ -230,7 +230,7 @@ def board(places, sure, gambles):
     return problem(actions=schemas, functions=[Function("at", (), values=values)], initial=start, goal=goal)
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", ALGORITHMS)
 def test_what_failed_only_because_of_an_ancestor_is_tried_again_elsewhere(search):
     """Below b, c leads back to b and so fails; but a itself may go to c, and from there on by b."""
     given = board(
@@ -267,19 +267,19 @@ def counting_forever():
 
 
 def test_the_number_of_expansions_is_a_budget():
-    found = find_skeleton(ground(counting_forever()), limits=Limits(expansions=100))
+    found = find_skeleton(ground(counting_forever()), limits=SearchLimits(expansions=100))
     assert isinstance(found, Exhausted) and found.budget == "expansions" and found.statistics.expanded == 100
 
 
 def test_the_deadline_cuts_off():
     looks = iter([False] * 3 + [True])
-    found = find_skeleton(ground(counting_forever()), limits=Limits(deadline=lambda: next(looks)))
+    found = find_skeleton(ground(counting_forever()), limits=SearchLimits(deadline=lambda: next(looks)))
     assert isinstance(found, Exhausted) and found.budget == "time"
 
 
 def test_progress_is_reported_now_and_then():
     told = []
-    find_skeleton(ground(counting_forever()), limits=Limits(expansions=10_000), on_progress=told.append)
+    find_skeleton(ground(counting_forever()), limits=SearchLimits(expansions=10_000), on_progress=told.append)
     assert [statistics.expanded for statistics in told] == [4096, 8192]
 
 
@@ -367,12 +367,14 @@ def test_geometric_tests_in_formulas_are_asked_at_the_trace():
 
 def doomed(given, *steps):
     """Whether the search gives a node up at once, after these actions."""
-    space = Space(ground(given), None)
+    space = SearchSpace(ground(given), None)
     node = space.start
     for name in steps:
         act = next(action for action in space.task.actions if str(action) == name)
         node = space.after(node, Act(act, 0, None))
-    return _Contingent(space, SEARCHES["best"], Counter(Limits()), DEAD_ENDS).is_doomed(node)
+    return _Contingent(space, ALGORITHMS["best"], Counter(SearchLimits()), tuning.MAX_FAILED_CHOICES).is_doomed(
+        node
+    )
 
 
 def washing(*, soap: bool, rules=()):
@@ -397,8 +399,10 @@ def test_nothing_is_called_doomed_where_outcomes_may_exclude_each_other():
 
 
 def test_only_the_best_search_judges_what_is_doomed():
-    space = Space(ground(washing(soap=False)), None)
-    assert not _Contingent(space, SEARCHES["greedy"], Counter(Limits()), DEAD_ENDS).is_doomed(space.start)
+    space = SearchSpace(ground(washing(soap=False)), None)
+    assert not _Contingent(
+        space, ALGORITHMS["greedy"], Counter(SearchLimits()), tuning.MAX_FAILED_CHOICES
+    ).is_doomed(space.start)
 
 
 # ------------------------------------------------------------------------------------------------ a second opinion
@@ -414,7 +418,7 @@ def coloured_balls(tmp_path):
 def test_a_small_problem_is_solved_twice_and_the_smaller_plan_taken(coloured_balls, monkeypatch):
     task = ground(coloured_balls)
     twice = find_skeleton(task)
-    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    monkeypatch.setattr(tuning, "SECOND_SEARCH_EXPANSIONS", 0)
     once = find_skeleton(task)
     sizes = [len(list(found.skeleton.nodes())) for found in (twice, once)]
     assert sizes[0] < sizes[1]
@@ -423,12 +427,12 @@ def test_a_small_problem_is_solved_twice_and_the_smaller_plan_taken(coloured_bal
 
 def test_a_second_opinion_stays_within_the_budget(coloured_balls, monkeypatch):
     task = ground(coloured_balls)
-    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    monkeypatch.setattr(tuning, "SECOND_SEARCH_EXPANSIONS", 0)
     once = find_skeleton(task)
     monkeypatch.undo()
     for more in (0, 1, 20):
-        found = find_skeleton(task, limits=Limits(expansions=once.statistics.expanded + more))
-        assert isinstance(found, Found)
+        found = find_skeleton(task, limits=SearchLimits(expansions=once.statistics.expanded + more))
+        assert isinstance(found, FoundSkeleton)
         assert found.statistics.expanded == once.statistics.expanded + more
         assert len(list(found.skeleton.nodes())) == len(list(once.skeleton.nodes()))
 
@@ -436,5 +440,5 @@ def test_a_second_opinion_stays_within_the_budget(coloured_balls, monkeypatch):
 def test_geometry_is_given_one_proposal(coloured_balls, monkeypatch):
     task = ground(coloured_balls)
     with_geometry = find_skeleton(task, geometry=Scripted())
-    monkeypatch.setattr(contingent, "SECOND_OPINION", 0)
+    monkeypatch.setattr(tuning, "SECOND_SEARCH_EXPANSIONS", 0)
     assert with_geometry.statistics == find_skeleton(task, geometry=Scripted()).statistics

@@ -3,7 +3,7 @@
 from kabo.knowledge import ground
 from kabo.language import formulas as f
 from kabo.planner.search.late_sensing import delay_sensing
-from kabo.planner.search.nodes import Act, Decide, Space
+from kabo.planner.search.nodes import Act, Assume, SearchSpace
 from tests.support.small_problems import action, add, atom, delete, know, lit, no, problem, when
 
 CALL = f.ProcedureCall("do")
@@ -15,10 +15,10 @@ def order(*schemas, decide=True):
     task = ground(problem(actions=schemas, initial=[add(lit("p", "x"))]))
     acts = {act.name: Act(act, 0, None) for act in task.actions}
     (branching,) = [one for one in task.branchings.values() if one.fact == "q"]
-    steps = [acts[first.name], Decide(branching, "true"), *(acts[other.name] for other in others)]
-    space = Space(task, None)
+    steps = [acts[first.name], Assume(branching, "true"), *(acts[other.name] for other in others)]
+    space = SearchSpace(task, None)
     delayed = delay_sensing(space, space.start, steps)
-    return ["decide" if isinstance(step, Decide) else step.action.name for step in delayed]
+    return ["decide" if isinstance(step, Assume) else step.action.name for step in delayed]
 
 
 LOOK = action("look", sense=[atom("q")])
@@ -63,8 +63,8 @@ def late(*schemas, hoped="true", **pieces):
     task = ground(problem(actions=schemas, **pieces))
     acts = {act.name: Act(act, 0, None) for act in task.actions}
     (branching,) = [one for one in task.branchings.values() if one.fact == "q"]
-    steps = [acts[first.name], Decide(branching, hoped), *(acts[other.name] for other in others)]
-    space = Space(task, None)
+    steps = [acts[first.name], Assume(branching, hoped), *(acts[other.name] for other in others)]
+    space = SearchSpace(task, None)
     delayed = delay_sensing(space, space.start, steps)
     ends = []
     for order_ in (steps, delayed):
@@ -74,7 +74,7 @@ def late(*schemas, hoped="true", **pieces):
             assert node is not None, "the delayed steps are possible"
         ends.append(node)
     assert ends[0] == ends[1], "and lead to the same knowledge"
-    return ["decide" if isinstance(step, Decide) else step.action.name for step in delayed]
+    return ["decide" if isinstance(step, Assume) else step.action.name for step in delayed]
 
 
 def test_sensing_comes_before_what_reads_what_follows_from_it():

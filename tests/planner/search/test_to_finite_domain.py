@@ -8,10 +8,11 @@ import pytest
 from kabo.knowledge import ground
 from kabo.knowledge.queries import AllOf, union
 from kabo.language import formulas as f
+from kabo.planner.search.algorithms.astar import astar as cheapest_first
+from kabo.planner.search.algorithms.breadth_first import breadth_first
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.packed import PackedTask
-from kabo.planner.search.searches import breadth_first, cheapest_first
-from kabo.planner.search.skeleton import Exhausted, Found, Limits, Unreachable
+from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits, Unreachable
 from kabo.planner.search.to_finite_domain import classical_task
 from tests.conftest import PROPERTY_SCALE
 from tests.knowledge.asking import then
@@ -92,7 +93,7 @@ class States:
     def key(self, state):
         return state
 
-    settled = key
+    confirmed_key = key
 
     def successors(self, state):
         after = [(act, act.after(state)) for act in self.task.actions if act.applicable(state)]
@@ -125,9 +126,9 @@ def executed(task, skeleton):
 def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(search, tasks):
     seen = []
     for task, _compiled in tasks:
-        found = PackedTask(task).skeleton(search, None, Limits())
+        found = PackedTask(task).skeleton(search, None, SearchLimits())
         known = task.is_goal(task.initial) or breadth_first(task.initial, States(task)).path is not None
-        assert isinstance(found, Found if known else Unreachable)
+        assert isinstance(found, FoundSkeleton if known else Unreachable)
         seen.append(len(executed(task, found.skeleton)) if known else None)
     assert seen.count(None) > len(tasks) // 10
     assert sum(length is not None and length > 1 for length in seen) > len(tasks) // 10
@@ -136,11 +137,11 @@ def test_plans_are_plans_on_knowledge_and_there_is_one_if_python_finds_one(searc
 def test_breadth_first_is_as_short_and_astar_as_cheap_as_in_python(tasks):
     for task, _compiled in tasks:
         graph, start = States(task), task.initial
-        shortest = PackedTask(task).skeleton("breadth-first", None, Limits())
-        if task.is_goal(start) or not isinstance(shortest, Found):
+        shortest = PackedTask(task).skeleton("breadth-first", None, SearchLimits())
+        if task.is_goal(start) or not isinstance(shortest, FoundSkeleton):
             continue
         assert len(executed(task, shortest.skeleton)) == len(breadth_first(start, graph).path)
-        cheapest = PackedTask(task).skeleton("astar", None, Limits())
+        cheapest = PackedTask(task).skeleton("astar", None, SearchLimits())
         cost = sum(act.cost for act in executed(task, cheapest.skeleton))
         assert cost == sum(act.cost for act, _ in cheapest_first(start, graph).path)
 
@@ -153,14 +154,14 @@ def test_every_state_of_knowledge_that_can_be_reached_is_reached(tasks):
             states += [child for child, _, _ in graph.successors(state) if child not in states]
         for state in dict.fromkeys((states[0], states[-1])):
             wanted = replace(task, goal_query=_exactly(task, state))
-            found = PackedTask(wanted).skeleton("breadth-first", None, Limits())
-            assert isinstance(found, Found)
+            found = PackedTask(wanted).skeleton("breadth-first", None, SearchLimits())
+            assert isinstance(found, FoundSkeleton)
             executed(wanted, found.skeleton)
         other = states[-1] ^ task.groups[0].mask
         if other not in states:
             compiled = classical_task(wanted := replace(task, goal_query=_exactly(task, other)))
             assert compiled is None or isinstance(
-                PackedTask(wanted).skeleton("breadth-first", None, Limits()), Unreachable
+                PackedTask(wanted).skeleton("breadth-first", None, SearchLimits()), Unreachable
             )
 
 
@@ -175,8 +176,8 @@ def plan(search="breadth-first", **pieces):
     task = ground(problem(**pieces))
     compiled = classical_task(task)
     assert compiled is not None, "it can be said"
-    found = PackedTask(task).skeleton(search, None, Limits())
-    return [act.name for act in executed(task, found.skeleton)] if isinstance(found, Found) else None
+    found = PackedTask(task).skeleton(search, None, SearchLimits())
+    return [act.name for act in executed(task, found.skeleton)] if isinstance(found, FoundSkeleton) else None
 
 
 def test_add_wins_over_del():
@@ -241,7 +242,7 @@ def test_the_budget_ends_a_packed_search():
             functions=[COLOUR],
         )
     )
-    found = PackedTask(task).skeleton("breadth-first", None, Limits(expansions=1))
+    found = PackedTask(task).skeleton("breadth-first", None, SearchLimits(expansions=1))
     assert isinstance(found, Exhausted)
     assert found.budget == "expansions"
 

@@ -10,7 +10,7 @@ from kabo.language import load_scene_description
 from kabo.scene import Scene, link_poses, load_scene
 from kabo.scene.transforms import inverse
 from kabo.tasks import Solution, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import stretches
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bottle_pouring"

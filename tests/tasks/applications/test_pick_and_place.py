@@ -11,7 +11,7 @@ from kabo.language import load_scene_description
 from kabo.language.yaml.paths import installed_folder
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Solution, Task, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import stretches
 from tests.tasks.robots.judge import Judge
 

@@ -8,7 +8,7 @@ import numpy as np
 from kabo.language import load_scene_description
 from kabo.scene import Scene, link_poses, load_scene
 from kabo.tasks import Solution, Task, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import Stretch, stretches
 from tests.tasks.robots.judge import Judge, samples
 

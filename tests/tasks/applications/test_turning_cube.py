@@ -10,7 +10,7 @@ import pytest
 from kabo.language import load_scene_description
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Solution, Task, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import stretches
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "turning_cube"

@@ -12,7 +12,7 @@ from kabo.language import load_problem, load_scene_description
 from kabo.plan import Node, Plan
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Task, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import segments
 from tests.support import oracles_coal
 from tests.support.oracles_motions import replay_of, states_of

@@ -149,7 +149,7 @@ def test_what_does_not_fit_together_is_told_where_it_stands(tmp_path: Path) -> N
     task = file.task({"target": [1]})
     with pytest.raises(InitialisationError) as told:
         task.initialise()
-    (one,) = file.told(told.value).diagnostics
+    (one,) = file.located(told.value).diagnostics
     assert (one.line, one.column) == (9, 11) and "'start'" in one.message
 
 

@@ -18,7 +18,7 @@ from kabo.tasks.files.describing import describe_report, explain
 from kabo.tasks.files.html import to_html
 from kabo.tasks.files.report_form import Report, read_report, report_bytes, schema
 from kabo.tasks.files.reports import named_stages, plain, report
-from kabo.tasks.files.running import Run, Settings, plan_file
+from kabo.tasks.files.running import PlanningOptions, TaskRun, plan_file
 from tests.tasks.files.conftest import Points, Start, Step, Way, write
 
 SCHEMA = Path(__file__).parents[3] / "kabo" / "plan" / "schemas" / "kabo-task-1.schema.json"
@@ -28,7 +28,7 @@ def made(folder: Path, target: list[float], **settings: Any) -> Report:
     """The report of the small task."""
     file = load_task_file(write(folder))
     arguments = {"target": target}
-    runs = plan_file(file, arguments, None, Settings(**settings))
+    runs = plan_file(file, arguments, None, PlanningOptions(**settings))
     return report(runs, file="task.yaml", arguments=arguments)
 
 
@@ -100,7 +100,7 @@ def test_stages_of_the_same_name_are_told_apart() -> None:
     )
     assert [path for path, _ in named_stages(task)] == ["t", "a", "s", "s#2", "f", "f/s", "f/s#2"]
     task.plan(0.0)
-    found = report([Run(task, 0, 0.0)])
+    found = report([TaskRun(task, 0, 0.0)])
     figures = found["runs"][0]["stages"]
     assert [figures[path]["costs"] for path in ("s", "s#2", "f/s", "f/s#2")] == [[1.0], [2.0], [3.0], []]
 
@@ -117,7 +117,7 @@ def test_the_text_says_why_there_is_no_solution(tmp_path: Path) -> None:
 def test_pairs_that_never_fit_are_told_with_their_reason() -> None:
     task = Task("t", Start("a"), Way("w", reach=1.0), Points("p", points=[5, 6, 7]))
     task.plan(0.0)
-    (run,) = report([Run(task, 0, 0.0)])["runs"]
+    (run,) = report([TaskRun(task, 0, 0.0)])["runs"]
     assert run["explanation"] is not None and run["explanation"]["stage"] == "w"
     assert run["explanation"]["mismatches"] == {"too far apart": 3}
     assert explain(run["explanation"]).splitlines()[1:] == [
@@ -156,7 +156,7 @@ def nasty(scene: Any, properties: Any, seed: int) -> Any:
 def test_the_page_needs_no_other_file_and_believes_no_comment(tmp_path: Path) -> None:
     task = Task("<t>", nasty("</summary>", hostile="<x>"))
     task.plan(None)
-    page = to_html(report([Run(task, 0, 0.1, ((0.05, 0.0),))]))
+    page = to_html(report([TaskRun(task, 0, 0.1, ((0.05, 0.0),))]))
     parser = _Page()
     parser.feed(page)
     assert not parser.open and not parser.fetched and "<script" not in page
@@ -170,7 +170,7 @@ def test_the_page_opens_at_the_stage_that_is_to_blame_and_counts_in_words(tmp_pa
 
     task = Task("t", Serial("outer", Serial("deep", Serial("deeper", nasty("first"), never("last")))))
     task.plan(None)
-    page = to_html(report([Run(task, 0, 0.1)]))
+    page = to_html(report([TaskRun(task, 0, 0.1)]))
     assert page.count("never succeeds") >= 2 and "<summary class='blame'>" in page
     before = page[: page.index("<summary class='blame'>")]
     assert before.count("<details open>") == 5, "what holds the stage is unfolded, and so is the stage"
@@ -214,9 +214,9 @@ def test_u_and_p_are_those_of_the_textbook() -> None:
 
 
 def test_many_tests_are_corrected_as_holm_has_it() -> None:
-    from kabo.tasks.files.comparing import Compared, _adjust
+    from kabo.tasks.files.comparing import FigureComparison, _adjust
 
-    tests: list[Compared] = [
+    tests: list[FigureComparison] = [
         {"samples": [1, 1], "means": [0.0, 0.0], "u": 0.0, "p": p, "adjusted": None}
         for p in (0.01, 0.04, None, 0.03)
     ]
@@ -226,7 +226,7 @@ def test_many_tests_are_corrected_as_holm_has_it() -> None:
 
 def test_stages_that_only_one_report_has_are_named(tmp_path: Path) -> None:
     first = made(tmp_path, [3])
-    second = report([Run(Task("line", Start("start")), 0, 0.0)])
+    second = report([TaskRun(Task("line", Start("start")), 0, 0.0)])
     found = compare(first, second)
     assert found["only"][0][0] == "go" and found["only"][1] == []
     assert "only in the first: go" in describe_comparison(found)

@@ -16,8 +16,8 @@ from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Failure, InitialisationError, Parent, Result, Task
-from kabo.tasks.core.model.properties import Resolver
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.core.model.properties import PropertyResolver
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene, check_meaning
 from kabo.tasks.robots.stages.strokes import RESOLUTION, farthest
 from tests.conftest import PROPERTY_SCALE
@@ -33,7 +33,7 @@ def make(kind: str, *children: Any, **properties: Any) -> Any:
 
 def forward(scene: TaskScene, kind: str, **properties: Any) -> Any:
     stage = make(kind, **properties)
-    return list(stage.forward(scene, Resolver(stage.properties).values(), 0))[-1]
+    return list(stage.forward(scene, PropertyResolver(stage.properties).values(), 0))[-1]
 
 
 @cache
@@ -239,7 +239,7 @@ def test_place_poses_offer_nothing_beyond_the_edge_of_their_support() -> None:
             support="table",
             symmetry=3,
         )
-        found = list(stage.generate(held, Resolver(stage.properties).values(), 0))
+        found = list(stage.generate(held, PropertyResolver(stage.properties).values(), 0))
         assert [isinstance(each, Result) for each in found] == [offered] * 3
         if not offered:
             assert "is not proven to stand on table with all its base" in found[0].comment

@@ -14,7 +14,7 @@ from kabo.errors import InputError
 from kabo.tasks.core import Property, Stage
 from kabo.tasks.files import load_task_file
 from kabo.tasks.files.checking import declared_by
-from kabo.tasks.files.registry import find_stage, stage_names
+from kabo.tasks.files.registry import find, names
 from kabo.tasks.robots import STAGES
 
 DEGENERATE: list[Any] = ["", " ", [], {}, (), 0, 0.0, -1, -0.5, math.nan, math.inf, [""], [0, 0], [0, 0, 0], [1]]
@@ -120,6 +120,6 @@ def test_a_file_is_told_where_its_value_means_nothing(tmp_path: Path, stage: str
 
 
 def test_every_stage_of_files_is_one_of_those_gone_through_or_holds_stages() -> None:
-    ours = [(name, find_stage(name) or Stage) for name in stage_names() if name not in STAGES]
+    ours = [(name, find(name) or Stage) for name in names() if name not in STAGES]
     others = {name for name, kind in ours if kind.__module__.startswith("kabo.")}
     assert others == {"SerialContainer", "Alternatives", "Fallbacks", "Limit"}

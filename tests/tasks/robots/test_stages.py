@@ -14,7 +14,7 @@ from kabo.geometry_server import candidate, tool_frame
 from kabo.language.scene_description import Constraint, FeatureName, Mate, Stroke
 from kabo.scene import attachment
 from kabo.tasks.core import Failure, InitialisationError, Propagator, Result, Solution, Stage, State, Task
-from kabo.tasks.core.model.properties import Resolver
+from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.robots import STAGES, Details, TaskScene, check_names
 from kabo.tasks.robots.motion.directions import direction_of
 from tests.tasks.robots.conftest import first
@@ -27,7 +27,7 @@ First = Callable[..., TaskScene]
 
 def values(stage: Stage, **interface: Any) -> Any:
     """The properties of a stage, resolved."""
-    return Resolver(stage.properties).values(interface)
+    return PropertyResolver(stage.properties).values(interface)
 
 
 def make(kind: str, **properties: Any) -> Any:

@@ -1,20 +1,18 @@
-"""Containers: stages that hold stages, one after the other or side by side, and wrappers around one [T 3.3, 3.4]."""
+"""Containers: stages that hold other stages in series or in parallel, and wrappers around one stage [T 3.3, 3.4]."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.tasks.core.model.errors import TaskError
 from kabo.tasks.core.model.flow import PROPAGATE, Flow, Flows
 from kabo.tasks.core.model.properties import Property
 from kabo.tasks.core.model.results import Answers, Result
+from kabo.tasks.core.model.solutions import Solution
 from kabo.tasks.core.model.stages import Stage, Values
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.model.solutions import Solution
 
 
 class Container(Stage):
-    """A stage made of stages; it takes any property, for its children to inherit."""
+    """A stage made of stages. Any property may be set on it, so that its children can inherit the value."""
 
     OPEN = True
 
@@ -26,11 +24,11 @@ class Container(Stage):
 
     @property
     def children(self) -> tuple[Stage, ...]:
-        """The stages inside, in order."""
+        """The stages inside, in order of time."""
         return tuple(self._children)
 
     def add(self, child: Stage, index: int | None = None) -> Stage:
-        """Puts a stage in, at the end or before `index` (negative ones count from the end); returns it.
+        """Inserts a stage at the end, or before `index` (negative numbers count from the end), and returns it.
 
         Raises:
             TaskError: the stage is in a container already, or would contain itself.
@@ -47,25 +45,25 @@ class Container(Stage):
         return child
 
     def remove(self, child: Stage) -> Stage:
-        """Takes a stage out; returns it."""
+        """Removes a stage from the container and returns it."""
         self._children.remove(child)
         child.parent = None
         return child
 
     def clear(self) -> None:
-        """Takes all stages out."""
+        """Removes all stages from the container."""
         for child in self.children:
             self.remove(child)
 
     def find(self, path: str) -> Stage | None:
-        """The stage of a path below this one (`c/d`); of equal names the first; None if there is none."""
+        """The stage at a path below this one (`c/d`), or None; of several stages with the same name, the first."""
         here: Stage | None = self
         for name in path.split("/"):
             here = next((c for c in here.children if c.name == name), None) if here is not None else None
         return here
 
     def walk(self) -> Iterator[Stage]:
-        """This container and every stage below it, in order of time, containers before what they hold."""
+        """This container and every stage below it, in order of time, containers before the stages that they hold."""
         waiting: list[Stage] = [self]
         while waiting:
             stage = waiting.pop()
@@ -74,11 +72,11 @@ class Container(Stage):
 
 
 class Serial(Container):
-    """One after the other: a solution is a path of solutions of its children, its cost their sum."""
+    """Stages in sequence: a solution is a path of solutions of its children, and its cost is their sum."""
 
     @property
     def flows(self) -> Flows:
-        """What the children leave possible; empty if they do not fit together."""
+        """The flows that its children permit; empty if they do not fit together."""
         sections = self.sections()
         if sections is None:
             return frozenset()
@@ -93,7 +91,7 @@ class Serial(Container):
         return frozenset((Flow.BACKWARD if first else Flow.CONNECT,))
 
     def sections(self) -> list[list[Stage]] | None:
-        """The children between connectors; None if two generators, or two connectors, meet."""
+        """The children split at connectors; None if a section has two generators, or an inner section has none."""
         found: list[list[Stage]] = [[]]
         for child in self.children:
             if is_connector(child):
@@ -107,39 +105,43 @@ class Serial(Container):
 
 
 class Parallel(Container):
-    """Side by side: all children share both interfaces."""
+    """Stages side by side: all children have the same start interface and the same end interface."""
+
+    TRANSPARENT = True
 
     @property
     def flows(self) -> Flows:
-        """What all children can."""
+        """The flows that all children permit."""
         if not self.children:
             return frozenset()
         return frozenset.intersection(*(child.flows for child in self.children))
 
 
 class Alternatives(Parallel):
-    """Each child's solutions are solutions."""
+    """A container in which every solution of a child is a solution."""
 
 
 class Fallbacks(Parallel):
-    """A child is asked only where the one before it gave nothing: for each state, for each pair, or at all."""
+    """A container that tries a child only where the ones before it failed: per state, per pair of states, or as a whole."""
 
 
 class Merger(Parallel):
-    """All children move at once, from one state: `merge` puts one solution of each together."""
+    """A container whose children move at the same time from one state: `merge` combines one solution of each child."""
 
     @property
     def flows(self) -> Flows:
-        """Propagating only: merged motions begin, or end, in one state."""
+        """Forward or backward, as far as all children permit it: merged motions start, or end, in one state."""
         return super().flows & PROPAGATE
 
-    def merge(self, scene: Any, solutions: Sequence["Solution"], properties: Values, seed: int) -> Answers:
-        """The results of moving as in all the solutions, which begin (or, backward, end) in the scene."""
+    def merge(self, scene: Any, solutions: Sequence[Solution], properties: Values, seed: int) -> Answers:
+        """The results of carrying out all the solutions at once; they start in the scene (or end in it, if backward)."""
         raise NotImplementedError
 
 
 class Wrapper(Container):
-    """Around one child: each of its successes becomes what `transform` makes of it."""
+    """A container of one child: `transform` turns each solution of the child into solutions of the wrapper."""
+
+    TRANSPARENT = True
 
     def __init__(self, name: str, child: Stage | None = None, /, **properties: Any) -> None:
         super().__init__(name, **properties)
@@ -148,16 +150,16 @@ class Wrapper(Container):
 
     @property
     def flows(self) -> Flows:
-        """Those of the child."""
+        """The flows that the child permits; empty unless there is exactly one child."""
         return self.children[0].flows if len(self.children) == 1 else frozenset()
 
-    def transform(self, solution: "Solution", properties: Values, seed: int) -> Answers:
-        """What becomes of a success of the child; as it is, unless a class says otherwise."""
+    def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
+        """The results that a solution of the child is turned into; by default one, with the same cost and comment."""
         return [Result(cost=solution.cost, comment=solution.comment)]
 
 
 class Limit(Wrapper):
-    """Lets the first `max_solutions` of its child through and then asks it no more [T 3.6]."""
+    """A wrapper that passes on the first `max_solutions` solutions of its child and then stops running it [T 3.6]."""
 
     PROPERTIES = {
         "max_solutions": Property(
@@ -176,10 +178,10 @@ class Limit(Wrapper):
 
 
 def is_generator(stage: Stage) -> bool:
-    """Whether a stage writes states on both sides."""
+    """Whether a stage may write the states on both of its sides."""
     return Flow.GENERATE in stage.flows
 
 
 def is_connector(stage: Stage) -> bool:
-    """Whether a stage joins states from both sides."""
+    """Whether a stage may join a state on its left with a state on its right."""
     return Flow.CONNECT in stage.flows

@@ -1,6 +1,7 @@
-"""Cost terms that need no robot: constants, offsets, random ones, sums; a term replaces a stage's own cost [T 3.5].
+"""Cost terms that need no robot: constants, offsets, random costs and sums [T 3.5].
 
-A term is a function of a solution that returns a cost, or a cost and a comment. An infinite cost makes a failure.
+A cost term is a function of a solution that returns a cost, or a cost and a comment; it replaces the stage's own cost.
+An infinite cost turns the solution into a failure.
 """
 
 from random import Random
@@ -10,7 +11,7 @@ from kabo.tasks.core.model.stages import CostTerm
 
 
 def constant(value: float) -> CostTerm:
-    """The same cost for every solution."""
+    """A term that gives every solution the same cost."""
 
     def cost(solution: Solution) -> float:
         return float(value)
@@ -19,7 +20,7 @@ def constant(value: float) -> CostTerm:
 
 
 def offset(value: float) -> CostTerm:
-    """The solution's own cost and a constant."""
+    """A term that adds a constant to the solution's own cost."""
 
     def cost(solution: Solution) -> float:
         return solution.cost + value
@@ -28,7 +29,7 @@ def offset(value: float) -> CostTerm:
 
 
 def uniform_random(low: float = 0.0, high: float = 1.0, seed: int = 0) -> CostTerm:
-    """A random cost, the same for the same solution of the same run."""
+    """A term that gives each solution a random cost; the same solution of the same run always gets the same."""
 
     def cost(solution: Solution) -> float:
         return Random(f"{seed} {solution.number} {solution.stage.path}").uniform(low, high)  # noqa: S311 - no secret
@@ -37,7 +38,7 @@ def uniform_random(low: float = 0.0, high: float = 1.0, seed: int = 0) -> CostTe
 
 
 def weighted(*terms: tuple[CostTerm, float]) -> CostTerm:
-    """The sum of terms, each with its weight, and all their comments."""
+    """The weighted sum of terms, given as (term, weight); their comments are joined."""
 
     def cost(solution: Solution) -> tuple[float, str]:
         value, comments = 0.0, []
@@ -52,5 +53,5 @@ def weighted(*terms: tuple[CostTerm, float]) -> CostTerm:
 
 
 def total(*terms: CostTerm) -> CostTerm:
-    """The sum of terms, and all their comments."""
+    """The sum of terms; their comments are joined."""
     return weighted(*((term, 1.0) for term in terms))

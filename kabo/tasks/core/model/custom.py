@@ -1,4 +1,4 @@
-"""Stages in five lines: a function of (scene, properties, seed) becomes a stage class.
+"""Decorators that turn a function of (scene, properties, seed) into a stage class.
 
 @forward(step=1.0)
 def advance(scene, properties, seed):
@@ -18,7 +18,7 @@ Function = Callable[..., Any]
 
 
 def _declared(given: Any) -> Property:
-    """A property declared by its default, by its type (then it must be given), or in full."""
+    """A property declared by its default value, by its type (then a value is required), or by a `Property`."""
     if isinstance(given, Property):
         return given
     if isinstance(given, type):

@@ -1,15 +1,15 @@
-"""The errors of tasks: of properties, and of structures that do not fit; each says what to do."""
+"""The errors of tasks: wrong properties, and stages that do not fit together; each message says what to do."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 
 class TaskError(ValueError):
-    """A task that cannot be planned as it is written."""
+    """A task cannot be planned as it is written."""
 
 
 class UndeclaredProperty(TaskError):
-    """A property that nobody declared was set, read or inherited."""
+    """A property was set, read or inherited that no stage declares."""
 
 
 class UndefinedProperty(TaskError):
@@ -17,7 +17,7 @@ class UndefinedProperty(TaskError):
 
 
 class InitialisationError(TaskError):
-    """Stages that do not fit together; `errors` has one sentence for each, `tree` the task with its arrows."""
+    """The stages of a task do not fit together: `errors` has a sentence for each fault, `tree` the task with its flows."""
 
     def __init__(self, errors: Iterable[str], tree: str) -> None:
         self.errors = tuple(errors)
@@ -30,12 +30,12 @@ class InitialisationError(TaskError):
 
 
 def note(error: BaseException, text: str) -> None:
-    """Adds a line to what is shown of an error, from Python 3.11 on."""
+    """Adds a line to the error's traceback (from Python 3.11 on)."""
     if hasattr(error, "add_note"):
         error.add_note(text)
 
 
 def meant(name: str, names: Iterable[str]) -> str:
-    """`, did you mean 'x'?`, or nothing."""
+    """A hint for a misspelt name: `, did you mean 'x'?`, or an empty text if no name is close."""
     found = get_close_matches(name, list(names), 1)
     return f", did you mean {found[0]!r}?" if found else ""

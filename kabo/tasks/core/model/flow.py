@@ -1,10 +1,10 @@
-"""Which way states flow through a stage: its two arrows, and the names by which people know them [T 3.2]."""
+"""The flows of states through a stage: generate, forward, backward, connect; written as two arrows [T 3.2]."""
 
 from enum import Enum
 
 
 class Flow(Enum):
-    """What a stage reads and writes; the value shows its arrows, at its start and at its end."""
+    """Which interfaces a stage reads and writes; the value shows the arrows at its start and at its end."""
 
     GENERATE = "← →"
     FORWARD = "→ →"
@@ -13,12 +13,12 @@ class Flow(Enum):
 
     @property
     def reads_start(self) -> bool:
-        """Whether states come to it from the stage before."""
+        """Whether the stage reads the states written by the stage before it."""
         return self in (Flow.FORWARD, Flow.CONNECT)
 
     @property
     def reads_end(self) -> bool:
-        """Whether states come to it from the stage after."""
+        """Whether the stage reads the states written by the stage after it."""
         return self in (Flow.BACKWARD, Flow.CONNECT)
 
 

@@ -1,7 +1,7 @@
-"""Interface resolution: which way every stage runs, and every reason why a task does not fit together [T 3.2, 3.3].
+"""Interface resolution: the flow of every stage, and every reason why the stages do not fit together [T 3.2, 3.3].
 
-Between two connectors (or a border and a connector) there is exactly one generator; what stands before it runs
-backward, what stands after it forward. A section at a border from which states come has no generator.
+Between two connectors (or a border and a connector) there is exactly one generator; the stages before it run backward,
+those after it forward. A section at a border at which states come in has no generator.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from kabo.tasks.core.model.stages import Monitor, Stage
 
 @dataclass
 class _Resolution:
-    """The flows found so far, and what is wrong."""
+    """The flows resolved so far, and the faults found."""
 
     flows: dict[Stage, Flow] = field(default_factory=dict)
     errors: list[str] = field(default_factory=list)
@@ -107,7 +107,7 @@ def _sections(container: Serial) -> tuple[list[list[Stage]], list[Stage]]:
 
 
 def arrows(stage: Stage) -> str:
-    """The arrows that a stage may have: `→ →`, or several with `or`, or `nothing`."""
+    """The arrows of the flows that a stage permits: `→ →`; several are joined with `or`; `nothing` if there is none."""
     return " or ".join(flow.value for flow in Flow if flow in stage.flows) or "nothing"
 
 
@@ -144,17 +144,17 @@ def _not_one(container: Serial, section: list[Stage], generators: list[Stage]) -
 
 
 def directions(task: Serial) -> tuple[Mapping[Stage, Flow], list[str]]:
-    """The flow of every stage, as far as they fit together, and what does not; properties are not looked at."""
+    """The flow of every stage as far as the stages fit together, and the faults; properties are not checked."""
     resolution = _Resolution()
     resolution.resolve(task, Flow.GENERATE)
     return resolution.flows, resolution.errors
 
 
 def resolve(task: Serial) -> Mapping[Stage, Flow]:
-    """The flow of every stage of a task, which is a serial container asked to generate.
+    """The flow of every stage of a task, which is a serial container that generates.
 
     Raises:
-        InitialisationError: with everything that does not fit, also properties and monitors; nothing was changed.
+        InitialisationError: lists every fault, also of properties and monitors; the task is unchanged.
     """
     flows, errors = directions(task)
     for stage in task.walk():
@@ -170,7 +170,7 @@ def resolve(task: Serial) -> Mapping[Stage, Flow]:
 
 
 def _unheard(task: Serial, stage: Monitor) -> list[str]:
-    """Why a monitor could never be triggered, if so."""
+    """Why a monitoring generator could never be triggered; empty if it could."""
     heard = stage.monitored
     if heard not in task.walk():
         return [f"stage {stage.path!r} monitors {heard.path!r}, which is not here"]
@@ -180,7 +180,7 @@ def _unheard(task: Serial, stage: Monitor) -> list[str]:
 
 
 def tree(task: Container, flows: Mapping[Stage, Flow] | None = None) -> str:
-    """The stages of a task, one a line: arrows, name, kind, and the properties that were set."""
+    """The stages of a task as text, one a line: arrows, name, class, and the properties that were set."""
     lines = []
     depths = {id(task): 0}
     for stage in task.walk():
@@ -194,7 +194,7 @@ def tree(task: Container, flows: Mapping[Stage, Flow] | None = None) -> str:
 
 
 def _given(stage: Stage) -> dict[str, object]:
-    """What was set, and the path of the stage that a monitor monitors."""
+    """The properties that were set on a stage and, of a monitoring generator, the path of the monitored stage."""
     given = dict(stage.properties.given)
     if isinstance(stage, Monitor):
         try:
@@ -205,7 +205,7 @@ def _given(stage: Stage) -> dict[str, object]:
 
 
 def shown(value: object) -> str:
-    """A value of a property for people: `{min: 0.1, by: [1, 2]}`."""
+    """A property value as text for people: `{min: 0.1, by: [1, 2]}`."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{k}: {shown(v)}" for k, v in value.items()) + "}"
     if isinstance(value, (list, tuple)):

@@ -1,17 +1,15 @@
-"""Properties of stages: declared, typed, with defaults; inherited only where a value says so [T 3.2.5, 3.3.2].
+"""Properties of stages: declared, typed, with defaults; inherited only where a value refers to a parent [T 3.2.5, 3.3.2].
 
-A value may be a reference, also inside lists and mappings: to the parents (searched upwards), or to the interface
-state for which a job runs (read again for each job). A reference without a name takes the name that it stands under.
+A value may be a reference, also inside lists and mappings: to the nearest ancestor with that property, or to the
+interface state of a job (resolved again for each job). A reference without a name refers to the property of the same
+name.
 """
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 from kabo.tasks.core.model.errors import UndeclaredProperty, UndefinedProperty, meant
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.model.stages import Stage
 
 
 class _Missing:
@@ -28,10 +26,10 @@ _PLAIN = frozenset((str, int, float, bool, type(None), _Missing))  # types of va
 
 @dataclass(frozen=True)
 class Property:
-    """A declared property; without a default it must be given.
+    """A declared property; one without a default must be given a value.
 
-    `wrong` says why a value of the type has no meaning all the same, or None: such values are refused wherever they
-    are known, with a place in files. What an empty value means where it is allowed is said by `doc`.
+    `wrong` returns why a value of the right type is invalid, or None; invalid values are refused as soon as they are
+    known, in task files with their place. `doc` says what an empty value means where it is allowed.
     """
 
     type: Any = Any
@@ -40,7 +38,7 @@ class Property:
     wrong: "Callable[[Any], str | None] | None" = None
 
     def accepts(self, value: Any) -> bool:
-        """Whether a value has the declared type; whole numbers are numbers."""
+        """Whether a value has the declared type; integers are accepted as numbers."""
         if self.type is Any or value is None:
             return True
         kinds = self.type if isinstance(self.type, tuple) else (self.type,)
@@ -51,21 +49,21 @@ class Property:
         return isinstance(value, kinds) or (float in kinds and isinstance(value, int))
 
     def fault(self, value: Any) -> str | None:
-        """Why a value of the declared type means nothing; None if it does. What it refers to is not known here."""
+        """Why a value of the declared type is invalid, or None; references are not resolved here."""
         if self.wrong is None or value is None or any(references(value, "")):
             return None
         return self.wrong(value)
 
     @property
     def type_name(self) -> str:
-        """The type for messages."""
+        """The declared type as messages name it."""
         kinds = self.type if isinstance(self.type, tuple) else (self.type,)
         return " or ".join(getattr(kind, "__name__", str(kind)) for kind in kinds)
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The value of another property: of the nearest ancestor that has it, or of the interface state."""
+    """A reference to another property: of the nearest ancestor that has it, or of the interface state."""
 
     source: Literal["parent", "interface"]
     name: str | None = None
@@ -76,12 +74,12 @@ class Reference:
 
 
 def Parent(name: str | None = None, through: Callable[[Any], Any] | None = None) -> Reference:  # noqa: N802
-    """The value of the nearest ancestor's property (of the same name if none is given), maybe through a function."""
+    """A reference to the property `name` (default: the same name) of the nearest ancestor, through a function if given."""
     return Reference("parent", name, through)
 
 
 def Interface(name: str | None = None, through: Callable[[Any], Any] | None = None) -> Reference:  # noqa: N802
-    """The value of a property of the interface state for which the job runs."""
+    """A reference to the property `name` (default: the same name) of the interface state, through a function if given."""
     return Reference("interface", name, through)
 
 
@@ -89,7 +87,7 @@ PARENT, INTERFACE = Parent(), Interface()
 
 
 def references(value: Any, name: str) -> Iterator[Reference]:
-    """Every reference in a value that stands under `name`, with its name filled in."""
+    """Every reference inside a value; references without a name get the name of the property they stand in."""
     if isinstance(value, Reference):
         yield Reference(value.source, value.name or name, value.through)
     elif isinstance(value, Mapping):
@@ -100,20 +98,45 @@ def references(value: Any, name: str) -> Iterator[Reference]:
             yield from references(inner, name)
 
 
-Trail = tuple[tuple[str, "Stage"], ...]  # through which properties of which stages a value is asked for
+class PropertyOwner(Protocol):
+    """What properties know of the stage that they belong to."""
+
+    @property
+    def name(self) -> str:
+        """The name of the stage."""
+        ...
+
+    @property
+    def path(self) -> str:
+        """The names from the child of the task down to the stage."""
+        ...
+
+    @property
+    def parent(self) -> "PropertyOwner | None":
+        """The container of the stage, from which references to parents are resolved."""
+        ...
+
+    @property
+    def properties(self) -> "Properties":
+        """The properties of the stage."""
+        ...
 
 
-def _told(trail: Trail) -> list[str]:
+Trail = tuple[tuple[str, PropertyOwner], ...]  # the references followed so far: (property, stage)
+
+
+def _trail_texts(trail: Trail) -> list[str]:
     return [f"{name!r} of {stage.path!r}" for name, stage in trail]
 
 
 class Properties:
-    """The properties of one stage: what its class declares, what was set by hand, and how to resolve them."""
+    """The properties of one stage: those that its class declares, the values that were set, and how they are resolved."""
 
-    def __init__(self, stage: "Stage", declared: Mapping[str, Property], *, open_ended: bool) -> None:
+    def __init__(self, stage: PropertyOwner, declared: Mapping[str, Property], *, open_ended: bool) -> None:
         self._stage = stage
         self._declared = dict(declared)
-        self._optional = open_ended  # what only it declares, for its children, may stay undefined
+        # Whether any name may be set; properties that only this stage has, for its children, may lack a value.
+        self._optional = open_ended
         self._required = frozenset(declared)
         self._set: dict[str, Any] = {}
 
@@ -124,20 +147,20 @@ class Properties:
 
     @property
     def given(self) -> Mapping[str, Any]:
-        """What was set by hand, references as they are."""
+        """The values that were set on this stage, with references unresolved."""
         return self._set
 
     def declare(self, name: str, type: Any = Any, default: Any = MISSING, doc: str = "") -> None:  # noqa: A002
-        """Declares one more property of this stage alone."""
+        """Declares one more property, of this stage only."""
         self._declared[name] = Property(type, default, doc)
 
     def set(self, name: str, value: Any) -> None:
-        """Sets a value by hand, or a reference from where to take it.
+        """Sets a property to a value or to a reference.
 
         Raises:
-            UndeclaredProperty: the stage has no such property (containers take any name).
-            TypeError: the value is not of the declared type.
-            ValueError: the value is, but means nothing.
+            UndeclaredProperty: the stage has no such property (containers accept any name).
+            TypeError: the value does not have the declared type.
+            ValueError: the value has the type but is invalid.
         """
         if name not in self._declared:
             if not self._optional:
@@ -153,7 +176,7 @@ class Properties:
         self._set[name] = value
 
     def unset(self, name: str) -> None:
-        """Takes back what was set by hand."""
+        """Removes the value that was set, so that the default holds again."""
         self._set.pop(name, None)
 
     def has(self, name: str) -> bool:
@@ -161,10 +184,11 @@ class Properties:
         return name in self._declared
 
     def value(self, name: str, interface: Mapping[str, Any] | None = None) -> Any:
-        """The value of one property: set by hand, from where its reference says, or the default.
+        """The value of one property: as it was set, with references resolved, or the default.
 
         Raises:
-            UndeclaredProperty: nobody declares it. UndefinedProperty: it has no value; says where it was looked for.
+            UndeclaredProperty: no stage declares it.
+            UndefinedProperty: it has no value; the message says where it was searched for.
         """
         return self._value(name, interface, ())
 
@@ -175,7 +199,7 @@ class Properties:
             )
         value = self._set.get(name, self._declared[name].default)
         if value is MISSING:
-            way = "".join(f", inherited by {by}" for by in reversed(_told(trail)))
+            way = "".join(f", inherited by {by}" for by in reversed(_trail_texts(trail)))
             raise UndefinedProperty(f"{name!r} of stage {self._stage.path!r} is declared but undefined{way}")
         if type(value) not in _PLAIN and isinstance(value, (Reference, Mapping, list, tuple)):
             return self._resolved(value, name, interface, (*trail, (name, self._stage)))
@@ -196,7 +220,7 @@ class Properties:
         if source == "interface":
             if interface is None or name not in interface:
                 raise UndefinedProperty(
-                    f"the interface state has no {name!r}, wanted by {' for '.join(_told(trail))}"
+                    f"the interface state has no {name!r}, wanted by {' for '.join(_trail_texts(trail))}"
                 )
             return interface[name]
         ancestor = self._stage.parent
@@ -208,11 +232,11 @@ class Properties:
             ancestor = ancestor.parent
         where = " > ".join(reversed(searched)) or "no ancestor at all"
         raise UndeclaredProperty(
-            f"no ancestor declares {name!r}, wanted by {' for '.join(_told(trail))} (searched: {where})"
+            f"no ancestor declares {name!r}, wanted by {' for '.join(_trail_texts(trail))} (searched: {where})"
         )
 
     def reads_interface(self, name: str) -> bool:
-        """Whether the value of a property depends on the interface state, itself or through its ancestors."""
+        """Whether the value of a property depends on the interface state, directly or through its ancestors."""
         value = self._set.get(name, self._declared[name].default)
         if type(value) in _PLAIN:
             return False
@@ -227,7 +251,7 @@ class Properties:
         return False
 
     def problems(self) -> list[str]:
-        """Every property that has no value or inherits from nowhere, as far as that can be told before planning."""
+        """A sentence for every property that is invalid or has no value, as far as that is known before planning."""
         found = []
         for name in self._declared:
             if self._optional and name not in self._set and name not in self._required:
@@ -247,8 +271,8 @@ class Properties:
         return found
 
 
-class Resolver:
-    """The values of a stage's properties for job after job: what no interface state decides is resolved once."""
+class PropertyResolver:
+    """Resolves a stage's properties for each job; values that depend on no interface state are resolved only once."""
 
     def __init__(self, properties: Properties) -> None:
         self._properties = properties
@@ -257,10 +281,10 @@ class Resolver:
         self._fixed = {name: properties.value(name) for name in names if name not in self._changing}
 
     def values(self, *interfaces: Mapping[str, Any]) -> Mapping[str, Any]:
-        """All values, with those of the first interface state that has a name.
+        """The values of all properties for a job with these interface states; the first state that has a name counts.
 
         Raises:
-            UndefinedProperty: an interface state lacks what is wanted of it.
+            UndefinedProperty: an interface state lacks a property that is referred to.
         """
         if not self._changing:
             return self._fixed

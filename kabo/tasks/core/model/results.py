@@ -1,4 +1,4 @@
-"""What stage functions answer: results and failures, plain values that travel between processes."""
+"""What stage functions return: results and failures, plain values that can be pickled."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class _Same:
-    """The start scene of a result is the scene that the stage began with."""
+    """Stands for a start scene that is the scene given to the stage."""
 
     def __repr__(self) -> str:
         return "SAME"
@@ -23,13 +23,13 @@ class Result:
     """One success of a stage function.
 
     Args:
-        scene: the scene at the end that the stage computes: after it (forward), before it (backward), both
-            (generator); None keeps the one that is there (connectors, wrappers).
-        cost: the stage's own; infinite makes a failure of it.
+        scene: the scene on the side that the stage computes: after it (forward), before it (backward), on both sides
+            (generator); None keeps the scene that is there (connectors, wrappers).
+        cost: the stage's own cost; an infinite cost turns the result into a failure.
         comment: for people.
-        motion: what moves, in order of time; the core only carries it.
-        properties: interface properties, added to those that the new state inherits.
-        start: for wrappers of generators, the scene before, where it is not `scene`.
+        motion: what moves, in order of time; the core does not look inside.
+        properties: interface properties that are added to those inherited by the new state.
+        start: for wrappers of generators, the scene before, if it is not `scene`.
     """
 
     scene: Any = None
@@ -42,7 +42,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Failure:
-    """A refused attempt: `reason` is short and groups counts, `comment` is for people, `details` for programs."""
+    """A failed attempt: `reason` is a short key under which failures are counted, `details` are for programs."""
 
     reason: str
     comment: str = ""
@@ -54,10 +54,10 @@ Answers = Iterable[Answer] | Answer | None
 
 
 def answers(given: Answers) -> tuple[Iterator[Answer], bool]:
-    """What a stage function gave, one by one, and whether to take it piece by piece (it yields) or at once.
+    """The results and failures that a stage function returned, and whether they are taken one at a time (if it yields).
 
     Raises:
-        TypeError: it gave something else than results and failures.
+        TypeError: it returned something else than results and failures.
     """
     if given is None:
         return iter(()), False

@@ -1,25 +1,23 @@
-"""Interface states and solutions: the graph that planning grows [T 3.2, 3.5].
+"""Interface states and solutions: the graph that planning builds [T 3.2, 3.5].
 
-A state stands between two neighbouring stages of one container. Its solutions on the left and on the right are
-edges of the graph. A state on a container's border has a counterpart outside.
+A state stands between two neighbouring stages of one container; solutions are the edges between states. A state at a
+container's border has a counterpart outside the container.
 """
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
-
-from kabo.tasks.core.model.stages import Stage
+from typing import Any, ClassVar, Protocol
 
 LEFT, RIGHT = 0, 1
 
 
 class State:
-    """A scene with interface properties; `edges` are the solutions that end here (LEFT) and that start here (RIGHT).
+    """A scene with interface properties; `edges` are the solutions that end here (LEFT) and those that start here (RIGHT).
 
-    Planning's own: `best` per side is (stages, stages outside, cost) of the longest, then cheapest path, `order`
-    puts states with longer paths first, then those with cheaper ones; `alive` per
-    side, whether it may still become part of a whole solution; `outside` its counterparts beyond the border; `cause`
-    the success for which a monitor wrote it.
+    The rest is used by planning only, per side where it is a list: `best` is (stages, stages outside, cost) of the best
+    path, the longest, then the cheapest; `order` is the sort key made of it, less is better; `alive` says whether the state
+    may still become part of a whole solution; `outside` lists its counterparts outside the container; `cause` is the
+    solution that triggered the monitoring generator which wrote it.
     """
 
     __slots__ = (
@@ -43,7 +41,8 @@ class State:
         self.scene = scene
         self.properties = properties
         self.number = number
-        self.lane = lane  # states of different lanes never meet: pairs that a fallback tries one by one
+        # States of different lanes are never joined; a lane is a pair that fallbacks try their children on.
+        self.lane = lane
         self.edges: tuple[list[Solution], list[Solution]] = ([], [])
         self.best = [(0, 0, 0.0), (0, 0, 0.0)]
         self.order = [(0, 0.0), (0, 0.0)]
@@ -66,7 +65,7 @@ class State:
         return tuple(self.edges[RIGHT])
 
     def reached(self, side: int, best: tuple[int, int, float]) -> None:
-        """Notes the best path that leads here from `side`."""
+        """Records the best path that leads to this state from `side`."""
         self.best[side] = best
         self.order[side] = (-best[0] - best[1], best[2])
 
@@ -88,25 +87,42 @@ class State:
         return f"State({self.number})"
 
 
+class SolvedStage(Protocol):
+    """What a solution knows of the stage that found it: in its own process the `Stage`, elsewhere a `NamedStage`."""
+
+    TRANSPARENT: ClassVar[bool]  # whether parts of its solutions are found without its name
+
+    @property
+    def name(self) -> str:
+        """The name of the stage."""
+        ...
+
+    @property
+    def path(self) -> str:
+        """The names from the child of the task down to the stage."""
+        ...
+
+
 @dataclass(frozen=True)
 class NamedStage:
-    """What is left of a stage when a solution travels to another process."""
+    """The name and path of a stage, which a solution keeps when it is sent to another process."""
 
+    TRANSPARENT: ClassVar[bool] = False
     name: str
     path: str
 
 
 class Solution:
-    """What a stage found between two states: a cost, a comment, its motion or the solutions it is made of.
+    """A solution of a stage between two states: its cost, a comment, and its motion or the solutions that it consists of.
 
-    A failure is a solution of infinite cost; then `reason` groups it and `details` are for programs.
+    A failure is a solution of infinite cost; `reason` is the key under which it is counted, `details` are for programs.
     """
 
     __slots__ = ("comment", "cost", "details", "end", "motion", "number", "parts", "reason", "stage", "start")
 
     def __init__(
         self,
-        stage: Stage,
+        stage: SolvedStage,
         start: State | None,
         end: State | None,
         cost: float,
@@ -123,17 +139,17 @@ class Solution:
 
     @property
     def failed(self) -> bool:
-        """Whether this is a failure: its cost is infinite, or no number."""
+        """Whether this is a failure: its cost is infinite or not a number."""
         return not self.cost < float("inf")
 
     @property
     def properties(self) -> Mapping[str, Any]:
-        """The interface properties at its end: what was decided here, such as a grasp."""
+        """The interface properties of the state at its end: what was chosen here, such as a grasp."""
         return {} if self.end is None else self.end.properties
 
     @property
     def leaves(self) -> tuple["Solution", ...]:
-        """The solutions with a motion of their own, and those made of nothing else, in order of time."""
+        """The innermost solutions that have a motion of their own or no parts, in order of time."""
         return tuple(self._leaves())
 
     def _leaves(self) -> Iterator["Solution"]:
@@ -146,7 +162,7 @@ class Solution:
                 waiting.extend(reversed(solution.parts))
 
     def walk(self) -> Iterator["Solution"]:
-        """This solution and all it is made of, in order of time."""
+        """This solution and all solutions that it consists of, in order of time."""
         waiting = [self]
         while waiting:
             solution = waiting.pop()
@@ -154,10 +170,10 @@ class Solution:
             waiting.extend(reversed(solution.parts))
 
     def __getitem__(self, path: str) -> "Solution":
-        """The part of a path of stage names, relative to this solution's stage.
+        """The part at a path of stage names, relative to this solution's stage.
 
         Raises:
-            KeyError: no part of that path.
+            KeyError: there is no part at that path.
         """
         here = self
         for name in path.split("/"):
@@ -169,14 +185,12 @@ class Solution:
         return here
 
     def _named(self, name: str) -> "Solution | None":
-        """The part of that name; containers that only choose or wrap are looked through."""
-        from kabo.tasks.core.model.containers import Parallel, Wrapper
-
+        """The part with that name, or None; parts of containers that only choose or wrap are searched as well."""
         for part in self.parts:
             if part.stage.name == name:
                 return part
         for part in self.parts:
-            if isinstance(part.stage, (Parallel, Wrapper)):
+            if part.stage.TRANSPARENT:
                 found = part._named(name)
                 if found is not None:
                     return found

@@ -1,29 +1,28 @@
 """Stages: the phases of a task, each a pure function of scenes, properties and a seed [T 3.2].
 
-A generator writes states on both sides; a propagator carries a state over, forward or backward; a connector joins
-two; a monitoring generator is triggered by each success of another stage.
+A generator writes the states on both sides; a propagator computes the state on one side from that on the other; a
+connector joins two states; a monitoring generator is triggered by each solution of another stage.
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from kabo.tasks.core.model.errors import TaskError
 from kabo.tasks.core.model.flow import PROPAGATE, Flow, Flows
 from kabo.tasks.core.model.properties import Properties, Property
 from kabo.tasks.core.model.results import Answers
+from kabo.tasks.core.model.solutions import Solution
 
-if TYPE_CHECKING:
-    from kabo.tasks.core.model.solutions import Solution
-
-CostTerm = Callable[["Solution"], "float | tuple[float, str]"]
+CostTerm = Callable[[Solution], float | tuple[float, str]]
 Values = Mapping[str, Any]
 
 
 class Stage:
-    """A stage: a name, properties, a cost term that may replace the stage's own costs, and one parent."""
+    """A phase of a task: a name, properties, and optionally a cost term that replaces the stage's own costs."""
 
     PROPERTIES: ClassVar[Mapping[str, Property]] = {}
     OPEN: ClassVar[bool] = False  # whether any property may be set without declaring it
+    TRANSPARENT: ClassVar[bool] = False  # whether parts of its solutions are found without its name
 
     def __init__(self, name: str, /, *, cost: CostTerm | None = None, **properties: Any) -> None:
         declared: dict[str, Property] = {}
@@ -38,7 +37,7 @@ class Stage:
 
     @property
     def children(self) -> tuple["Stage", ...]:
-        """The stages inside, in order; none but in containers."""
+        """The stages inside, in order of time; only containers have any."""
         return ()
 
     @property
@@ -52,7 +51,7 @@ class Stage:
 
     @property
     def flows(self) -> Flows:
-        """Which ways states can flow through this stage, as far as it decides itself."""
+        """The flows that this stage permits; the task decides between them."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -60,23 +59,23 @@ class Stage:
 
 
 class Generator(Stage):
-    """Writes states on both sides; `generate` is given the task's first scene."""
+    """A stage that writes the states on both sides; `generate` is given the task's first scene."""
 
     @property
     def flows(self) -> Flows:
-        """It generates."""
+        """Only GENERATE."""
         return frozenset((Flow.GENERATE,))
 
     def generate(self, scene: Any, properties: Values, seed: int) -> Answers:
-        """The scenes that it offers."""
+        """The scenes that it proposes."""
         raise NotImplementedError
 
 
 class Monitor(Generator):
-    """A generator that is triggered by each success of another stage; `generate` is given the scene at its end.
+    """A generator triggered by each solution of another stage; `generate` is given the scene at the end of that solution.
 
-    `monitors` is the path of the other stage, relative to the container of this one (`..` climbs); for a wrapped
-    stage the wrapper is its container.
+    `monitors` is the path of the other stage, relative to the container of this one (`..` goes up one container); of a
+    stage in a wrapper, the wrapper is the container.
     """
 
     def __init__(self, name: str, /, monitors: str | Stage, **properties: Any) -> None:
@@ -85,10 +84,10 @@ class Monitor(Generator):
 
     @property
     def monitored(self) -> Stage:
-        """The stage whose successes trigger this one.
+        """The stage whose solutions trigger this one.
 
         Raises:
-            TaskError: there is none of that path.
+            TaskError: there is no stage at that path.
         """
         if isinstance(self.monitors, Stage):
             return self.monitors
@@ -106,7 +105,7 @@ class Monitor(Generator):
 
 
 class Propagator(Stage):
-    """Carries states over; a class defines `forward`, `backward`, or both, and then the task decides."""
+    """A stage that computes the next state from a given one; with both `forward` and `backward` the task chooses one."""
 
     def __init__(self, name: str, /, *, only: Flow | None = None, **properties: Any) -> None:
         super().__init__(name, **properties)
@@ -114,33 +113,33 @@ class Propagator(Stage):
 
     @property
     def flows(self) -> Flows:
-        """The directions that the class defines and that were not ruled out by `only`."""
+        """The directions that the class defines and that `only` does not exclude."""
         kind = type(self)
         able = {Flow.FORWARD: kind.forward is not Propagator.forward}
         able[Flow.BACKWARD] = kind.backward is not Propagator.backward
         return frozenset(flow for flow in PROPAGATE if able[flow] and self.only in (None, flow))
 
     def forward(self, scene: Any, properties: Values, seed: int) -> Answers:
-        """The scenes after the stage, from the one before it."""
+        """The scenes after the stage, given the scene before it."""
         raise NotImplementedError
 
     def backward(self, scene: Any, properties: Values, seed: int) -> Answers:
-        """The scenes before the stage, from the one after it."""
+        """The scenes before the stage, given the scene after it."""
         raise NotImplementedError
 
 
 class Connector(Stage):
-    """Joins a state from its left with one from its right."""
+    """A stage that joins a state on its left with a state on its right."""
 
     @property
     def flows(self) -> Flows:
-        """It connects."""
+        """Only CONNECT."""
         return frozenset((Flow.CONNECT,))
 
     def mismatch(self, start: Any, end: Any, properties: Values) -> str | None:
-        """Why two scenes can never be joined, whatever way is taken; None if they may be."""
+        """Why two scenes can never be joined, whatever path is taken; None if they may be."""
         return None
 
     def connect(self, start: Any, end: Any, properties: Values, seed: int) -> Answers:
-        """The ways from one scene to the other."""
+        """The ways from the scene `start` to the scene `end`."""
         raise NotImplementedError

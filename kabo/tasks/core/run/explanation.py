@@ -1,4 +1,4 @@
-"""Why a task has no solution: the first stage without successes, and what it was refused for [T 3.1; research 10]."""
+"""Why a task has no solution: the first stage without successes, and the reasons of its failures [T 3.1]."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,9 +11,9 @@ from kabo.tasks.core.run.nodes import StageStatistics
 
 @dataclass(frozen=True)
 class Explanation:
-    """The first stage, in order of time, that was asked and gave nothing; None if there is none.
+    """The first stage, in order of time, that was run without success (None if there is none), and a sentence about it.
 
-    `failures` and `mismatches` count by reason, the most frequent first; `examples` are its first failures.
+    `failures` and `mismatches` count by reason, the most frequent first; `examples` are the stage's first failures.
     """
 
     stage: Stage | None
@@ -38,7 +38,7 @@ def explain(
 
 
 def _blamed(stage: Stage, statistics: Mapping[Stage, StageStatistics]) -> list[Stage]:
-    """The first stage in it that was asked and gave nothing; of alternatives and fallbacks, that of each."""
+    """The first stage inside that was run without success; of alternatives and fallbacks, one in every child."""
     mine = statistics[stage]
     if mine.successes:
         return []
@@ -47,8 +47,8 @@ def _blamed(stage: Stage, statistics: Mapping[Stage, StageStatistics]) -> list[S
         every = isinstance(stage, (Alternatives, Fallbacks))
         return [one for found in inside for one in found] if every else inside[0]
     asked = bool(mine.calls or mine.mismatches or mine.failures)
-    in_vain = bool(stage.children) and all(statistics[child].successes for child in stage.children)
-    return [stage] if asked or in_vain else []
+    children_succeeded = bool(stage.children) and all(statistics[child].successes for child in stage.children)
+    return [stage] if asked or children_succeeded else []
 
 
 def _counts(counted: Mapping[str, int]) -> dict[str, int]:

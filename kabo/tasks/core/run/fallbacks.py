@@ -1,9 +1,9 @@
-"""The nodes of fallbacks: a child is asked only where the one before it gave nothing [T 3.3.3].
+"""The nodes of fallbacks: a child is tried only where the children before it failed [T 3.3.3].
 
-Generating, that is decided once. Propagating, for each state, the cheapest first, and all children for one state before
-the next. Connecting, for each pair: a pair is a lane of its own, and while an earlier child has jobs that can run, later
-ones wait. Whether a child gave nothing is never told; it is asked, by `may_add` and `may_join`, and only of states that
-are alive: what is parked in the child says nothing yet.
+Generating fallbacks decide once. Propagating ones decide for each state, the best first, and try all children on one
+state before the next state. Connecting ones decide for each pair of states: a pair is a lane of its own, and later
+children wait while an earlier one has runnable jobs. That a child has failed is found out by asking it (`may_add`,
+`may_join`), and only about states that are alive: parked jobs prove nothing yet.
 """
 
 from collections.abc import Iterable
@@ -14,34 +14,38 @@ from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.graph import meet
 from kabo.tasks.core.run.groups import ParallelNode
+from kabo.tasks.core.run.job_queues import Leaf
 from kabo.tasks.core.run.leaves import Joining
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.nodes import StageNode
 
 
 class FallbacksNode(ParallelNode):
-    """Fallbacks that generate: the next child begins when the former ended with nothing at all."""
+    """Fallbacks that generate: the next child starts when the one before has ended without any solution."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._index = -1  # the last child that was started
         self._solved = False
-        self.asking = False  # a child that waits for what the next would bring about waits in vain
+        self.asking = False  # while it finds out whether a child waits: the next child's states do not count
 
     def start(self) -> None:
-        """Starts the first child alone."""
+        """Starts the first child only."""
         if self._index < 0:
             self._index = 0
             self.children[0].start()
 
     def move_on(self, everything: bool) -> bool:
-        """Goes on to the next child where the former gave nothing: anywhere, or where that may just have happened.
+        """Starts the next child if the one before has failed; returns whether it did.
 
-        Whether it did; then it is to be asked again when all that follows from it is known.
+        Args:
+            everything: look at all that is undecided, instead of only at what may just have been decided.
+
+        After True, it is called again once all consequences are known.
         """
         left = 0 <= self._index < len(self.children) - 1 and not (self._solved or self.closed)
         if not everything or not left:
             return False
-        here: Node | None = self  # those around it wait for this one to end
+        here: StageNode | None = self  # fallbacks around it wait for this one to end
         asking = []
         while here is not None:
             asking += [here] if isinstance(here, FallbacksNode) else []
@@ -54,7 +58,7 @@ class FallbacksNode(ParallelNode):
         return not waits and self.give_way()
 
     def give_way(self) -> bool:
-        """Goes on though a child waits: for other fallbacks that wait, in a circle, for this one."""
+        """Starts the next child although the one before still waits: several fallbacks wait for each other in a circle."""
         if not 0 <= self._index < len(self.children) - 1 or self._solved or self.closed:
             return False
         self._index += 1
@@ -62,39 +66,39 @@ class FallbacksNode(ParallelNode):
         self.planning.changes += 1
         return True
 
-    def hands_on(self, child: Node) -> bool:
-        """Whether the child may still begin."""
+    def may_pass_on(self, child: StageNode) -> bool:
+        """Whether the child has not started but may still do so."""
         left = self._index >= 0 and not (self._solved or self.closed or self.asking)
         return left and self.children.index(child) > self._index
 
     def busy(self) -> bool:
-        """Whether a child is, or one is left to ask."""
+        """Whether a started child is busy, or a further child may be started."""
         if self.closed or self.asking or self._index < 0:
             return False
         left = not self._solved and self._index + 1 < len(self.children)
         return left or any(child.busy() for child in self.children[: self._index + 1])
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
-        """It is one of the container."""
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
+        """Passes the child's solution on as one of the container; no further child will be started."""
         self._solved = True
         super().child_solved(child, solution)
 
 
 class PropagatingFallbacksNode(FallbacksNode):
-    """Fallbacks that decide for each state."""
+    """Fallbacks that propagate: they decide for each state."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._near, self._far = (RIGHT, LEFT) if self.flow is Flow.BACKWARD else (LEFT, RIGHT)
         self._heap: list[tuple[tuple[int, float], int, State]] = []
         self._waiting: dict[State, tuple[int, float]] = {}
-        self._asked: dict[State, int] = {}  # which child was asked last for a state
-        self._trying: dict[State, None] = {}  # the states without a solution that a child was asked for
+        self._asked: dict[State, int] = {}  # by state, the index of the last child that it was given to
+        self._trying: dict[State, None] = {}  # states that were given to a child and have no solution yet
 
     def start(self) -> None:
-        """Starts all children, for what they hold inside, which serves all states.
+        """Starts all children, because generators inside them serve all states.
 
-        That it is of no use for what comes after the solution of one state says nothing of others.
+        These generators are exempt from pruning: their states may be useless for one state, but not for others.
         """
         ParallelNode.start(self)
         waiting = list(self.children)
@@ -105,7 +109,7 @@ class PropagatingFallbacksNode(FallbacksNode):
                 waiting.extend(node.children)
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Queues a state."""
+        """Queues a state until it is its turn."""
         self.planning.changes += 1
         self._queue(state)
 
@@ -114,21 +118,21 @@ class PropagatingFallbacksNode(FallbacksNode):
         heappush(self._heap, (order, state.number, state))
 
     def rekey(self, state: State, side: int) -> None:
-        """Queues it again, or hands it on to whom has it."""
+        """Queues a waiting state again at its better priority; or passes the change on to the children that have it."""
         if state in self._waiting:
             self._queue(state)
         else:
             super().rekey(state, side)
 
     def revived(self, state: State) -> None:
-        """The same."""
+        """Queues a waiting state again; or tells the children that have it."""
         if state in self._waiting:
             self._queue(state)
         else:
             super().revived(state)
 
     def move_on(self, everything: bool) -> bool:
-        """Hands a state on to the next child; or the best that waits to the first, if none is being asked for."""
+        """Passes a state on to the next child, or the best waiting state to the first child if no state is being tried."""
         if self.closed:
             return False
         for state in [s for s in self._trying if self._alive(s)]:
@@ -139,8 +143,8 @@ class PropagatingFallbacksNode(FallbacksNode):
                 self._ask(state, index + 1)
                 return True
             del self._trying[state]
-            self.planning.touch(state, self._far)
-            self.planning.rested(self, state.lane)
+            self.planning.recheck(state, self._far)
+            self.planning.work_changed(self, state.lane)
         while self._heap and not any(map(self._alive, self._trying)):
             order, _, state = heappop(self._heap)
             if self._waiting.get(state) == order and self._alive(state):
@@ -151,7 +155,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         return False
 
     def give_way(self) -> bool:
-        """Hands the first state on that waits for what does not come."""
+        """Passes the first state on although its child still waits: several fallbacks wait for each other in a circle."""
         for state in self._trying if not self.closed else ():
             if self._asked[state] + 1 < len(self.children) and self._alive(state):
                 self._ask(state, self._asked[state] + 1)
@@ -159,7 +163,7 @@ class PropagatingFallbacksNode(FallbacksNode):
         return False
 
     def _alive(self, state: State) -> bool:
-        """Whether a state is one to decide for; what is not alive may have pruned jobs."""
+        """Whether a decision about the state is possible; jobs of states that are not alive may be parked."""
         return state.alive[self._near] or self.kept
 
     def _ask(self, state: State, index: int) -> None:
@@ -167,50 +171,51 @@ class PropagatingFallbacksNode(FallbacksNode):
         self.children[index].take(state, self._near, state.lane)
         self.planning.changes += 1
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
-        """It is one of the container; and the next state may be asked for."""
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
+        """Passes the child's solution on as one of the container; the next state may be tried."""
         near = solution.start if self._near == LEFT else solution.end
         if near in self._trying:
             del self._trying[near]
-            self.planning.touch(near, self._far)
+            self.planning.recheck(near, self._far)
         super().child_solved(child, solution)
 
-    def hands_on(self, child: Node) -> bool:
-        """Not where nothing is delivered."""
+    def may_pass_on(self, child: StageNode) -> bool:
+        """False: children only get states, and those are counted by `delivers_to`."""
         return False
 
     def _left(self, state: State) -> bool:
-        """Whether it waits, or a child is left to ask."""
+        """Whether the state waits, or is being tried and a further child remains."""
         return state in self._waiting or (state in self._trying and self._asked[state] + 1 < len(self.children))
 
-    def _had(self, state: State) -> list[Node]:
+    def _had(self, state: State) -> list[StageNode]:
         return self.children[: self._asked.get(state, -1) + 1]
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether it waits, a child is left to ask, or one that was asked works on it."""
+        """Whether the state waits, a further child remains for it, or a child that has it works on it."""
         left = self._left(state) or any(child.works_on(state, side) for child in self._had(state))
         return left and not self.closed
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """The same, of what can run."""
+        """Whether the state waits, a further child remains for it, or a child that has it may add solutions from it."""
         left = self._left(state) or any(child.may_add(state, side, lane) for child in self._had(state))
         return left and not self.closed
 
     def busy(self) -> bool:
-        """Whether states wait, or a child is busy."""
+        """Whether states that are alive wait, or a child is busy."""
         if self.closed:
             return False
         return any(map(self._alive, self._waiting)) or any(child.busy() for child in self.children)
 
-    def delivers_to(self, child: Node, side: int) -> bool:
-        """Whatever waits here, or is with an earlier child, may still come."""
-        index = self.children.index(child)  # not what the child has already: monitors would wait
+    def delivers_to(self, child: StageNode, side: int) -> bool:
+        """Whether states wait, are being tried with an earlier child, or may still come to the container."""
+        # States that the child has already do not count: monitoring generators would wait for ever.
+        index = self.children.index(child)
         coming = any(self._asked[state] < index for state in self._trying if self._alive(state))
         return coming or any(map(self._alive, self._waiting)) or super().delivers_to(child, side)
 
 
 class Lane:
-    """A pair that children are asked for one by one; states of different lanes never meet."""
+    """A pair of states that the children are tried on one by one; states of different lanes are never joined."""
 
     __slots__ = ("end", "fallbacks", "index", "outer", "solved", "start")
 
@@ -221,22 +226,22 @@ class Lane:
 
 
 class ConnectingFallbacksNode(Joining, FallbacksNode):
-    """Fallbacks that decide for each pair."""
+    """Fallbacks that connect: they decide for each pair of states."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._sides: tuple[list[tuple[State, object]], list[tuple[State, object]]] = ([], [])
-        self._lanes: dict[State, dict[Lane, None]] = {}  # of each state, those of its pairs that are open
-        self._pairs: dict[tuple[State, State], list[Lane]] = {}  # the same of each pair
-        self.doubtful: dict[Lane, None] = {}  # lanes that may have come to an end
-        self.stale = False  # whether any may, as what serves all has changed
+        self._lanes: dict[State, dict[Lane, None]] = {}  # by state, the open lanes of its pairs
+        self._pairs: dict[tuple[State, State], list[Lane]] = {}  # by pair of states, its open lanes
+        self.doubtful: dict[Lane, None] = {}  # lanes that may be ready to be passed on or closed
+        self.stale = False  # whether all lanes may be, because work outside any lane has changed
 
     def start(self) -> None:
-        """Starts all children, for what they hold inside."""
+        """Starts all children, because generators inside them serve all pairs."""
         ParallelNode.start(self)
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Tries all pairs that it makes."""
+        """Opens a lane for every pair that the state makes with one on the other side, and tries the first child on it."""
         self._sides[side].append((state, lane))
         for other, its_lane in list(self._sides[1 - side]):
             if meet(lane, its_lane):
@@ -245,11 +250,11 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
                 self._pairs.setdefault((start, end), []).append(made)
                 for each, far in ((start, RIGHT), (end, LEFT)):
                     self._lanes.setdefault(each, {})[made] = None
-                    self.planning.touch(each, far)
+                    self.planning.recheck(each, far)
                 self._ask(made)
 
-    def came(self, side: int) -> Iterable[State]:
-        """The states that came to that side so far."""
+    def arrived(self, side: int) -> Iterable[State]:
+        """The states that have come to that side so far."""
         return (state for state, _ in self._sides[side])
 
     def _ask(self, lane: Lane) -> None:
@@ -260,7 +265,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         self.planning.changes += 1
 
     def move_on(self, everything: bool) -> bool:
-        """Closes pairs of which nothing more can come; or hands one on to the next child."""
+        """Passes one lane on to the next child, and closes lanes that nothing can be added to; returns whether one was."""
         if self.closed:
             return False
         if everything and self.stale:
@@ -279,7 +284,7 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         return False
 
     def give_way(self) -> bool:
-        """Hands the first pair on that waits for what does not come."""
+        """Passes the first lane on although its child still waits: several fallbacks wait for each other in a circle."""
         for lane in [lane for lanes in self._pairs.values() for lane in lanes] if not self.closed else ():
             if lane.index + 1 < len(self.children) and not lane.solved and self._alive(lane):
                 lane.index += 1
@@ -294,11 +299,11 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         self._pairs[lane.start, lane.end].remove(lane)
         for state, side in ((lane.start, RIGHT), (lane.end, LEFT)):
             del self._lanes[state][lane]
-            self.planning.touch(state, side)
-        self.planning.rested(self, lane.outer)
+            self.planning.recheck(state, side)
+        self.planning.work_changed(self, lane.outer)
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
-        """It is one of the container."""
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
+        """Passes the child's solution on as one of the container; further children are not tried on its pair."""
         index = self.children.index(child)
         for lane in self._pairs.get((solution.start, solution.end), ()):  # type: ignore[arg-type]
             if lane.index == index:
@@ -306,18 +311,18 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         super().child_solved(child, solution)
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether it is in an open pair with a state that is alive, or more may come to the other side."""
+        """Whether the state is in an open pair with one that is alive, or further states may come to the other side."""
         if self.closed:
             return False
         return self.expects[side] or any(partner.alive[side] for partner in self.partners(state, side))
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """The same, for pairs of a lane, of what can run."""
+        """Whether runnable jobs may still join pairs of the state in the lane, or states may come to the other side."""
         lanes = (each for each in self._lanes.get(state, ()) if meet(each.outer, lane))
         return not self.closed and (self.expects[side] or any(map(self._may_add, lanes)))
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """The same, for a pair."""
+        """Whether runnable jobs may still join the pair in the lane."""
         lanes = (each for each in self._pairs.get((start, end), ()) if each.outer is lane)
         return not self.closed and any(map(self._may_add, lanes))
 
@@ -330,31 +335,31 @@ class ConnectingFallbacksNode(Joining, FallbacksNode):
         return self.children[lane.index].may_join(lane.start, lane.end, lane)
 
     def busy(self) -> bool:
-        """Whether a child is, or pairs may have to be handed on."""
+        """Whether a child is busy, or lanes wait for a decision."""
         return not self.closed and (self.stale or bool(self.doubtful) or ParallelNode.busy(self))
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """Those with which it is an open pair."""
+        """The states that it makes an open pair with."""
         return [lane.end if side == RIGHT else lane.start for lane in self._lanes.get(state, ())]
 
-    def delivers_to(self, child: Node, side: int) -> bool:
-        """A lane has all it will get."""
+    def delivers_to(self, child: StageNode, side: int) -> bool:
+        """False: a child gets both states of a lane at once, and no more."""
         return False
 
-    def hands_on(self, child: Node) -> bool:
-        """Whether new pairs may come, or one that is with an earlier child."""
+    def may_pass_on(self, child: StageNode) -> bool:
+        """Whether new pairs may come, or a pair that is tried with an earlier child may be passed on to this one."""
         index = self.children.index(child)
         lanes = (lane for lanes in self._pairs.values() for lane in lanes)
         coming = any(lane.index < index and not lane.solved and self._alive(lane) for lane in lanes)
         return not self.closed and (coming or self.may_receive())
 
-    def permits(self, child: Node) -> bool:
-        """Whether a child may run now: while no earlier one can."""
+    def permits(self, child: StageNode) -> bool:
+        """Whether a child may run jobs now: no earlier child has a runnable job."""
         earlier = self.children[: self.children.index(child)]
         return not any(leaf.best() for node in earlier for leaf in _leaves(node))
 
 
-def _leaves(node: Node) -> Iterable[Leaf]:
+def _leaves(node: StageNode) -> Iterable[Leaf]:
     if isinstance(node, Leaf):
         yield node
     for child in node.children:

@@ -1,147 +1,30 @@
-"""The graph of one container: states between its children, best paths through them, and what may still be of use.
+"""Two properties of the states in a container's graph, kept up to date after each change [T 3.5].
 
-A solution is an edge from one position to the next. Two things are kept up to date for every state and side: the
-longest, then cheapest path that leads there [T 3.5], and whether the state is *alive*, that is, whether something on
-that side leads on to the border, or may yet. Whether a state is alive depends on what is farther on that side alone, so
-a change is followed from state to state and comes to an end. What only dead states would need is not done; when one of
-them revives, it is.
+A solution is an edge between two states. For every state and side these are: the best path (the longest, then the
+cheapest) that leads there, and whether the state is *alive*, that is, whether something on that side leads on to the
+border, or may still do so. Whether a state is alive depends only on what lies farther on that side, so a change is
+followed from state to state and comes to an end. Jobs that only states that are not alive need are parked; when such a
+state is alive again, they are queued again.
 """
 
-from typing import TYPE_CHECKING
-
-from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.model.solutions import LEFT, RIGHT, State
 
 Best = tuple[int, int, float]  # stages in this container, stages outside, cost
 
 
 def better(first: Best, second: Best) -> bool:
-    """Whether a path is longer, or as long and cheaper."""
+    """Whether the first path is longer, or as long and cheaper."""
     longer = first[0] + first[1] - second[0] - second[1]
     return longer > 0 or (longer == 0 and first[2] < second[2])
 
 
 def meet(first: object, second: object) -> bool:
-    """Whether states of two lanes may be joined: of one lane, or of none in particular."""
+    """Whether states of two lanes may be joined: the lanes are the same, or at least one state is in no lane."""
     return first is second or first is None or second is None
 
 
-class Level:
-    """The states between the children of one container (or beside the child of a wrapper), and their edges."""
-
-    def __init__(self, owner: "Node") -> None:
-        self.owner = owner
-        self.children: list[Node] = []
-        self.top = False  # whether this is the task's own level: its borders are the goal
-
-    # --------------------------------------------------------------------------------------------- growing
-    def enter(self, outer: State, side: int, number: int, lane: object) -> State:
-        """The counterpart of a state that comes in at a border."""
-        inner = State(outer.scene, outer.properties, number, lane)
-        inner.level, inner.announced = self, True
-        inner.position = 0 if side == LEFT else len(self.children)
-        inner.outside.append(outer)
-        outer.inside.append(inner)
-        near = outer.best[side]
-        inner.reached(side, (0, near[0] + near[1], near[2]))
-        inner.alive[side] = outer.alive[side] or self.owner.kept
-        self.owner.planning.touch(inner, 1 - side)
-        self.owner.planning.touch(outer, 1 - side)
-        return inner
-
-    def add(self, solution: Solution, index: int) -> None:
-        """Adds a success of the child at `index`; new states go on to its neighbours."""
-        start, end = solution.start, solution.end
-        if start is None or end is None:
-            raise ValueError("a success has a state on both sides")
-        for state, position in ((start, index), (end, index + 1)):
-            if state.level is None:
-                state.level, state.position = self, position
-        start.edges[RIGHT].append(solution)
-        end.edges[LEFT].append(solution)
-        _relax([(start, end, solution.cost, LEFT), (end, start, solution.cost, RIGHT)])
-        for state, side in ((start, LEFT), (end, RIGHT)):
-            far = 1 - side
-            if not state.announced:
-                state.announced = True
-                neighbour = self.neighbour(state, side)
-                if neighbour is not None and neighbour.reads[far]:
-                    neighbour.take(state, far, state.lane)
-                self.owner.planning.touch(state, side)
-            other = end if state is start else start
-            if state.alive[far] != other.alive[far]:
-                self.owner.planning.touch(state, far)
-
-    def neighbour(self, state: State, side: int) -> "Node | None":
-        """The child on that side of a state; None at the border."""
-        k = state.position if side == RIGHT else state.position - 1
-        return self.children[k] if 0 <= k < len(self.children) else None
-
-    def at_border(self, state: State, side: int) -> bool:
-        """Whether nothing of this container is on that side of a state."""
-        return state.position == (0 if side == LEFT else len(self.children))
-
-    def complete(self, state: State, side: int) -> bool:
-        """Whether a path leads from the state to the border on that side."""
-        needed = state.position if side == LEFT else len(self.children) - state.position
-        return state.best[side][0] == needed
-
-    # --------------------------------------------------------------------------------------------- support
-    def supported(self, state: State, side: int) -> bool:
-        """Whether something on that side of a state may yet lead on, where no solution does."""
-        neighbour = self.neighbour(state, side)
-        if neighbour is not None:
-            if neighbour.reads[1 - side]:
-                return neighbour.works_on(state, side)
-            # Written by a container, it may have more ways through that container.
-            return any(inner.alive[side] for inner in state.inside if inner.level.at_border(inner, 1 - side))
-        if self.top or self.owner.kept or not state.outside or self.owner.works_at_border(state):
-            return True
-        return any(outer.alive[side] for outer in state.outside)
-
-    def _may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether the neighbour on that side may still make edges that lead on from a state."""
-        neighbour = self.neighbour(state, side)
-        if neighbour is None:
-            return False
-        if neighbour.reads[1 - side]:
-            return neighbour.may_add(state, side, lane)
-        written = (inner for inner in state.inside if inner.level.at_border(inner, 1 - side))
-        return any(inner.level.owner.may_lead(inner, side) for inner in written)
-
-    def may_extend(self, state: State, side: int) -> bool:
-        """Whether anything may still be added to the paths, of its lane, that lead on from a state."""
-        seen, waiting = {state}, [state]
-        while waiting:
-            here = waiting.pop()
-            if self._may_add(here, side, state.lane):
-                return True
-            for edge in here.edges[side]:
-                far = edge.end if side == RIGHT else edge.start
-                if far is not None and far not in seen and meet(far.lane, state.lane):
-                    seen.add(far)
-                    waiting.append(far)
-        return False
-
-    def delivers(self, position: int, side: int) -> bool:
-        """Whether new states may still come to a position from that side."""
-        k, step = (position, 1) if side == RIGHT else (position - 1, -1)
-        while 0 <= k < len(self.children):
-            child = self.children[k]
-            if child.reads[1 - side]:
-                return False
-            if child.busy():
-                return True
-            if not child.reads[side]:
-                return False
-            k += step
-        return self.owner.border_delivers(side)
-
-
-def _relax(waiting: list[tuple[State, State, float, int]]) -> None:
-    """Carries better paths on: each entry is (near, far, cost, side): far is reached through near, from `side`."""
+def relax(waiting: list[tuple[State, State, float, int]]) -> None:
+    """Propagates best paths along edges; of an entry (near, far, cost, side), far is reached from `side` through near."""
     while waiting:
         near, far, cost, side = waiting.pop()
         stages, outside, total = near.best[side]
@@ -151,7 +34,7 @@ def _relax(waiting: list[tuple[State, State, float, int]]) -> None:
 
 
 def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, State, float, int]]) -> None:
-    """Notes a better path to a state from `side` and hands it on: along edges, to the inside, to queues."""
+    """Records a better path from `side` to a state and passes it on: along edges, to counterparts inside, to job queues."""
     entries = [(state, best)]
     while entries:
         here, value = entries.pop()
@@ -171,7 +54,7 @@ def _set_best(state: State, side: int, best: Best, waiting: list[tuple[State, St
 
 
 def reconsider(waiting: list[tuple[State, int]]) -> int:
-    """Finds out which of the states are alive on the given side, and on whom that tells; how many have changed."""
+    """Updates which states are alive on the given sides, and all that depends on it; returns how many have changed."""
     changed = 0
     while waiting:
         state, side = waiting.pop()

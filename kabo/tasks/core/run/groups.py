@@ -1,16 +1,15 @@
-"""The nodes of containers: how the solutions of children become those of a container [T 3.3, 3.4]."""
+"""The nodes of containers: how solutions of the children become solutions of the container [T 3.3, 3.4]."""
 
 from collections.abc import Iterable
 from typing import Any
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-from kabo.tasks.core.run.graph import Level
-from kabo.tasks.core.run.nodes import Node
+from kabo.tasks.core.run.nodes import Level, StageNode
 from kabo.tasks.core.run.paths import Paths
 
 
-class Holder(Node):
-    """A node with states of its own: what comes to its borders has a counterpart inside."""
+class Holder(StageNode):
+    """A node with interface states of its own inside: a state that comes to its border gets a counterpart inside."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -18,26 +17,26 @@ class Holder(Node):
         self.inside: dict[State, dict[object, State]] = {}  # the counterparts of each state, by lane
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Hands a counterpart to the child at that border."""
+        """Makes a counterpart of the state and gives it to the child at that border."""
         inner = self.inner.enter(state, side, self.planning.count(), lane)
         self.inside.setdefault(state, {})[lane] = inner
         self.children[0 if side == LEFT else -1].take(inner, side, lane)
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether a counterpart is alive."""
+        """Whether a counterpart of the state is alive on that side."""
         return not self.closed and any(inner.alive[side] for inner in self.inside.get(state, {}).values())
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether something waits to leave it, or may come of a counterpart."""
+        """Whether a counterpart of the state may still lead to a solution of this node."""
         return any(self.may_lead(inner, side) for inner in self.inside.get(state, {}).values())
 
-    def came(self, side: int) -> Iterable[State]:
-        """The states that have a counterpart at that border."""
+    def arrived(self, side: int) -> Iterable[State]:
+        """The states that have come to that side so far."""
         inside = ((state, inner) for state, lanes in self.inside.items() for inner in lanes.values())
         return (state for state, inner in inside if self.inner.at_border(inner, side))
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """The same of both counterparts in the lane."""
+        """Whether the counterparts of both states in the lane may still lead to a solution of this node."""
         first, last = self.inside[start].get(lane), self.inside[end].get(lane)
         if first is None or last is None:
             return False
@@ -45,7 +44,7 @@ class Holder(Node):
 
 
 class SerialNode(Holder):
-    """A serial container: every whole path of its children's solutions is a solution."""
+    """The node of a serial container: every path of its children's solutions from border to border is a solution."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -57,22 +56,22 @@ class SerialNode(Holder):
             child.start()
 
     def may_lead(self, inner: State, side: int) -> bool:
-        """Whether paths wait, or more may come."""
+        """Whether complete paths of the state's lane wait, or more may be found from the state."""
         return not self.closed and (self.paths.wait(inner.lane) or self.inner.may_extend(inner, side))
 
     def busy(self) -> bool:
-        """Whether a child is, or paths wait."""
+        """Whether complete paths wait, or a child is busy."""
         return not self.closed and (bool(self.paths.heap) or any(child.busy() for child in self.children))
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
-        """One more edge, and maybe whole paths."""
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
+        """Adds an edge to the graph, and the complete paths through it to those that wait."""
         self.inner.add(solution, child.index)
         self.paths.add(solution)
         if self.parent is not None and self.paths.heap and not self.solutions:
-            self.lift()  # the first at once: others wait for it
+            self.lift()  # the first solution at once: other nodes wait for it
 
     def lift(self) -> bool:
-        """Makes a solution of the cheapest path that waits; False if none does."""
+        """Turns the cheapest complete path that waits into a solution of the container; returns whether one waited."""
         if self.closed or not self.paths.heap:
             return False
         path = self.paths.pop()
@@ -93,17 +92,17 @@ class SerialNode(Holder):
                 if outer.level is None and outer in inner.outside:
                     inner.outside.remove(outer)
                     outer.inside.remove(inner)
-        self.planning.rested(self, first.lane if last.lane is None else last.lane)
+        self.planning.work_changed(self, first.lane if last.lane is None else last.lane)
         return True
 
     def _outer(self, inner: State, followed: State | None) -> State:
-        """A counterpart of an inner border state, in the lane of that of the state that it followed from."""
+        """A counterpart outside of a state at a border, in the lane of `followed`, the state at the other border."""
         lane = followed.outside[0].lane if followed is not None and followed.outside else None
         return self.new_state(inner.scene, inner.properties, lane)
 
 
-class ParallelNode(Node):
-    """Alternatives: each success of a child is one of the container."""
+class ParallelNode(StageNode):
+    """The node of alternatives: every solution of a child is a solution of the container."""
 
     def start(self) -> None:
         """Starts all children."""
@@ -111,50 +110,50 @@ class ParallelNode(Node):
             child.start()
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """All children take it."""
+        """Gives the state to all children."""
         for child in self.children:
             child.take(state, side, lane)
 
     def rekey(self, state: State, side: int) -> None:
-        """For all children."""
+        """Tells all children."""
         for child in self.children:
             child.rekey(state, side)
 
     def revived(self, state: State) -> None:
-        """For all children."""
+        """Tells all children."""
         for child in self.children:
             child.revived(state)
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether a child does."""
+        """Whether a child works on the state."""
         return not self.closed and any(child.works_on(state, side) for child in self.children)
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether a child may."""
+        """Whether a child may still add solutions from the state."""
         return not self.closed and any(child.may_add(state, side, lane) for child in self.children)
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """Whether a child may."""
+        """Whether a child may still join the pair."""
         return not self.closed and any(child.may_join(start, end, lane) for child in self.children)
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """Those of all children."""
+        """The states that any child might join it with."""
         return [partner for child in self.children for partner in child.partners(state, side)]
 
     def busy(self) -> bool:
-        """Whether a child is."""
+        """Whether a child is busy."""
         return not self.closed and any(child.busy() for child in self.children)
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
-        """The same solution, one floor up."""
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
+        """Reports a solution of the container with the states and the cost of the child's."""
         start, end, cost, comment = solution.start, solution.end, solution.cost, solution.comment
         number = self.planning.count()
         self.report(Solution(self.stage, start, end, cost, comment, parts=(solution,), number=number))
 
-    def came(self, side: int) -> Iterable[State]:
-        """The same for all children."""
-        return self.children[0].came(side)
+    def arrived(self, side: int) -> Iterable[State]:
+        """The states that have come to that side so far; they are the same for all children."""
+        return self.children[0].arrived(side)
 
-    def delivers_to(self, child: Node, side: int) -> bool:
-        """What comes to it comes to all children."""
+    def delivers_to(self, child: StageNode, side: int) -> bool:
+        """Whether new states may still come to the container: they go to all children."""
         return self.parent is not None and self.parent.delivers_to(self, side)

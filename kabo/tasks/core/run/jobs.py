@@ -1,4 +1,4 @@
-"""Jobs: one call of a stage function, taken up again where it left off, here or in another process."""
+"""Jobs: calls of stage functions that can be continued where they were left, in this process or another."""
 
 import hashlib
 from collections.abc import Callable, Iterator
@@ -14,13 +14,13 @@ _GOLDEN, _MASK = 0x9E3779B97F4A7C15, (1 << 64) - 1
 
 
 def stage_seed(seed: int, path: str) -> int:
-    """The seed of a stage, from the task's seed and the stage's path."""
+    """The seed of a stage, derived from the task's seed and the stage's path."""
     digest = hashlib.blake2b(f"{seed}/{path}".encode(), digest_size=8).digest()
     return int.from_bytes(digest, "little")
 
 
 def job_seed(stage: int, number: int) -> int:
-    """The seed of a stage's job of that number, 63 bits."""
+    """The 63-bit seed of a stage's job of that number."""
     mixed = (stage + number * _GOLDEN) & _MASK
     mixed = ((mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9) & _MASK
     mixed = ((mixed ^ (mixed >> 27)) * 0x94D049BB133111EB) & _MASK
@@ -28,16 +28,16 @@ def job_seed(stage: int, number: int) -> int:
 
 
 def call(function: Callable[..., Answers], arguments: tuple[Any, ...]) -> Answers:
-    """Calls a stage function; it may read its properties, which other jobs share, and not change them."""
+    """Calls a stage function; it gets a read-only view of its properties, because other jobs share them."""
     *scenes, properties, seed = arguments
     return function(*scenes, MappingProxyType(properties), seed)
 
 
 @dataclass(slots=True, eq=False)
-class Job:
-    """A call of a stage function for some states; `asked` says how often it gave something already.
+class StageJob:
+    """One call of a stage function. `subject` is what it is for: a state, a pair of states, or a solution.
 
-    `subject` is what the node runs it for. What yields is asked for one success at a time.
+    `asked` counts how often it has run without coming to its end. A function that yields gives one success each time.
     """
 
     subject: Any
@@ -49,7 +49,7 @@ class Job:
     key: tuple[Any, ...] = ()
 
     def run(self, function: Callable[..., Answers]) -> tuple[list[Answer], bool]:
-        """The next answers, and whether there are no more; what an error breaks off is begun anew, and found again."""
+        """The next answers, and whether they are the last; after an error the function is called from its beginning."""
         if isinstance(self.arguments, UndefinedProperty):
             return [Failure("property", str(self.arguments))], True
         if self.source is None:
@@ -57,7 +57,7 @@ class Job:
             self.source = islice(source, self.taken, None) if self.taken else source
         if not self.piecemeal:
             return list(self.source), True
-        source, self.source = self.source, None  # after an error it would say that there are no more
+        source, self.source = self.source, None  # after an error a generator would end without saying why
         found, finished = pull(source)
         self.source = source
         self.taken += len(found)
@@ -65,7 +65,7 @@ class Job:
 
 
 def pull(source: Iterator[Answer]) -> tuple[list[Answer], bool]:
-    """The answers up to the next success, and whether there are no more."""
+    """The answers up to and with the next success, and whether they are the last."""
     found = []
     for answer in source:
         found.append(answer)

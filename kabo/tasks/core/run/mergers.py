@@ -1,4 +1,4 @@
-"""The node of mergers: solutions of all children from one state are put together [T 3.3]."""
+"""The node of mergers: solutions of all children from the same state are combined [T 3.3]."""
 
 from collections.abc import Callable
 from itertools import product
@@ -9,19 +9,20 @@ from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.groups import ParallelNode
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.job_queues import Leaf
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import StageNode
 
 
 class MergerNode(Leaf):
-    """A merger: one job for each combination of one solution of every child from the same state."""
+    """The node of a merger: one job for each combination of one solution of every child from the same state."""
 
     stage: Merger
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._near, self._far = (LEFT, RIGHT) if self.flow is Flow.FORWARD else (RIGHT, LEFT)
-        self._found: dict[State, dict[Node, list[Solution]]] = {}
+        self._found: dict[State, dict[StageNode, list[Solution]]] = {}
 
     take, start, partners, delivers_to = (
         ParallelNode.take,
@@ -31,26 +32,26 @@ class MergerNode(Leaf):
     )
 
     def rekey(self, state: State, side: int) -> None:
-        """For the children, and for the combinations that wait."""
+        """Tells the children, and queues the state's combinations again at their better priority."""
         for child in self.children:
             child.rekey(state, side)
         self.rekey_jobs([job for subject, job in self.jobs.items() if subject[0] is state])
 
     def revived(self, state: State) -> None:
-        """For the children, and for the combinations that were parked."""
+        """Tells the children, and queues those of the state's combinations again that were parked."""
         for child in self.children:
             child.revived(state)
         self.unpark([job for subject, job in self.parked.items() if subject[0] is state])
 
     def works_on(self, state: State, side: int) -> bool:
-        """Whether a combination waits, or every child has solutions or works on it."""
+        """Whether a combination from the state waits, or every child has solutions from it or works on it."""
         return self._combines(state, lambda child: child.works_on(state, side))
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether a combination waits, or every child has solutions or may have more."""
+        """Whether a combination from the state waits, or every child has solutions from it or may add some."""
         return self._combines(state, lambda child: child.may_add(state, side, lane))
 
-    def _combines(self, state: State, works: Callable[[Node], bool]) -> bool:
+    def _combines(self, state: State, works: Callable[[StageNode], bool]) -> bool:
         if self.closed:
             return False
         if any(subject[0] is state for subject in self.jobs):
@@ -62,8 +63,8 @@ class MergerNode(Leaf):
         """Whether combinations wait, or a child is busy."""
         return super().busy() or (not self.closed and any(child.busy() for child in self.children))
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
-        """All combinations with what the others found."""
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
+        """Queues a job for each combination with solutions of the other children."""
         state = solution.start if self._near == LEFT else solution.end
         if state is None:
             raise ValueError("a success has a state on both sides")
@@ -71,34 +72,34 @@ class MergerNode(Leaf):
         found.setdefault(child, []).append(solution)
         choices = [[solution] if other is child else found.get(other, []) for other in self.children]
         for chosen in product(*choices):
-            self.queue(Job((state, *chosen), self.arguments((state.scene, chosen), state.properties)))
-        self.planning.touch(state, self._far)
+            self.queue(StageJob((state, *chosen), self.arguments((state.scene, chosen), state.properties)))
+        self.planning.recheck(state, self._far)
 
-    def key(self, job: Job) -> tuple[Any, ...]:
-        """Those asked less often, by the priority of the state, then the cheaper ones."""
+    def key(self, job: StageJob) -> tuple[Any, ...]:
+        """How often the job has run, then the best path to its state, its cost added to those of the solutions."""
         state, *chosen = job.subject
         depth, cost = state.order[self._near]
         return job.asked, depth, cost + sum(s.cost for s in chosen)
 
-    def runnable(self, job: Job) -> bool:
-        """Whether the state is alive on the side it comes from."""
+    def runnable(self, job: StageJob) -> bool:
+        """Whether the state is alive on the side that it comes from."""
         state: State = job.subject[0]
         return state.alive[self._near]
 
-    def lane(self, job: Job) -> object:
-        """That of the state."""
+    def lane(self, job: StageJob) -> object:
+        """The lane of the state."""
         return job.subject[0].lane
 
-    def done(self, job: Job) -> None:
-        """Nothing more may lead on from the state."""
-        self.planning.touch(job.subject[0], self._far)
+    def done(self, job: StageJob) -> None:
+        """Has the state rechecked."""
+        self.planning.recheck(job.subject[0], self._far)
 
     def function(self) -> Callable[..., Answers]:
-        """`merge`."""
+        """The stage's `merge`."""
         return self.stage.merge
 
-    def solve(self, job: Job, result: Result) -> None:
-        """A new state on the far side."""
+    def solve(self, job: StageJob, result: Result) -> None:
+        """Makes a new state on the far side."""
         near, *chosen = job.subject
         far = self.new_state(result.scene, {**near.properties, **result.properties}, near.lane)
         start, end = (near, far) if self._near == LEFT else (far, near)

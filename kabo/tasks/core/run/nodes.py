@@ -1,35 +1,32 @@
-"""Nodes: the stages of one planning run, each with its queue of jobs [T 3.6].
+"""Nodes: what one planning run knows about each stage; and the states between the stages of one container [T 3.6].
 
-A stage is structure and never changes; its node holds what one run knows about it: which states wait, which jobs
-were asked how often, what failed. A job runs if the side that it does not compute is alive; else it is parked, until
-that side revives. Of the jobs that wait, those asked less often come first, then those on longer, then on cheaper paths.
+A stage is structure and never changes; its node holds the states that have come to it, its jobs, solutions and
+failures. A job runs if the state that it was given is alive on the side that the job does not compute; else it is
+parked until that state is alive again. Jobs that have run less often come first, then those on longer, then on cheaper
+paths.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
-from kabo.tasks.core.model.properties import Resolver
+from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.core.model.results import Answer, Answers, Failure, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
-from kabo.tasks.core.run.graph import Level
-from kabo.tasks.core.run.jobs import Job, job_seed, stage_seed
+from kabo.tasks.core.run.graph import meet, relax
+from kabo.tasks.core.run.jobs import StageJob, job_seed, stage_seed
 
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.planning import Planning
-
-KEPT = 100  # failures that a stage keeps; all are counted
+MAX_KEPT_FAILURES = 100  # failures of one stage that are kept for explanations; all are counted
 INFINITE = float("inf")
 
 
 @dataclass
 class StageStatistics:
-    """What a stage did in one run: jobs, their seconds, successes with their costs, failures by reason."""
+    """What a stage did in one run: jobs and their seconds, successes and their costs, failures and mismatches by reason."""
 
     calls: int = 0
     seconds: float = 0.0
@@ -39,11 +36,37 @@ class StageStatistics:
     costs: list[float] = field(default_factory=list)
 
 
-class Node:
+class PlanningRun(Protocol):
+    """What a node may ask of its planning run, and what it reports to it."""
+
+    flows: Mapping[Stage, Flow]
+    scene: Any
+    seed: int
+    pruning: bool
+    observe: Callable[[Stage, Failure], None] | None
+    count: Callable[[], int]  # the next number, for whatever must keep its order of arrival
+    changes: int  # counts changes that may let a job run, or a solution be lifted
+    asked: "set[StageNode]"  # monitoring generators that are finding out whether more may come
+    order: "list[StageNode]"  # children before their containers, else in order of time
+
+    def recheck(self, state: State, side: int) -> None:
+        """Has a state rechecked after the present job: it may no longer be alive on that side, or may be alive again."""
+        ...
+
+    def work_changed(self, node: "StageNode", lane: object) -> None:
+        """Reports that a job of a node ran or was parked, or that a solution was lifted; in one lane, or in all (None)."""
+        ...
+
+    def has_work_again(self, node: "StageNode") -> None:
+        """Reports that a node without runnable jobs has some again."""
+        ...
+
+
+class StageNode:
     """A stage in one planning run."""
 
     def __init__(
-        self, stage: Stage, planning: "Planning", parent: "Node | None", level: Level, index: int
+        self, stage: Stage, planning: PlanningRun, parent: "StageNode | None", level: "Level", index: int
     ) -> None:
         self.stage = stage
         self.planning = planning
@@ -52,60 +75,60 @@ class Node:
         self.index = index
         self.flow: Flow = planning.flows[stage]
         self.reads = (self.flow.reads_start, self.flow.reads_end)  # whether states come to it, by side
-        self.children: list[Node] = []
+        self.children: list[StageNode] = []
         self.statistics = StageStatistics()
         self.failures: list[Solution] = []
         self.solutions: list[Solution] = []
-        self.monitors: list[Node] = []
-        self.closed = False  # a limit is reached: nothing more is wanted of it
-        self.kept = False  # a monitor waits for its successes, of use otherwise or not
-        self._resolver = Resolver(stage.properties)
+        self.monitors: list[StageNode] = []
+        self.closed = False  # a limit is reached: it runs no more jobs
+        self.kept = False  # exempt from pruning, because a monitoring generator waits for its solutions
+        self._resolver = PropertyResolver(stage.properties)
         self._seed = stage_seed(planning.seed, stage.path)
         self._jobs = 0
 
     # ---------------------------------------------------------------------------- what a run asks of a node
     def start(self) -> None:
-        """Queues the first jobs, those of generators."""
+        """Queues the initial jobs; only generators have any."""
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """A state came to one side of it."""
+        """Receives a state at one side, in a lane or in none."""
         raise NotImplementedError
 
     def rekey(self, state: State, side: int) -> None:
-        """The best path to a state at that side became better."""
+        """Updates priorities: the best path to a state at that side has become better."""
 
     def revived(self, state: State) -> None:
-        """A state beside it is alive again on its far side."""
+        """Queues parked jobs again: a state at its side is alive again on the far side."""
 
     def revived_inside(self, inner: State) -> None:
-        """The same, of a state at its inner border."""
+        """Queues parked jobs again: a state at its border inside is alive again."""
 
     def works_on(self, state: State, side: int) -> bool:
         """Whether something may still lead from the state through this node to `side`."""
         raise NotImplementedError
 
     def may_add(self, state: State, side: int, lane: object) -> bool:
-        """Whether jobs that can run may add solutions from the state; what was found already does not count."""
+        """Whether runnable jobs may still add solutions from the state, besides those there are."""
         raise NotImplementedError
 
     def may_lead(self, inner: State, side: int) -> bool:
-        """The same of a state inside, at its border."""
+        """Whether runnable jobs may still add solutions from a state at its border inside."""
         return False
 
     def may_join(self, start: State, end: State, lane: object) -> bool:
-        """The same of a pair of states; connecting."""
+        """Whether runnable jobs may still join the two states; only of nodes that connect."""
         raise NotImplementedError
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states on the other side with which it might be joined."""
+        """The states on the other side that it might be joined with; only of nodes that connect."""
         return ()
 
     def busy(self) -> bool:
-        """Whether there are jobs in it that can run."""
+        """Whether it has runnable jobs."""
         raise NotImplementedError
 
-    def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
-        """Takes in what a job found."""
+    def absorb(self, job: StageJob, found: list[Answer], finished: bool) -> None:
+        """Records the answers of one of its jobs."""
         raise NotImplementedError
 
     def function(self) -> Callable[..., Answers]:
@@ -114,57 +137,57 @@ class Node:
 
     # -------------------------------------------------------------------------------- what it says to others
     def may_solve(self) -> bool:
-        """Whether it may still have successes: it is busy, or states, or pairs of them, may still come to it."""
+        """Whether it may still have solutions: it is busy, or states or pairs of states may still come to it."""
         if self.busy():
             return True
         here = self
         while here.parent is not None:
-            if here.parent.hands_on(here):
+            if here.parent.may_pass_on(here):
                 return True
             here = here.parent
         return self.may_receive()
 
     def may_receive(self) -> bool:
-        """Whether new states may still come to it; of pairs one, where the other one is there or may come too."""
+        """Whether new states may still come to it; of a pair, one state suffices if the other is there or may come too."""
         if self.closed:
             return False
         left = self.reads[LEFT] and self._delivered(LEFT)
         right = self.reads[RIGHT] and self._delivered(RIGHT)
         if self.flow is not Flow.CONNECT or left is right:
             return left or right
-        return any(True for _ in self.came(RIGHT if left else LEFT))
+        return any(True for _ in self.arrived(RIGHT if left else LEFT))
 
     def _delivered(self, side: int) -> bool:
         if self.parent is not None and self.parent.level is self.level:
             return self.parent.delivers_to(self, side)
         return self.level.delivers(self.index if side == LEFT else self.index + 1, side)
 
-    def came(self, side: int) -> Iterable[State]:
-        """The states that came to that side so far; connecting."""
+    def arrived(self, side: int) -> Iterable[State]:
+        """The states that have come to that side so far; only of nodes that connect."""
         raise NotImplementedError
 
-    def hands_on(self, child: "Node") -> bool:
-        """Whether it may still have a child begin, or try a pair, where another one gave nothing."""
+    def may_pass_on(self, child: "StageNode") -> bool:
+        """Whether it may still start the child, or give it a pair of states, because an earlier child fails."""
         return False
 
-    def child_solved(self, child: "Node", solution: Solution) -> None:
-        """A child had a success."""
+    def child_solved(self, child: "StageNode", solution: Solution) -> None:
+        """Receives a solution of a child."""
         raise NotImplementedError
 
     def works_at_border(self, state: State) -> bool:
-        """Whether something may still leave it from a state at its inner border."""
+        """Whether solutions of this node may still be made from a state at its border inside."""
         return False
 
     def border_delivers(self, side: int) -> bool:
         """Whether new states may still come in at its border."""
         return self.parent is not None and self.reads[side] and self.parent.delivers_to(self, side)
 
-    def delivers_to(self, child: "Node", side: int) -> bool:
-        """Whether new states may still come to that side of a child that shares its interfaces, or has its own."""
+    def delivers_to(self, child: "StageNode", side: int) -> bool:
+        """Whether new states may still come to that side of a child."""
         return child.level.delivers(child.index if side == LEFT else child.index + 1, side)
 
     def report(self, solution: Solution) -> bool:
-        """Counts a solution after its cost term had its say, and hands a success to the parent; False: a failure."""
+        """Applies the cost term to a solution, records it and passes it on; returns False if it became a failure."""
         term = self.stage.cost
         if term is not None and not solution.failed:
             answer = term(solution)
@@ -187,11 +210,11 @@ class Node:
         return True
 
     def fail(self, start: State | None, end: State | None, failure: Failure) -> None:
-        """Counts a failure, and keeps it while there are few."""
+        """Counts a failure, and keeps it for explanations up to a limit."""
         self.statistics.failures[failure.reason] += 1
         if self.planning.observe is not None:
             self.planning.observe(self.stage, failure)
-        if len(self.failures) < KEPT:
+        if len(self.failures) < MAX_KEPT_FAILURES:
             self.failures.append(
                 Solution(
                     self.stage,
@@ -204,8 +227,8 @@ class Node:
                 )
             )
 
-    def keep(self) -> None:
-        """Nothing that leads to its successes may be pruned: a monitor waits for them."""
+    def exempt_from_pruning(self) -> None:
+        """Exempts everything that leads to its solutions from pruning, because a monitoring generator waits for them."""
         if self.kept:
             return
         self.kept = True
@@ -218,15 +241,15 @@ class Node:
             last = self.index + 1 == len(self.level.children)
             beside.append(self.level.owner if last else self.level.children[self.index + 1])
         for node in beside:
-            node.keep()
+            node.exempt_from_pruning()
 
     # -------------------------------------------------------------------------------------------- for all
     def new_state(self, scene: Any, properties: Any, lane: object = None) -> State:
-        """A state that nobody knows yet."""
+        """A new state, not yet part of the graph."""
         return State(scene, properties, self.planning.count(), lane)
 
     def arguments(self, scenes: tuple[Any, ...], *interfaces: Any) -> tuple[Any, ...] | UndefinedProperty:
-        """The arguments of a new job; or the error, if an interface state lacks a property."""
+        """The arguments of a new job; or the error, if an interface state lacks a property that is referred to."""
         try:
             values = self._resolver.values(*interfaces)
         except UndefinedProperty as error:
@@ -242,119 +265,113 @@ class Node:
         return Solution(self.stage, start, end, result.cost, result.comment, result.motion, parts, number)
 
 
-class Leaf(Node):
-    """A node with jobs of its own, for one subject each: in a heap those that wait, parked those that cannot run."""
+class Level:
+    """The states between the children of one container, or beside the child of a wrapper, and their solutions."""
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self.jobs: dict[Any, Job] = {}
-        self.heap: list[tuple[tuple[Any, ...], int, Job]] = []  # of jobs that wait, or are no more
-        self.parked: dict[Any, Job] = {}
+    def __init__(self, owner: StageNode) -> None:
+        self.owner = owner
+        self.children: list[StageNode] = []
+        self.top = False  # whether this is the task's own level: its borders are the goal
 
-    def busy(self) -> bool:
-        """Whether a job waits or runs."""
-        return not self.closed and len(self.jobs) > len(self.parked)
+    # --------------------------------------------------------------------------------------------- growing
+    def enter(self, outer: State, side: int, number: int, lane: object) -> State:
+        """Makes the counterpart of a state that comes in at a border."""
+        inner = State(outer.scene, outer.properties, number, lane)
+        inner.level, inner.announced = self, True
+        inner.position = 0 if side == LEFT else len(self.children)
+        inner.outside.append(outer)
+        outer.inside.append(inner)
+        near = outer.best[side]
+        inner.reached(side, (0, near[0] + near[1], near[2]))
+        inner.alive[side] = outer.alive[side] or self.owner.kept
+        self.owner.planning.recheck(inner, 1 - side)
+        self.owner.planning.recheck(outer, 1 - side)
+        return inner
 
-    def queue(self, job: Job) -> None:
-        """Puts a job in, at its present priority."""
-        if len(self.jobs) == len(self.parked):
-            self.planning.woken(self)
-        self.jobs[job.subject] = job
-        self.planning.changes += 1
-        self.push(job)
+    def add(self, solution: Solution, index: int) -> None:
+        """Adds a solution of the child at `index`; new states go to the neighbouring children."""
+        start, end = solution.start, solution.end
+        if start is None or end is None:
+            raise ValueError("a success has a state on both sides")
+        for state, position in ((start, index), (end, index + 1)):
+            if state.level is None:
+                state.level, state.position = self, position
+        start.edges[RIGHT].append(solution)
+        end.edges[LEFT].append(solution)
+        relax([(start, end, solution.cost, LEFT), (end, start, solution.cost, RIGHT)])
+        for state, side in ((start, LEFT), (end, RIGHT)):
+            far = 1 - side
+            if not state.announced:
+                state.announced = True
+                neighbour = self.neighbour(state, side)
+                if neighbour is not None and neighbour.reads[far]:
+                    neighbour.take(state, far, state.lane)
+                self.owner.planning.recheck(state, side)
+            other = end if state is start else start
+            if state.alive[far] != other.alive[far]:
+                self.owner.planning.recheck(state, far)
 
-    def push(self, job: Job) -> None:
-        """Puts a job in its place, at its present priority; entries of former ones are passed over."""
-        job.key = self.key(job)
-        heappush(self.heap, (job.key, self.planning.count(), job))
+    def neighbour(self, state: State, side: int) -> StageNode | None:
+        """The child on that side of a state; None at the border."""
+        k = state.position if side == RIGHT else state.position - 1
+        return self.children[k] if 0 <= k < len(self.children) else None
 
-    def rekey_jobs(self, jobs: Iterable[Job]) -> None:
-        """Queues jobs again, at a better priority; parked ones have none."""
-        for job in jobs:
-            if job.subject not in self.parked:
-                self.push(job)
+    def at_border(self, state: State, side: int) -> bool:
+        """Whether the state lies at the border on that side."""
+        return state.position == (0 if side == LEFT else len(self.children))
 
-    def unpark(self, jobs: Iterable[Job]) -> None:
-        """Queues those of the jobs that were parked and can run again."""
-        for job in jobs:
-            if job.subject in self.parked and self.runnable(job):
-                del self.parked[job.subject]
-                self.planning.woken(self)
-                self.push(job)
+    def complete(self, state: State, side: int) -> bool:
+        """Whether a path leads from the border on that side to the state."""
+        needed = state.position if side == LEFT else len(self.children) - state.position
+        return state.best[side][0] == needed
 
-    def key(self, job: Job) -> tuple[Any, ...]:
-        """What orders jobs; less is better, and it only gets less with time (but for being asked again)."""
-        raise NotImplementedError
+    # --------------------------------------------------------------------------------------------- support
+    def supported(self, state: State, side: int) -> bool:
+        """Whether something on that side of the state may still lead on, though no solution does yet."""
+        neighbour = self.neighbour(state, side)
+        if neighbour is not None:
+            if neighbour.reads[1 - side]:
+                return neighbour.works_on(state, side)
+            # A container wrote the state: there may be more paths through that container.
+            return any(inner.alive[side] for inner in state.inside if inner.level.at_border(inner, 1 - side))
+        if self.top or self.owner.kept or not state.outside or self.owner.works_at_border(state):
+            return True
+        return any(outer.alive[side] for outer in state.outside)
 
-    def runnable(self, job: Job) -> bool:
-        """Whether the side that the job does not compute is alive."""
-        raise NotImplementedError
+    def _may_add(self, state: State, side: int, lane: object) -> bool:
+        """Whether the neighbour on that side may still add solutions from the state."""
+        neighbour = self.neighbour(state, side)
+        if neighbour is None:
+            return False
+        if neighbour.reads[1 - side]:
+            return neighbour.may_add(state, side, lane)
+        written = (inner for inner in state.inside if inner.level.at_border(inner, 1 - side))
+        return any(inner.level.owner.may_lead(inner, side) for inner in written)
 
-    def lane(self, job: Job) -> object:
-        """The lane of a job: whose solutions it may add to."""
-        raise NotImplementedError
+    def may_extend(self, state: State, side: int) -> bool:
+        """Whether anything may still be added to the paths that lead on from a state, in its lane."""
+        seen, waiting = {state}, [state]
+        while waiting:
+            here = waiting.pop()
+            if self._may_add(here, side, state.lane):
+                return True
+            for edge in here.edges[side]:
+                far = edge.end if side == RIGHT else edge.start
+                if far is not None and far not in seen and meet(far.lane, state.lane):
+                    seen.add(far)
+                    waiting.append(far)
+        return False
 
-    def cause(self, job: Job) -> Solution | None:
-        """The success of another stage for which a job generates, if it is for one in particular."""
-        return None
-
-    def best(self) -> Job | None:
-        """The best job that can run; those before it that cannot are parked."""
-        while self.heap and not self.closed:
-            key, _, job = self.heap[0]
-            if job.key is key and self.jobs.get(job.subject) is job:
-                if self.kept or not self.planning.pruning or self.runnable(job):
-                    return job
-                self.parked[job.subject] = job
-                job.key = ()
-                self.planning.rested(self, self.lane(job))
-            heappop(self.heap)  # parked; or queued again at a better priority, or done meanwhile
-        return None
-
-    def pick(self) -> Job | None:
-        """The same, taken out of the queue."""
-        job = self.best()
-        if job is not None:
-            heappop(self.heap)
-        return job
-
-    def peek(self, place: int) -> Job | None:
-        """A job that will be picked soon, as it seems, if all goes on as it is."""
-        if place < len(self.heap):
-            key, _, job = self.heap[place]
-            if job.key is key and self.jobs.get(job.subject) is job and (self.kept or self.runnable(job)):
-                return job
-        return None
-
-    def put_back(self, job: Job) -> None:
-        """Queues a job again that was broken off; what it had given is passed over when it is called anew."""
-        job.source = None
-        self.planning.changes += 1
-        self.push(job)
-
-    def done(self, job: Job) -> None:
-        """Nothing more comes of a job; looks again at the states that it kept alive."""
-        raise NotImplementedError
-
-    def absorb(self, job: Job, found: list[Answer], finished: bool) -> None:
-        """Takes in what a job found; what has more to give is queued again, after those asked less often."""
-        for answer in found:
-            if isinstance(answer, Failure):
-                self.fail(*self.ends(job), answer)
-            else:
-                self.solve(job, answer)
-        if finished:
-            self.jobs.pop(job.subject, None)
-            self.done(job)
-        elif not self.closed:
-            job.asked += 1
-            self.queue(job)
-        self.planning.rested(self, self.lane(job))
-
-    def ends(self, job: Job) -> tuple[State | None, State | None]:
-        """The states of a job that a failure is shown with."""
-        return None, None
-
-    def solve(self, job: Job, result: Result) -> None:
-        """Makes a solution of a job's result."""
-        raise NotImplementedError
+    def delivers(self, position: int, side: int) -> bool:
+        """Whether new states may still come to a position from that side."""
+        k, step = (position, 1) if side == RIGHT else (position - 1, -1)
+        while 0 <= k < len(self.children):
+            child = self.children[k]
+            if child.reads[1 - side]:
+                return False
+            if child.busy():
+                return True
+            if not child.reads[side]:
+                return False
+            k += step
+        return self.owner.border_delivers(side)

@@ -1,31 +1,31 @@
-"""Whole paths through a container, lazily, the cheapest first [T 3.6].
+"""Complete paths through a container, generated lazily, the cheapest first [T 3.6].
 
-Every path is found once, with its newest edge: for each new edge that completes paths, a search walks to both
-borders over edges that are not newer. The best-path costs of the states guide it, so it visits no dead ends but
-those that newer edges made look shorter.
+Every path is found once, with its newest edge: for each new edge that completes paths, a search walks to both borders
+over edges that are not newer. The costs of the states' best paths guide it, so it visits no dead ends except those that
+newer edges made look better.
 """
 
 from collections.abc import Iterator
 from heapq import heappop, heappush
 
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
-from kabo.tasks.core.run.graph import Level, meet
+from kabo.tasks.core.run.graph import meet
+from kabo.tasks.core.run.nodes import Level
 
 Path = tuple[Solution, ...]
 
 
 class Paths:
-    """The whole paths of one level that were not asked for yet."""
+    """The complete paths of one level that were not taken yet."""
 
     def __init__(self, level: Level) -> None:
         self._level = level
-        self.heap: list[
-            tuple[float, int, Path, Iterator[tuple[float, Path]] | None]
-        ] = []  # with what follows each
+        # (bound, number, path, search for further paths or None)
+        self.heap: list[tuple[float, int, Path, Iterator[tuple[float, Path]] | None]] = []
         self._count = 0
 
     def add(self, edge: Solution) -> None:
-        """Notes the paths through a new edge, if there are any."""
+        """Records the complete paths through a new edge, if there are any."""
         level, start, end = self._level, edge.start, edge.end
         if start is None or end is None or not (level.complete(start, LEFT) and level.complete(end, RIGHT)):
             return
@@ -39,7 +39,7 @@ class Paths:
             heappush(self.heap, (_bound(first, last, sum([e.cost for e in only])), self._count, only, None))
 
     def wait(self, lane: object) -> bool:
-        """Whether some of a lane may be among them."""
+        """Whether some of the paths may be of that lane."""
         return any(rest is not None or meet(_lane(path), lane) for _, _, path, rest in self.heap)
 
     def _push(self, source: Iterator[tuple[float, Path]]) -> None:
@@ -49,7 +49,7 @@ class Paths:
             heappush(self.heap, (first[0], self._count, first[1], source))
 
     def pop(self) -> Path:
-        """The cheapest path of all that were noted."""
+        """Takes out the cheapest path."""
         _, _, path, source = heappop(self.heap)
         if source is not None:
             self._push(source)
@@ -62,7 +62,7 @@ def _lane(path: Path) -> object:
 
 
 def _only(level: Level, edge: Solution) -> Path | None:
-    """The path through an edge where nothing but one edge leads on at either side; None where there is a choice."""
+    """The path through an edge if it is the only one; None if there is a choice on either side."""
     left: list[Solution] = []
     state, steps = edge.start, 0 if edge.start is None else edge.start.position
     for _ in range(steps):
@@ -81,7 +81,7 @@ def _only(level: Level, edge: Solution) -> Path | None:
 
 
 def _through(level: Level, edge: Solution) -> Iterator[tuple[float, Path]]:
-    """The paths through an edge, by rising cost, over edges that are not newer; of equal ones, one to its end first."""
+    """The paths through an edge over edges that are not newer, by increasing cost, of equal ones the longest first."""
     count = 0
     waiting: list[tuple[float, int, int, float, Path]] = [(0.0, 0, 0, edge.cost, (edge,))]
     while waiting:

@@ -1,58 +1,71 @@
-"""Strategies: in which order the jobs of a run are picked; that all are, is the scheduler's concern [T 3.6].
+"""Strategies: the order in which the jobs of a run are picked; that all are picked is up to the scheduler [T 3.6].
 
-Round by round, every stage that is ready executes one job, its best, in order of time; what comes later in the order
-sees the states that came earlier in the same round.
+Round robin: every stage that has a runnable job executes its best one, in order of time; later stages see the states
+that earlier ones have written in the same round.
 
-Depth first, it is one job at a time, and what was offered last is followed to its end before anything more is sampled:
-that is how a procedure tries candidate after candidate. Scenes are generated only where they can be come to, as far as
-is known: what a monitor offers for a grasp waits until a path leads from that grasp to the stage, and comes last once
-the grasp is of no use. The first solution costs least so, many solutions vary less than round by round.
+Depth first: one job at a time, and what was generated last is followed to its end before anything more is sampled; so a
+procedure tries candidate after candidate. Scenes are generated only where they can be reached, as far as is known: what
+a monitoring generator proposes for a grasp waits until a path leads from that grasp to the stage, and comes last if the
+grasp has become useless. This finds a first solution with least effort; many solutions vary less than round robin's.
 """
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.solutions import LEFT, RIGHT
 from kabo.tasks.core.run.groups import SerialNode
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.job_queues import Leaf
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import StageNode
 from kabo.tasks.core.run.wrappers import WrapperNode
 
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.planning import Planning
+Picked = tuple[Leaf, StageJob]
+Turn = tuple[StageNode, StageJob | None]  # a node and its job; no job: see whether the task is complete
+USELESS = 3  # the rank of jobs whose states nothing could join
 
-Picked = tuple[Leaf, Job]
-Turn = tuple[Node, Job | None]  # whose turn it is, with which job; without one, to look for whole solutions
-VAIN = 3  # the rank of what nothing would join
+
+class JobSource(Protocol):
+    """What a strategy may ask of its planning run."""
+
+    order: list[StageNode]  # children before their containers, else in order of time
+    root: StageNode
+
+    def pick(self, node: Leaf) -> StageJob | None:
+        """The best runnable job of a node, taken out of its queue; None if none may run now."""
+        ...
+
+    def lift_inside(self, node: StageNode) -> bool:
+        """Turns the cheapest complete path of a container into a solution of it; returns whether one waited."""
+        ...
 
 
 class Strategy(Protocol):
-    """What the scheduler asks, again and again."""
+    """The order in which the scheduler executes jobs."""
 
     def walk(self) -> Iterator[Turn]:
-        """Jobs to be executed, one after the other."""
+        """The jobs to be executed, one after the other."""
         ...
 
     def over(self) -> bool:
-        """Whether another strategy shall go on."""
+        """Whether the next strategy is to take over."""
         ...
 
 
-class Rounds:
-    """One job of each stage in turn."""
+class RoundRobin:
+    """A strategy that executes one job of each stage in turn."""
 
-    def __init__(self, run: "Planning") -> None:
+    def __init__(self, run: JobSource) -> None:
         self._run = run
         nodes = [node for node in run.order if isinstance(node, (SerialNode, Leaf)) and node is not run.root]
         self._round = [(node, node if isinstance(node, Leaf) else None) for node in nodes]
 
     def over(self) -> bool:
-        """Never."""
+        """False: it never ends."""
         return False
 
     def walk(self) -> Iterator[Turn]:
-        """One round."""
+        """The jobs of one round."""
         for node, leaf in self._round:
             if leaf is None:
                 self._run.lift_inside(node)
@@ -63,16 +76,18 @@ class Rounds:
 
 
 class DepthFirst:
-    """One job at a time: what carries on, what joins, what was never asked, then more to begin with.
+    """A strategy that follows what was generated last to its end before anything more is generated.
+
+    The order is: propagators, connectors, generators that have not run yet, other generators.
 
     Args:
-        run: whose jobs.
-        until: when another strategy shall go on.
-        by_targets: whether what was offered last may wait until all else was tried once.
+        run: the planning run whose jobs it picks.
+        until: says when the next strategy is to take over.
+        by_targets: whether a generator that has run waits until all others have.
     """
 
     def __init__(
-        self, run: "Planning", *, until: Callable[[], bool] = lambda: False, by_targets: bool = False
+        self, run: JobSource, *, until: Callable[[], bool] = lambda: False, by_targets: bool = False
     ) -> None:
         leaves = [node for node in run.order if isinstance(node, Leaf)]
         self._run, self.over, self._by_targets = run, until, by_targets
@@ -83,7 +98,7 @@ class DepthFirst:
         self._before = {node: _connector_before(node) for node in self._sources}
 
     def walk(self) -> Iterator[Turn]:
-        """Jobs, and a turn of the task whenever containers may have completed it; ends when there are none."""
+        """The jobs, and the root without a job whenever the task may have become complete; ends when there are none."""
         while True:
             lifted = [self._run.lift_inside(node) for node in self._serials]
             if any(lifted):
@@ -105,12 +120,12 @@ class DepthFirst:
         return self._generated()
 
     def _generated(self) -> Picked | None:
-        """The best job of the generators, the last first; what is in vain only if nothing else is left."""
+        """The best job of the generators, the last in time first; a useless job only if there is no other."""
         taken: list[tuple[tuple[int, ...], Picked]] = []
         for place, node in enumerate(reversed(self._sources)):
             job = self._run.pick(node)
-            while job is not None and self._is_vain(node, job):
-                taken.append(((VAIN, place), (node, job)))
+            while job is not None and self._is_useless(node, job):
+                taken.append(((USELESS, place), (node, job)))
                 job = self._run.pick(node)
             if job is not None:
                 taken.append(((self._rank(node, job), place), (node, job)))
@@ -123,13 +138,13 @@ class DepthFirst:
                 node.push(job)
         return found
 
-    def _rank(self, node: Leaf, job: Job) -> int:
-        """By targets, another target comes before another configuration for one that has been asked for."""
+    def _rank(self, node: Leaf, job: StageJob) -> int:
+        """The rank of a job, less is better; by targets, new targets come before further configurations for a known one."""
         if not self._by_targets or not job.asked:
             return 0
         return 2 if isinstance(node, WrapperNode) else 1
 
-    def _is_vain(self, node: Leaf, job: Job) -> bool:
+    def _is_useless(self, node: Leaf, job: StageJob) -> bool:
         """Whether a job is for a success that is dead, or from which no path leads to what the node generates."""
         cause, before = node.cause(job), self._before[node]
         if cause is None or cause.start is None or cause.end is None:
@@ -141,9 +156,9 @@ class DepthFirst:
         return cause.end.best[RIGHT][0] < before.index - cause.end.position
 
 
-def _connector_before(node: Node) -> Node | None:
-    """The connector from which states would come to what a node generates; None in the first section."""
-    here: Node | None = node
+def _connector_before(node: StageNode) -> StageNode | None:
+    """The connector through which states come to what a node generates; None in the first section."""
+    here: StageNode | None = node
     while here is not None:
         before = reversed(here.level.children[: here.index])
         found = next((other for other in before if other.flow is Flow.CONNECT), None)

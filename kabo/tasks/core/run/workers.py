@@ -1,9 +1,9 @@
-"""Worker processes: they execute jobs ahead of time, whose answers are there when the scheduler comes to them.
+"""Worker processes that execute jobs ahead of time, so that answers are there when the scheduler picks the jobs.
 
-Stage functions are pure, so wherever a job runs, and whenever, its answers are the same. The scheduler picks the same
-jobs in the same order with any number of processes; these change when an answer is there, never which. Before a job is
-executed here, the jobs that are first in the queues are sent to processes that are free, if their stages' jobs take long
-enough on average that sending them pays. A job that gives its answers piece by piece stays in the process where it began.
+Stage functions are pure, so a job has the same answers in any process at any time. The scheduler picks the same jobs in
+the same order with any number of processes; these only change when an answer is there, never which. Before a job is
+executed here, the first jobs in the queues are sent to idle processes, if the jobs of their stages take long enough on
+average. A job that gives its answers one at a time stays in the process where it began.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -15,47 +15,47 @@ from multiprocessing.connection import Connection
 from pickle import dumps, loads
 from signal import SIG_IGN, SIGINT, signal
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from kabo.tasks.core.model.results import Answer
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf
+from kabo.tasks.core.run.job_queues import Leaf
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import PlanningRun
 
-if TYPE_CHECKING:
-    from kabo.tasks.core.run.planning import Planning
-
-PAYS = 0.01  # seconds of a stage's mean job from which sending pays; measured by benchmarks/tasks_workers.py
-AHEAD = 6  # jobs of one stage that are asked ahead of time
+# Mean seconds of a stage's jobs from which sending them is worth it; measured by benchmarks/tasks_workers.py.
+MIN_SECONDS_TO_SEND = 0.01
+MAX_JOBS_AHEAD = 6  # how many jobs at the front of one stage's queue may be sent ahead of time
 
 Outcome = tuple[list[Answer], bool, float]
 
 
 @dataclass(eq=False)
-class _Worker:
-    """A process, and what it was asked."""
+class _StageWorker:
+    """A worker process, and the jobs that it was sent."""
 
     process: Any
     connection: Connection
-    asked: list[Job] = field(default_factory=list)  # in the order in which it answers
+    # Jobs without an answer, in the order in which they will be answered.
+    asked: list[StageJob] = field(default_factory=list)
 
 
-class Workers:
-    """Processes that know the stage functions of one run; begun when the first job is sent."""
+class StageWorkers:
+    """Processes that know the stage functions of one run; they start when the first job is sent."""
 
-    def __init__(self, run: "Planning", size: int, *, pays: float | None = None) -> None:
-        self.size, self._pays = size, PAYS if pays is None else pays
+    def __init__(self, run: PlanningRun, size: int, *, min_seconds: float | None = None) -> None:
+        self.size, self._min_seconds = size, MIN_SECONDS_TO_SEND if min_seconds is None else min_seconds
         self._leaves = [node for node in run.order if isinstance(node, Leaf)]
         self._numbers = {node: number for number, node in enumerate(self._leaves)}
-        self._workers: list[_Worker] = []
-        self._where: dict[Job, _Worker] = {}  # the jobs that have begun elsewhere
-        self._names: dict[Job, int] = {}  # under which they did
+        self._workers: list[_StageWorker] = []
+        self._where: dict[StageJob, _StageWorker] = {}  # the process in which a job has begun
+        self._names: dict[StageJob, int] = {}  # the number by which that process knows the job
         self._next = count().__next__
-        self._answers: dict[Job, Any] = {}  # what has come, and was not asked for yet
-        self._here: set[Leaf] = set()  # stages whose scenes or answers cannot travel
-        self._alone = bool(current_process().daemon)  # a worker has no workers
+        self._answers: dict[StageJob, Any] = {}  # answers to jobs that were not picked yet
+        self._here: set[Leaf] = set()  # stages whose scenes or answers cannot be pickled
+        self._alone = bool(current_process().daemon)  # whether this is a worker itself: workers have no workers
 
-    def run(self, node: Leaf, job: Job) -> Outcome:
-        """The next answers of a job that was picked, whether there are no more, and the seconds that they took."""
+    def run(self, node: Leaf, job: StageJob) -> Outcome:
+        """The next answers of a job that was picked, whether they are the last, and the seconds that they took."""
         worker = self._where.get(job)
         if worker is not None and job not in self._answers and job not in worker.asked:
             while worker.asked:
@@ -76,7 +76,7 @@ class Workers:
             if finished:
                 self._forget(job)
             return found, finished, seconds
-        self._forget(job)  # it could not travel, or the process has ended
+        self._forget(job)  # the answer could not be pickled, or the process has ended
         if isinstance(answer, BaseException):
             raise answer
         self._here.add(node)
@@ -84,13 +84,13 @@ class Workers:
         found, finished = job.run(node.function())
         return found, finished, perf_counter() - began
 
-    def _forget(self, job: Job) -> None:
+    def _forget(self, job: StageJob) -> None:
         self._where.pop(job, None)
         self._names.pop(job, None)
 
     # ------------------------------------------------------------------------------------------ ahead of time
-    def _ask_ahead(self, node: Leaf, now: Job, waits: bool) -> None:
-        """Sends jobs to the processes that are free; but the next one is this process's own if it `waits` for `now`."""
+    def _ask_ahead(self, node: Leaf, now: StageJob, waits: bool) -> None:
+        """Sends jobs to idle processes; if this process waits for `now`, it keeps the first of these jobs for itself."""
         for worker in self._workers:
             while worker.asked and worker.connection.poll():
                 self._receive(worker)
@@ -110,12 +110,12 @@ class Workers:
                 if not free:
                     return
 
-    def _coming(self, node: Leaf) -> Iterator[tuple[Leaf, Job]]:
-        """The jobs that are first in the queues of stages whose jobs take long, those after `node` first."""
+    def _coming(self, node: Leaf) -> Iterator[tuple[Leaf, StageJob]]:
+        """The first jobs in the queues of slow stages, the stages after `node` first."""
         turn = self._numbers[node] + 1
         leaves = [*self._leaves[turn:], *self._leaves[:turn]]
         slow = [n for n in leaves if n.heap and n not in self._here and self._is_slow(n)]
-        for place in range(AHEAD):
+        for place in range(MAX_JOBS_AHEAD):
             for leaf in slow:
                 job = leaf.peek(place)
                 if job is not None:
@@ -123,15 +123,15 @@ class Workers:
 
     def _is_slow(self, node: Leaf) -> bool:
         figures = node.statistics
-        return figures.calls > 0 and figures.seconds >= self._pays * figures.calls
+        return figures.calls > 0 and figures.seconds >= self._min_seconds * figures.calls
 
-    def _idle(self) -> _Worker | None:
+    def _idle(self) -> _StageWorker | None:
         free = next((worker for worker in self._workers if not worker.asked), None)
         if free is None and len(self._workers) < self.size - 1:
             free = self._begun()
         return free
 
-    def _begun(self) -> _Worker:
+    def _begun(self) -> _StageWorker:
         # Forked, so that stages need not be sent: their functions may be closures.
         context = get_context("fork")
         ours, theirs = context.Pipe()
@@ -140,23 +140,23 @@ class Workers:
         process = context.Process(target=_serve, args=(theirs, [ours, *others], functions), daemon=True)
         process.start()
         theirs.close()
-        self._workers.append(_Worker(process, ours))
+        self._workers.append(_StageWorker(process, ours))
         return self._workers[-1]
 
-    def _send(self, worker: _Worker, node: Leaf, job: Job) -> None:
+    def _send(self, worker: _StageWorker, node: Leaf, job: StageJob) -> None:
         name = self._names.setdefault(job, self._next())
         try:
             worker.connection.send_bytes(
-                dumps((self._numbers[node], name, Job(None, job.arguments, taken=job.taken)))
+                dumps((self._numbers[node], name, StageJob(None, job.arguments, taken=job.taken)))
             )
-        except Exception:  # noqa: BLE001 whatever cannot travel is done here
+        except Exception:  # noqa: BLE001 whatever cannot be pickled runs here
             self._here.add(node)
             self._forget(job)
             return
         self._where[job] = worker
         worker.asked.append(job)
 
-    def _receive(self, worker: _Worker) -> None:
+    def _receive(self, worker: _StageWorker) -> None:
         try:
             said = worker.connection.recv_bytes()
         except (EOFError, OSError):
@@ -166,7 +166,7 @@ class Workers:
         self._answers[worker.asked.pop(0)] = loads(said)  # noqa: S301 from a fork of this process
 
     def close(self) -> None:
-        """Ends the processes; jobs that they have begun are taken up where they were left when they are asked again."""
+        """Ends the processes; jobs that they have begun continue where they were when they are picked again."""
         for worker in self._workers:
             worker.connection.close()
             worker.process.kill()
@@ -176,23 +176,23 @@ class Workers:
 
 
 def _serve(connection: Connection, others: Sequence[Connection], functions: Sequence[Callable[..., Any]]) -> None:
-    """Answers jobs until nobody is there any more."""
-    signal(SIGINT, SIG_IGN)  # a person stops the process that plans
+    """Answers jobs until the connection is closed."""
+    signal(SIGINT, SIG_IGN)  # Ctrl-C is for the process that plans
     for other in others:
         other.close()
-    begun: dict[int, Job] = {}
+    begun: dict[int, StageJob] = {}
     with suppress(EOFError, OSError):
         while True:
             number, name, job = loads(connection.recv_bytes())  # noqa: S301 the same
             connection.send_bytes(_answer(functions[number], begun, name, job))
 
 
-def _answer(function: Callable[..., Any], begun: dict[int, Job], name: int, fresh: Job) -> bytes:
-    """The outcome of a job, or the error that it raised; None if it cannot travel."""
+def _answer(function: Callable[..., Any], begun: dict[int, StageJob], name: int, fresh: StageJob) -> bytes:
+    """The pickled outcome of a job, or the error that it raised; None if that cannot be pickled."""
     began = perf_counter()
     try:
         found, finished = begun.setdefault(name, fresh).run(function)
-    except BaseException as error:  # noqa: BLE001 told where the job is asked for
+    except BaseException as error:  # noqa: BLE001 raised where the job is picked
         del begun[name]
         answer: Any = error
     else:

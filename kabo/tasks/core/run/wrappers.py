@@ -1,4 +1,4 @@
-"""The nodes of wrappers: each success of the child becomes what the stage makes of it; a limit lets so many through."""
+"""The nodes of wrappers: each solution of the child is transformed; a limit passes on only so many."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,46 +8,47 @@ from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.results import SAME, Answers, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.run.groups import Holder
-from kabo.tasks.core.run.jobs import Job
-from kabo.tasks.core.run.nodes import Leaf, Node
+from kabo.tasks.core.run.job_queues import Leaf
+from kabo.tasks.core.run.jobs import StageJob
+from kabo.tasks.core.run.nodes import StageNode
 
 
 class WrapperNode(Holder, Leaf):
-    """A wrapper: one job for each success of its child."""
+    """The node of a wrapper: one job for each solution of its child."""
 
     stage: Wrapper
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._useful: set[Solution] = set()  # the child's, of which something came
+        self._useful: set[Solution] = set()  # the child's solutions of which one was made
 
     def start(self) -> None:
         """Starts the child."""
         self.children[0].start()
 
     def may_lead(self, inner: State, side: int) -> bool:
-        """Whether a success with the inner state waits, or may come."""
+        """Whether a child's solution at that state waits to be transformed, or more may come."""
         return not self.closed and (self.works_at_border(inner) or self.inner.may_extend(inner, side))
 
     def works_at_border(self, state: State) -> bool:
-        """Whether a success of the child with this state waits to be transformed."""
+        """Whether a child's solution at that state waits to be transformed."""
         return not self.closed and any(state in (s.start, s.end) for s in self.jobs)
 
     def revived_inside(self, inner: State) -> None:
-        """What the child made of it can be transformed again."""
+        """Queues those of its jobs again that were parked and whose solution has that state."""
         self.unpark([job for s, job in self.parked.items() if inner in (s.start, s.end)])
 
     def busy(self) -> bool:
-        """Whether successes wait, or the child may have more."""
+        """Whether solutions wait to be transformed, or the child is busy."""
         return super().busy() or (not self.closed and self.children[0].busy())
 
-    def child_solved(self, child: Node, solution: Solution) -> None:
-        """One more job."""
+    def child_solved(self, child: StageNode, solution: Solution) -> None:
+        """Queues a job for the solution."""
         self.inner.add(solution, 0)
         if self.closed or solution.end is None:
             return
         interfaces = [s.properties for s in self._interfaces(solution) if s is not None]
-        self.queue(Job(solution, self.arguments((solution,), *interfaces)))
+        self.queue(StageJob(solution, self.arguments((solution,), *interfaces)))
 
     def _interfaces(self, solution: Solution) -> tuple[State | None, ...]:
         """The states whose properties a job reads: the one that the child wrote, or both that it joins."""
@@ -56,10 +57,10 @@ class WrapperNode(Holder, Leaf):
         return (solution.start if self.flow is Flow.BACKWARD else solution.end,)
 
     def rekey(self, state: State, side: int) -> None:
-        """The child's jobs are ordered by their inner states."""
+        """Does nothing: the child orders its jobs by their states inside."""
 
-    def key(self, job: Job) -> tuple[Any, ...]:
-        """Those asked less often, then by the paths to the states that came in, then the cheaper ones."""
+    def key(self, job: StageJob) -> tuple[Any, ...]:
+        """How often the job has run, then length and cost of the paths to states that came in, and the solution's cost."""
         solution: Solution = job.subject
         depth, cost = 0, solution.cost
         if self.reads[LEFT] and solution.start is not None:
@@ -68,21 +69,21 @@ class WrapperNode(Holder, Leaf):
             depth, cost = depth + solution.end.order[RIGHT][0], cost + solution.end.order[RIGHT][1]
         return job.asked, depth, cost
 
-    def runnable(self, job: Job) -> bool:
+    def runnable(self, job: StageJob) -> bool:
         """Whether the states that came in are alive outside."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         left = not self.reads[LEFT] or start is None or start.alive[LEFT]
         return left and (not self.reads[RIGHT] or end is None or end.alive[RIGHT])
 
-    def lane(self, job: Job) -> object:
-        """That of the states."""
+    def lane(self, job: StageJob) -> object:
+        """The lane of the solution's states."""
         solution: Solution = job.subject
         ends = solution.start, solution.end
         return next((state.lane for state in ends if state is not None and state.lane is not None), None)
 
-    def done(self, job: Job) -> None:
-        """The inner states may have lost what kept them alive; a solution of which nothing came leads nowhere."""
+    def done(self, job: StageJob) -> None:
+        """Has the states inside rechecked; a child's solution of which nothing was made is removed from the graph."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         if start is None or end is None:
@@ -90,25 +91,25 @@ class WrapperNode(Holder, Leaf):
         if solution not in self._useful:
             start.edges[RIGHT].remove(solution)
             end.edges[LEFT].remove(solution)
-            self.planning.touch(start, RIGHT)
-            self.planning.touch(end, LEFT)
-        self.planning.touch(end, RIGHT)
-        self.planning.touch(start, LEFT)
+            self.planning.recheck(start, RIGHT)
+            self.planning.recheck(end, LEFT)
+        self.planning.recheck(end, RIGHT)
+        self.planning.recheck(start, LEFT)
 
-    def cause(self, job: Job) -> Solution | None:
-        """That of what it wraps."""
+    def cause(self, job: StageJob) -> Solution | None:
+        """The solution that triggered the child's one, if a monitoring generator made that."""
         return job.subject.start.cause if self.flow is Flow.GENERATE else None
 
     def function(self) -> Callable[..., Answers]:
-        """`transform`."""
+        """The stage's `transform`."""
         return self.stage.transform
 
-    def ends(self, job: Job) -> tuple[State | None, State | None]:
-        """Those of the child's solution."""
+    def ends(self, job: StageJob) -> tuple[State | None, State | None]:
+        """The states of the child's solution."""
         return job.subject.start, job.subject.end
 
-    def solve(self, job: Job, result: Result) -> None:
-        """A solution made of the child's; on sides that were not given, states of its own."""
+    def solve(self, job: StageJob, result: Result) -> None:
+        """Makes a solution of the child's one, with new states on the sides that the child wrote."""
         if self.closed:
             return
         inner: Solution = job.subject
@@ -145,34 +146,34 @@ class WrapperNode(Holder, Leaf):
 
 
 class LimitNode(WrapperNode):
-    """A wrapper that closes, with all it holds, once it has let enough through."""
+    """The node of a limit: it closes, with everything inside, when it has passed on enough solutions."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._most: int = self.stage.properties.value("max_solutions")
 
     def start(self) -> None:
-        """Starts the child, unless nothing is wanted of it."""
+        """Starts the child, unless no solution is wanted."""
         super().start()
         if self._most < 1:
             self._close()
 
     def take(self, state: State, side: int, lane: object) -> None:
-        """Lets it in; a closed one says at once that nothing will come of it."""
+        """Gives the state to the child; if closed, has the state rechecked, because nothing will come of it."""
         if self.closed:
-            self.planning.touch(state, 1 - side)
+            self.planning.recheck(state, 1 - side)
         else:
             super().take(state, side, lane)
 
-    def solve(self, job: Job, result: Result) -> None:
-        """As wrappers do; the last one that is let through closes it."""
+    def solve(self, job: StageJob, result: Result) -> None:
+        """Makes a solution as wrappers do, and closes after the last one."""
         super().solve(job, result)
         if not self.closed and self.statistics.successes >= self._most:
             self._close()
 
     def _close(self) -> None:
-        """Nothing in here is wanted any more; who waits for its work on a state is told that it is done."""
-        waiting: list[Node] = [self]
+        """Closes this node and everything inside, and has the states rechecked that waited for them."""
+        waiting: list[StageNode] = [self]
         while waiting:
             node = waiting.pop()
             node.closed = True
@@ -183,5 +184,5 @@ class LimitNode(WrapperNode):
             for inner in inside.values():
                 for side in (LEFT, RIGHT):
                     if self.reads[side] and self.inner.at_border(inner, side):
-                        self.planning.touch(state, 1 - side)
-                self.planning.rested(self, inner.lane)
+                        self.planning.recheck(state, 1 - side)
+                self.planning.work_changed(self, inner.lane)

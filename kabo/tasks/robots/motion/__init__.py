@@ -1,1 +1,1 @@
-"""What robot stages share: ways and strokes of arms, motion constraints, targets, costs of motion."""
+"""What robot stages share: paths of arms, motion constraints, targets, costs of motion."""

@@ -1,4 +1,4 @@
-"""Configurations by name, by values, by joints: what `goal` and `configurations` of stages may be."""
+"""Configurations by name, by values or by joints, as the properties `goal` and `configurations` of stages have them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,20 +14,20 @@ OPEN, CLOSED = "open", "closed"
 
 
 class NoConfigurationError(ValueError):
-    """A robot has no configuration of that name, or no such joint."""
+    """A robot has no configuration or no joint of that name."""
 
 
 def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
-    """The configuration (n,) of all joints that is wanted of a robot; joints of which nothing is said stay.
+    """The configuration (n,) of all joints that a goal describes; joints that it does not mention keep their values.
 
     Args:
-        scene: where the robot stands now.
+        scene: where the robot is now.
         name: the robot.
-        wanted: a named configuration, `open`, `closed`, a list of the arm's (or all) joints, {joint: value}.
+        wanted: the name of a configuration, `open`, `closed`, values of the arm's (or all) joints, {joint: value}.
 
     Raises:
         NoConfigurationError: the robot has no such configuration or joint.
-        ValueError: the number of values does not fit.
+        ValueError: the number of values is wrong.
     """
     robot, q = scene.robot(name), scene.configuration(name)
     if isinstance(wanted, str):
@@ -46,7 +46,7 @@ def goal_of(scene: TaskScene, name: str, wanted: Any) -> Array:
 
 
 def hand(robot: Robot, wanted: str) -> Mapping[str, float]:
-    """The values of the gripper's joints when open or closed; none without a gripper."""
+    """The values of the gripper's joints when `open` or `closed`; empty without a gripper."""
     if robot.gripper is None:
         return {}
     values = robot.gripper.open if wanted == OPEN else robot.gripper.closed
@@ -54,7 +54,7 @@ def hand(robot: Robot, wanted: str) -> Mapping[str, float]:
 
 
 def with_joints(robot: Robot, q: Array, values: Mapping[str, float]) -> Array:
-    """The configuration with some joints set.
+    """The configuration with the values of some joints replaced.
 
     Raises:
         NoConfigurationError: the robot has no such joint.
@@ -70,5 +70,5 @@ def with_joints(robot: Robot, q: Array, values: Mapping[str, float]) -> Array:
 
 
 def rounded(q: Array) -> Array:
-    """A configuration as plans keep it."""
+    """A configuration as plans store it."""
     return np.asarray(np.round(q, 9) + 0.0)

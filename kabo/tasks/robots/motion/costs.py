@@ -1,6 +1,6 @@
-"""Costs of motion: length, time, the tool's way, clearance, distance to a reference [T 3.5].
+"""Cost terms of motion: path length, duration, tool distance, clearance, distance to a reference [T 3.5].
 
-Each is a function of a solution, or makes one: `stage.cost = path_length`.
+Each is a function of a solution, or returns one: `stage.cost = path_length`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,7 +26,7 @@ def _scene(solution: Solution) -> TaskScene:
 
 
 def _moved(solution: Solution) -> Iterator[tuple[TaskScene, Stretch]]:
-    """Every stretch in order of time, with the scene in which it begins: hands may be full later on."""
+    """Every stretch in order of time, each with the scene in which it begins."""
     for leaf in solution.leaves:
         state = leaf.start or leaf.end
         for each in leaf.motion or ():
@@ -35,18 +35,18 @@ def _moved(solution: Solution) -> Iterator[tuple[TaskScene, Stretch]]:
 
 
 def path_length(solution: Solution) -> float:
-    """The sum of the ways of all joints [rad or m, L1]."""
+    """The sum of the distances that all joints move [rad or m, L1]."""
     return float(sum(np.abs(np.diff(each.path, axis=0)).sum() for _, each in _moved(solution)))
 
 
 def duration(solution: Solution) -> float:
-    """The time that the motion takes [s]."""
+    """The duration of the motion [s]."""
     made = segments(solution, _scene(solution).context.scene, "")
     return max((segment.times[-1] for segment in made), default=0.0)
 
 
 def tool_distance(solution: Solution) -> float:
-    """The way of the tool's frame between way points [m]."""
+    """The length of the path of the tool frame, straight between way points [m]."""
     total = 0.0
     for scene, each in _moved(solution):
         robot = scene.robot(each.robot)
@@ -57,15 +57,16 @@ def tool_distance(solution: Solution) -> float:
 
 
 def clearance(greatest: float = 0.2, *, along: bool = False, step: float = 0.05) -> CostTerm:
-    """A cost that falls with the least distance of the robot from everything else: 1 / distance [1/m].
+    """A cost term that falls with the robot's least distance from everything else: 1 / distance [1/m].
 
     Args:
-        greatest: farther than this [m] nothing is gained.
-        along: the mean over the whole path instead of its least distance.
-        step: how far apart configurations are looked at [rad]: an estimate, no proof.
+        greatest: larger distances [m] count as this one.
+        along: take the mean over the whole path instead of the least distance.
+        step: distance [rad] between the configurations examined; this is an estimate, not a proof.
     """
 
     def cost(solution: Solution) -> tuple[float, str]:
+        # Distances load hulls and scipy, which no other cost term needs.
         from kabo.tasks.robots.motion.distances import distances_along
 
         found = [d for scene, each in _moved(solution) for d in distances_along(scene, each, greatest, step)]
@@ -80,9 +81,9 @@ def clearance(greatest: float = 0.2, *, along: bool = False, step: float = 0.05)
 def distance_to_reference(
     robot: str, reference: Any, weights: Mapping[str, float] | None = None, *, along: bool = False
 ) -> CostTerm:
-    """The distance of where the robot ends from a reference configuration [rad, L1], joints weighted by name.
+    """A cost term: distance between the robot's last configuration and a reference [rad, L1], with joint weights by name.
 
-    With `along`, the mean over its whole way, by the middles of straight pieces; of what does not move, as without.
+    With `along` it is the mean over the path, taken at the middles of its straight pieces.
     """
 
     def cost(solution: Solution) -> float:
@@ -103,7 +104,7 @@ def distance_to_reference(
 
 
 def _pieces(paths: Sequence[Array]) -> tuple[Array, Array]:
-    """Lengths (m,) [L1] and middles (m, n) of the straight pieces of some paths."""
+    """The lengths (m,) [L1] and the middles (m, n) of the straight pieces of the paths."""
     if not paths:
         return np.zeros(0), np.zeros((0, 0))
     lengths = np.concatenate([np.abs(np.diff(path, axis=0)).sum(axis=1) for path in paths])

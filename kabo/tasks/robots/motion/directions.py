@@ -1,4 +1,4 @@
-"""Straight strokes of a tool: along a feature, a vector, or as a family of grasps or placements says."""
+"""Straight strokes of a tool: along a feature or a vector, or as a family of grasps or placements prescribes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,10 +14,10 @@ from kabo.tasks.robots.scenes import TaskScene
 
 @dataclass(frozen=True)
 class Direction:
-    """A stroke along (`sign` 1) or against (-1) a line, by a length [m] within bounds.
+    """A stroke along (`sign` 1) or against (-1) a line, with a length [m] within bounds.
 
-    Roles of the line: `tool`, `world`, and `this`: the object. `part` and `tolerance` [m] are those of a mate: no point
-    of that body may leave its straight way by more.
+    The line's owner is one of the roles `tool`, `world` and `this` (the object). Of a mate's insertion, no point of the
+    body `part` may leave its straight path by more than `tolerance` [m].
     """
 
     stroke: Stroke
@@ -27,21 +27,21 @@ class Direction:
     tolerance: float | None = None
 
     def reversed(self) -> "Direction":
-        """The stroke in the other direction."""
+        """The stroke in the opposite direction."""
         return replace(self, sign=-self.sign)
 
     def bounded(self, least: float | None, greatest: float | None) -> "Direction":
-        """With other bounds of its length, where they are given."""
+        """The same stroke with other bounds of its length; None keeps a bound."""
         stroke = self.stroke
         high = stroke.maximum if greatest is None else greatest
         low = min(stroke.minimum, high) if least is None else least
         return replace(self, stroke=replace(stroke, minimum=low, maximum=high))
 
     def vector(self, scene: TaskScene, robot: str, at: Candidate) -> Array:
-        """The unit vector (3,) in the world, where the robot is at a candidate.
+        """The unit vector (3,) of the stroke in the world, with the robot at a candidate.
 
         Raises:
-            ValueError: nobody has the feature.
+            ValueError: nothing in that role has the feature.
         """
         along = self.stroke.along
         frame = roles(scene, robot, self.this).get(along.owner)
@@ -53,7 +53,7 @@ class Direction:
 
 
 def roles(scene: TaskScene, robot: str, this: str | None) -> Roles:
-    """The frames that features of strokes and constraints belong to: the tool, the world, and the object `this`."""
+    """The frames by role that features of strokes and constraints belong to: `tool`, `world`, and the object `this`."""
     chosen = scene.robot(robot)
     found: dict[str, Frame] = {"world": WORLD}
     if chosen.tool is not None:
@@ -64,7 +64,7 @@ def roles(scene: TaskScene, robot: str, this: str | None) -> Roles:
 
 
 def frame_of(scene: TaskScene, robot: str, name: str) -> Frame:
-    """The frame of a body as the robot's tree has it: on a joint if the robot holds it, else in the world."""
+    """The frame of a body in the robot's kinematic tree: on a joint if the robot holds it, else fixed in the world."""
     body = scene.context.scene.bodies[name]
     if scene.holder(name) == robot:
         return carried_frame(scene.robot(robot), body, scene.situation.held(name))
@@ -72,10 +72,10 @@ def frame_of(scene: TaskScene, robot: str, name: str) -> Frame:
 
 
 def direction_of(value: Any, this: str | None) -> Direction | None:
-    """A direction as a property gives it: a `Direction`, or {along or against: feature, distance}; None: nowhere.
+    """The direction that a property describes: a `Direction`, or {along or against: feature, distance}; None: no stroke.
 
     Raises:
-        ValueError: it is none of these.
+        ValueError: the value is none of these.
     """
     if value is None or isinstance(value, Direction):
         return value

@@ -1,4 +1,4 @@
-"""Distances of a robot from everything else along a motion: for costs, not for proofs."""
+"""Distances between a robot and everything else along a motion: for costs, not for proofs."""
 
 from collections.abc import Iterator
 
@@ -6,11 +6,12 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import signed_distance
+from kabo.geometry_server import ScenePredicates
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
 
 def distances_along(scene: TaskScene, each: Stretch, greatest: float, step: float) -> Iterator[float]:
-    """The least distance [m], no more than `greatest`, at configurations `step` [rad] apart."""
+    """The least distance [m], at most `greatest`, at configurations along the stretch that are `step` [rad] apart."""
     for q in _sampled(each, step):
         yield _least(scene.at(each.robot, q), each.robot, greatest)
 
@@ -25,8 +26,6 @@ def _sampled(each: Stretch, step: float) -> Iterator[Array]:
 
 
 def _least(scene: TaskScene, robot: str, greatest: float) -> float:
-    from kabo.geometry_server import ScenePredicates
-
     workspace = scene.workspace(robot)
     predicates = ScenePredicates(scene.context.surroundings, scene.situation.first)
     least = greatest

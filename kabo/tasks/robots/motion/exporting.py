@@ -1,4 +1,4 @@
-"""From a solution to a plan: its stretches in order of time become timed segments, and what changes by them."""
+"""From a solution to a plan: timed segments made of its stretches, and the components that it changes."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,24 +13,24 @@ from kabo.scene import Component, Scene
 from kabo.tasks.core import Solution
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
-HASTE = 0.5  # of the joints' velocity limits
-DECIMALS = 6  # of times
+VELOCITY_SHARE = 0.5  # share of the joints' velocity limits
+TIME_DECIMALS = 6  # decimals of times [s]
 
 
 def stretches(solution: Solution) -> Iterator[tuple[str, Stretch]]:
-    """Every stretch of a solution in order of time, with the path of its stage."""
+    """Every stretch of a solution in order of time, with the path of the stage that made it."""
     for leaf in solution.leaves:
         for each in leaf.motion or ():
             yield each.stage or leaf.stage.path, each
 
 
 def segments(solution: Solution, scene: Scene, procedure: str) -> tuple[Segment, ...]:
-    """The timed segments of a solution; what is attached or let go is so at the end of one."""
+    """The timed segments of a solution; attaching and releasing take effect at the end of a segment."""
     return tuple(segment for _, segment in timeline(solution, scene, procedure))
 
 
 def timeline(solution: Solution, scene: Scene, procedure: str = "") -> list[tuple[Stretch, Segment]]:
-    """Every stretch of a solution that takes time, with its timed segment; changes that take none are in one of them."""
+    """Every stretch that takes time, with its timed segment; changes without duration are added to a segment beside."""
     made: list[tuple[Stretch, Segment]] = []
     ends: dict[str, float] = {}  # when each robot's last segment ends
     begin = 0.0
@@ -46,7 +46,7 @@ def timeline(solution: Solution, scene: Scene, procedure: str = "") -> list[tupl
 
 
 def _joined(made: list[tuple[Stretch, Segment]], each: Stretch, scene: Scene) -> bool:
-    """Whether attaching or letting go was put at the end of the last segment: of this robot's gripper."""
+    """Whether a change without duration was added to the last segment, which must be of the same robot's gripper."""
     gripper = scene.robots[each.robot].gripper_joints
     if not made or made[-1][1].robot != each.robot or (gripper and made[-1][1].joints != gripper):
         return False
@@ -74,7 +74,7 @@ def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: floa
         kept.append(kept[0])
     limits = robot.tree.velocity[first : first + len(joints)]
     timed = len(each.times) == len(kept)
-    times = np.array(each.times) if timed else retime(np.array(kept), limits, factor=HASTE)
+    times = np.array(each.times) if timed else retime(np.array(kept), limits, factor=VELOCITY_SHARE)
     if each.seconds:
         times = times * (each.seconds / times[-1]) if times[-1] > 0.0 else times
     pairs = tuple(sorted((min(pair), max(pair)) for pair in each.permitted))
@@ -82,7 +82,7 @@ def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: floa
         each.robot,
         joints,
         tuple(kept),
-        tuple(round(after + float(t), DECIMALS) for t in times),
+        tuple(round(after + float(t), TIME_DECIMALS) for t in times),
         procedure,
         path,
         each.attach,
@@ -93,7 +93,7 @@ def _segment(path: str, each: Stretch, scene: Scene, procedure: str, after: floa
 
 
 def changed(solution: Solution) -> dict[str, Component]:
-    """The components that have new values after a solution."""
+    """The components whose values a solution changes, with their new values."""
     assert solution.start is not None and solution.end is not None
     before: TaskScene = solution.start.scene
     after: TaskScene = solution.end.scene
@@ -101,7 +101,7 @@ def changed(solution: Solution) -> dict[str, Component]:
 
 
 def changed_between(before: Situation, after: Situation) -> dict[str, Component]:
-    """The components whose one value afterwards is not what it was before; robots first, in order of the scene."""
+    """The components whose values differ between two situations, with those after; robots first, in the scene's order."""
     robots = {name: v[0] for name, v in after.robots.items() if v != before.robots[name]}
     objects = {name: v[0] for name, v in after.objects.items() if v != before.objects[name]}
     return {**robots, **objects}

@@ -1,4 +1,4 @@
-"""Groups: objects that hang together move as one; whoever of them is held, or hung on something, becomes the root."""
+"""Groups of objects that are attached to each other and move as one; the one attached to something else is the root."""
 
 from kabo.arrays import Array
 from kabo.scene import Attachment, attachment
@@ -7,17 +7,17 @@ from kabo.tasks.robots.scenes import TaskScene
 
 
 def hung(scene: TaskScene, name: str, parent: str, world_T_parent: Array) -> TaskScene:
-    """The scene in which an object, and all that hangs together with it, hangs on a parent, where it is now.
+    """The scene in which an object, with its whole group, is attached to a parent at the pose it has now.
 
     Args:
         scene: where everything is.
-        name: the object, which becomes the root of its group.
+        name: the object; it becomes the root of its group.
         parent: `world`, `robot.link` or another object.
-        world_T_parent: (4, 4) where that is.
+        world_T_parent: the pose (4, 4) of the parent.
     """
     changes: dict[str, Attachment] = {name: attachment(parent, inverse(world_T_parent) @ scene.pose(name))}
     child, own = name, scene.situation.attachment(name)
-    while own.parent in scene.situation.objects:  # from the object up to the old root each link is turned round
+    while own.parent in scene.situation.objects:  # reverse each attachment from the object up to the old root
         above = own.parent
         before = scene.situation.attachment(above)
         changes[above] = attachment(child, inverse(transform(own.position, own.quaternion)))

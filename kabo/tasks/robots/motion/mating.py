@@ -1,4 +1,4 @@
-"""Targets of mates: the moving part in the hand, the fixed part where it is, constraints between their features."""
+"""Targets of mates: configurations at which constraints hold between a held part and a part that stands."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,24 +13,24 @@ from kabo.tasks.robots.scenes import TaskScene
 
 @dataclass(frozen=True)
 class MateTarget:
-    """All ways of one robot to bring the part that it holds into its mate."""
+    """All configurations of one robot at which the part that it holds is mated."""
 
     robot: str
     stream: Stream
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """Those near to home first."""
+        """The configurations, batch by batch, those near to home first."""
         number = 0
         while True:
             yield from_home(self.stream.robot, self.stream.batch(number))
             number += 1
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """Not known: the mate may leave room."""
+        """None: a mate does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """Nothing more is asked."""
+        """None: the constraints are all there is."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""Ways from one configuration to another, proven free: the planner of `Connect` and `MoveTo`."""
+"""Collision-free paths between two configurations: the planner of `Connect` and `MoveTo`."""
 
 from typing import Any
 
@@ -7,16 +7,16 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry_server import Refused, way_to
 from kabo.tasks.core import Failure
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.keeping import kept
-from kabo.tasks.robots.motion.questions import Question, Search, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, PathSearch, along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration, stretch
 
 
 def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) -> Stretch | Failure:
-    """A motion of a robot's arm from where it stands to a configuration (n,), or why none was found.
+    """A motion of a robot's arm from its present configuration to `goal` (n,), or the failure to find one.
 
-    Its random stream is keyed by both ends and by `what` it is for: the same question has the same answer.
+    The random stream is keyed by both configurations and by `what` the path is for, so the same call has the same answer.
     """
     start, workspace = scene.configuration(robot), scene.workspace(robot)
     key: tuple[str | int | float, ...] = (scene.context.seed, "way", robot, what)
@@ -28,8 +28,8 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
     if isinstance(found, Refused) and found.broken:
         return refusal("constraint", found.broken, reads=frozenset({robot}))
     if isinstance(found, Refused):
-        search = Search(key, scene.context.path_samples, keep)
-        asked = Question(scene, robot, (configuration(start), configuration(goal)), search)
+        search = PathSearch(key, scene.context.path_samples, keep)
+        asked = MotionQuestion(scene, robot, (configuration(start), configuration(goal)), search)
         most = max((count for _, count in found.pairs), default=0)
         text = (
             f"{constraint.name} would not be kept on {found.unkept} pieces of ways"
@@ -41,7 +41,7 @@ def way(scene: TaskScene, robot: str, goal: Array, what: str, keep: Any = None) 
 
 
 def grip(scene: TaskScene, robot: str, goal: Array) -> Stretch | Failure:
-    """The motion of a robot's gripper to the values in a configuration (n,), or what is in its way."""
+    """The motion of a robot's gripper to its values in `goal` (n,), or the failure, with what is in the way."""
     start, workspace = scene.configuration(robot), scene.workspace(robot)
     index = workspace.segment_hit(start, goal)
     if index >= 0:

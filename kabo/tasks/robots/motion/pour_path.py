@@ -1,9 +1,9 @@
-"""The path of a lid that pours, in the plane across the axis about which it tilts [T 3.9.2].
+"""The path of a lid in pouring, in the plane perpendicular to the axis of tilting [T 3.9.2].
 
     x = x_s + (t^0.2 + (1 - t) t c) (x_p - x_s),   y = y_s + t^2 (y_p - y_s),   theta = theta_s + t (theta_p - theta_s)
 
-The lid first goes over the cup, then tilts, and comes down last, when it is tilted. At t = 0.01 already 40 % of the
-way across is covered, so poses are taken at equal steps of length along the path, not of t.
+The lid first moves over the cup, then tilts, and comes down last, when it is tilted. At t = 0.01 it has already covered
+40 % of the way across; therefore poses are taken at equal steps of path length, not of t.
 """
 
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ import numpy.typing as npt
 
 from kabo.arrays import Array
 
-LEVER = 0.15  # metres that a radian counts, about the way from the lid to the middle of a bottle
-FINE = 4096  # pieces in which the length is summed up
+METRES_PER_RADIAN = 0.15  # weight of rotation, about the distance from the lid to the middle of a bottle
+LENGTH_PIECES = 4096  # straight pieces over which the length is summed
 
 
 @dataclass(frozen=True)
 class PourPath:
-    """From `start` to `pouring`, each (x, y, theta): to the side [m], up [m], tilted to the side [rad]."""
+    """The path from `start` to `pouring`, each (x, y, theta): sideways [m], upward [m], tilted sideways [rad]."""
 
     start: tuple[float, float, float]
     pouring: tuple[float, float, float]
@@ -33,9 +33,9 @@ class PourPath:
         return np.asarray(start + way * np.stack([across, share**2, share], axis=-1))
 
     def by_length(self, step: float) -> Array:
-        """Poses (m, 3) from start to end, equally far apart along the path, by `step` [m] or less."""
-        fine = self.at(np.linspace(0.0, 1.0, FINE + 1) ** 5)  # t^0.2 is smooth in the fifth root of t
-        pieces = np.linalg.norm(np.diff(fine, axis=0) * (1.0, 1.0, LEVER), axis=1)
+        """Poses (m, 3) from start to end, at equal distances of `step` [m] or less along the path."""
+        fine = self.at(np.linspace(0.0, 1.0, LENGTH_PIECES + 1) ** 5)  # t^0.2 is smooth in the fifth root of t
+        pieces = np.linalg.norm(np.diff(fine, axis=0) * (1.0, 1.0, METRES_PER_RADIAN), axis=1)
         length = np.concatenate([[0.0], np.cumsum(pieces)])
         count = max(1, int(np.ceil(length[-1] / step)))
         at = np.linspace(0.0, length[-1], count + 1)

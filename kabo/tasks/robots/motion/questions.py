@@ -1,26 +1,23 @@
-"""What a refused attempt had asked of geometry, kept so that it can be asked again elsewhere: exactly, say."""
+"""The geometric question behind a failed attempt, stored so that it can be asked again in another context."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kabo.geometry_server import Context, Refused, way_to
 from kabo.scene import Configuration
-from kabo.tasks.robots.motion.keeping import keep_of
+from kabo.tasks.robots.motion.constraints import keep_of
+from kabo.tasks.robots.motion.targets import Target
 from kabo.tasks.robots.scenes import TaskScene, configuration
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from kabo.tasks.robots.motion.targets import Target
-
-FEW = 60  # samples of a search for a way that is made again
+MAX_REPEATED_SAMPLES = 60  # samples of a path search that is repeated
 
 
 @dataclass(frozen=True)
-class Search:
-    """A way that was looked for: the key of its random stream, its samples, and the stage's property `keep`."""
+class PathSearch:
+    """The arguments of a path search: the key of its random stream, its number of samples, the stage's property `keep`."""
 
     key: tuple[str | int | float, ...]
     samples: int
@@ -28,20 +25,20 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Question:
-    """Whether a robot may stand at one way point, move straight through several, or find a way between two.
+class MotionQuestion:
+    """Whether a robot is free at one way point, along straight pieces between several, or along a path found between two.
 
-    With a `target` and no way points it is the hand alone that is asked for, where the target wants it.
+    With a `target` and no way points it asks whether the hand alone is free at the target's pose.
     """
 
     scene: TaskScene
     robot: str
     waypoints: tuple[Configuration, ...] = ()
-    search: Search | None = None
-    target: "Target | None" = None
+    search: PathSearch | None = None
+    target: Target | None = None
 
     def passes(self, context: Context, without: str | None = None) -> bool:
-        """Whether the answer is yes in another context, or with a body out of the way; all else is the same."""
+        """Whether the answer is yes in another context, or with the body `without` removed; everything else is the same."""
         scene = replace(self.scene, context=context, _known={})
         if without is not None:
             links = (f"{self.robot}.{link}" for link in scene.robot(self.robot).links)
@@ -51,11 +48,11 @@ class Question:
         workspace, path = scene.workspace(self.robot), [np.array(q) for q in self.waypoints]
         if self.search is not None:
             key, samples, keep = self.search.key, self.search.samples, keep_of(scene, self.robot, self.search.keep)
-            found = way_to(workspace, path[0], path[-1], key, min(samples, FEW), keep)
+            found = way_to(workspace, path[0], path[-1], key, min(samples, MAX_REPEATED_SAMPLES), keep)
             return not isinstance(found, Refused)
         return workspace.first_hit(path[0]) is None and (len(path) == 1 or workspace.path_hit(path) is None)
 
 
-def along(scene: TaskScene, robot: str, *waypoints: "Iterable[float]") -> Question:
-    """The question whether a robot may stand at a way point (n,), or move straight through several."""
-    return Question(scene, robot, tuple(map(configuration, waypoints)))
+def along(scene: TaskScene, robot: str, *waypoints: Iterable[float]) -> MotionQuestion:
+    """The question whether a robot is free at one way point (n,), or along straight pieces between several."""
+    return MotionQuestion(scene, robot, tuple(map(configuration, waypoints)))

@@ -1,8 +1,8 @@
-"""One motion out of several stretches of an arm: corners rounded, borders passed without stopping, proven anew.
+"""Smoothing stretches of an arm into one motion: corners are rounded, ends passed without stopping, all is proven anew.
 
-Each stretch keeps the contacts, the constraint and the scene that it was made for: what belongs to a straight piece of
-one, blends that reach over it included, is proven by that one. Where a body is lifted from another, they may touch on
-the stroke alone: what leaves it is proven without that.
+Each stretch keeps the contacts, the constraint and the scene that it was made for: a straight piece and the blends that
+reach over it are proven with those of its stretch. Where a body is lifted from another, contact between the two is
+permitted on that stroke only; motion that leaves the stroke is proven without it.
 """
 
 from collections.abc import Sequence
@@ -14,24 +14,24 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.geometry_server import Keep, Workspace
 from kabo.motion import Blended, blended, fastest, thinned
-from kabo.tasks.robots.motion.keeping import keep_of
+from kabo.tasks.robots.motion.constraints import keep_of
 from kabo.tasks.robots.scenes import Stretch, TaskScene, configuration
 
-THIN = 0.1  # share of the deviation that is spent on leaving way points out
-ROUNDS = 40  # of making blends that are not proven smaller, and of making them larger again
-LEAST = 1.0 / 16  # share of a trim: where less is left, the motion stops at the corner
-FINE = 1.0 / 16  # share of a trim: what is proven and what was refused are no nearer to each other
-SHARP = 1.99  # norm of the difference of unit vectors: the motion turns back, on the way on which it came
-STRAIGHT = 1e-9  # rad: a path that is nearer to the straight pieces is on them
-SPLITS = 3  # halvings of a piece whose proof fails
-CHORD = 1e-3  # rad: how far straight pieces between way points may pass by a blend
-PERIOD = 0.1  # s between way points, about
-TICK = 0.01  # s between way points at least: their times are whole microseconds
-DECIMALS = 6  # of times
+THINNING_SHARE = 0.1  # share of the deviation that may be used by leaving out way points
+MAX_BLEND_ROUNDS = 40  # rounds of making blends smaller or larger
+MIN_TRIM_SHARE = 1.0 / 16  # share of a trim below which the motion stops at the corner
+TRIM_RESOLUTION = 1.0 / 16  # share of a trim: least difference between a proven and a refused one
+REVERSAL = 1.99  # norm of the difference of two unit vectors from which the motion turns back on itself
+STRAIGHT_TOLERANCE = 1e-9  # rad: paths closer than this to the straight pieces count as straight
+MAX_SPLITS = 3  # how often a piece whose proof fails is halved
+CHORD_TOLERANCE = 1e-3  # rad: deviation of straight pieces between way points from a blend
+WAYPOINT_PERIOD = 0.1  # s between way points, approximately
+MIN_WAYPOINT_PERIOD = 0.01  # s between way points, at least; times are whole microseconds
+TIME_DECIMALS = 6  # decimals of times [s]
 
 
 @dataclass(frozen=True)
-class Part:
+class MotionPart:
     """A stretch, the scene in which it is proven, and the path of its stage."""
 
     stretch: Stretch
@@ -44,19 +44,19 @@ class Part:
 
     @cached_property
     def _apart(self) -> TaskScene:
-        """The scene in which bodies may not touch each other, as they may where one is lifted from another."""
+        """The scene without contacts between bodies, which are permitted where one is lifted from another."""
         pairs = [tuple(sorted(pair)) for pair in self.scene.permitted if not any("." in name for name in pair)]
         return self.scene.forbidding((first, second) for first, second in pairs)
 
     def proven(self, a: Array, b: Array, *, apart: bool = False) -> bool:
-        """Whether the straight joint segment is proven free and to keep the constraint; if `apart`, without contacts."""
+        """Whether the straight joint segment is proven free and to keep the constraint; if `apart`, with bodies apart."""
         if self._keep is not None and not self._keep.keeps(a, b):
             return False
         scene = self._apart if apart else self.scene
-        return self._free(scene.workspace(self.stretch.robot), a, b, SPLITS)
+        return self._free(scene.workspace(self.stretch.robot), a, b, MAX_SPLITS)
 
     def _free(self, workspace: Workspace, a: Array, b: Array, splits: int) -> bool:
-        """Whether it is free; a proof that fails by little may succeed in halves."""
+        """Whether a segment is proven free; if the proof fails, both halves are tried, up to `splits` times."""
         if workspace.segment_hit(a, b) < 0:
             return True
         middle = (a + b) / 2
@@ -68,8 +68,8 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Of velocity and acceleration, (n,) for the planned joints."""
+class TimingLimits:
+    """Limits of velocity and acceleration, (n,) each, of the planned joints."""
 
     velocity: Array
     acceleration: Array
@@ -77,25 +77,25 @@ class Limits:
 
 @dataclass(frozen=True)
 class Smoothed:
-    """The stretches with times, and the number of inner corners where the motion still stops."""
+    """The timed stretches, and the number of inner corners at which the motion still stops."""
 
     stretches: tuple[Stretch, ...]
     stops: int
 
 
-def smoothed(parts: Sequence[Part], deviation: float, limits: Limits) -> Smoothed | None:
-    """The parts as one motion from rest to rest that passes each way point by `deviation` [rad, L2] or less.
+def smoothed(parts: Sequence[MotionPart], deviation: float, limits: TimingLimits) -> Smoothed | None:
+    """One motion from rest to rest along all parts that passes each way point at `deviation` [rad, L2] or less.
 
-    None if what came out is not proven.
+    None if no motion could be proven.
 
     Raises:
         ImportError: toppra is not installed.
     """
-    route = _route(parts, THIN * deviation)
+    route = _route(parts, THINNING_SHARE * deviation)
     shares = np.ones(len(route.corners))
     shares[route.sharp] = 0.0
     shares = _largest(route, deviation, shares)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_BLEND_ROUNDS):
         made = route.timed(_rounded(route, deviation, shares), limits)
         if isinstance(made, Smoothed):
             return made
@@ -107,17 +107,17 @@ def smoothed(parts: Sequence[Part], deviation: float, limits: Limits) -> Smoothe
 
 
 def _rounded(route: "_Route", deviation: float, shares: Array) -> Blended:
-    return blended(route.corners, (1.0 - THIN) * deviation, shares)  # type: ignore[arg-type]
+    return blended(route.corners, (1.0 - THINNING_SHARE) * deviation, shares)  # type: ignore[arg-type]
 
 
 def _smaller(shares: Array) -> Array:
-    return np.where(shares > LEAST, 0.5 * shares, 0.0)
+    return np.where(shares > MIN_TRIM_SHARE, 0.5 * shares, 0.0)
 
 
 def _largest(route: "_Route", deviation: float, shares: Array) -> Array:
-    """Shares with which all blends are proven, each larger than what is proven by no more than `FINE`."""
+    """The largest shares with which all blends are proven, up to `FINE`."""
     shares, proven, refused = shares.copy(), np.zeros_like(shares), np.full(len(shares), np.inf)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_BLEND_ROUNDS):
         unproven = route.refused(_rounded(route, deviation, shares))
         failed = [i for i in unproven if shares[i] > proven[i]]
         if unproven and not failed:
@@ -127,7 +127,7 @@ def _largest(route: "_Route", deviation: float, shares: Array) -> Array:
             shares[failed] = np.where(proven[failed] > 0.0, proven[failed], _smaller(shares[failed]))
             continue
         proven = shares.copy()
-        larger = (proven > 0.0) & (refused - proven > FINE) & np.isfinite(refused)
+        larger = (proven > 0.0) & (refused - proven > TRIM_RESOLUTION) & np.isfinite(refused)
         if not larger.any():
             break
         shares[larger] = 0.5 * (proven + refused)[larger]
@@ -136,31 +136,31 @@ def _largest(route: "_Route", deviation: float, shares: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Route:
-    """The corners (m, planned) of a motion; piece i, from corner i to the next, belongs to part `owners[i]`."""
+    """The corners (m, planned joints) of a motion; piece i, from corner i to corner i + 1, belongs to part `owners[i]`."""
 
-    parts: Sequence[Part]
+    parts: Sequence[MotionPart]
     corners: Array
     owners: tuple[int, ...]
     hand: Array
-    stroke: float  # rad, L2: what is farther from a stroke on which bodies may touch has left it
+    stroke: float  # rad, L2: distance from which the motion has left a stroke on which bodies may touch
 
     @property
     def sharp(self) -> list[int]:
         """The inner corners at which the motion turns back."""
         ways = np.diff(self.corners, axis=0)
         units = ways / np.linalg.norm(ways, axis=1)[:, None]
-        return [i + 1 for i, bend in enumerate(np.linalg.norm(np.diff(units, axis=0), axis=1)) if bend > SHARP]
+        return [i + 1 for i, bend in enumerate(np.linalg.norm(np.diff(units, axis=0), axis=1)) if bend > REVERSAL]
 
     def whole(self, q: Array) -> Array:
-        """The configuration with the gripper's joints, as plans keep it."""
+        """The configuration with the gripper's joints added, as plans store it."""
         return np.array(configuration(np.concatenate([q, self.hand])))
 
     def refused(self, path: Blended) -> list[int]:
-        """The inner corners whose blends meet a piece that is not proven; what is on the straight pieces is not asked."""
+        """The inner corners whose blends meet a piece that is not proven; straight pieces are not examined."""
         found: set[int] = set()
         cuts, away = path.deviations
         for low, high, far in zip(cuts, cuts[1:], away, strict=False):
-            if far <= STRAIGHT:
+            if far <= STRAIGHT_TOLERANCE:
                 continue
             owner = self.owners[int(np.searchsorted(path.places, (low + high) / 2)) - 1]
             bend = float(np.linalg.norm(path.at((low + high) / 2, 2)))
@@ -170,23 +170,23 @@ class _Route:
         return sorted(found)
 
     def _unproven(self, path: Blended, owner: int, places: Array) -> list[tuple[float, float]]:
-        """The pieces between neighbours of places along a path that are not proven by the part to which they belong.
+        """The pieces between neighbouring places along a path that are not proven with the part they belong to.
 
-        Where bodies may touch, what leaves the stroke must be proven without that.
+        Where bodies may touch on a stroke, pieces that leave the stroke must be proven without contact.
         """
         part, there = self.parts[owner], path.at(places)
         way = [self.whole(q) for q in there]
         left = np.zeros(len(way), np.bool_)
         if _touches(part.stretch):
-            left = np.linalg.norm(there - path.straight(places), axis=1) > self.stroke + STRAIGHT
+            left = np.linalg.norm(there - path.straight(places), axis=1) > self.stroke + STRAIGHT_TOLERANCE
         return [
             (float(places[k]), float(places[k + 1]))
             for k in range(len(way) - 1)
             if not part.proven(way[k], way[k + 1], apart=bool(left[k] or left[k + 1]))
         ]
 
-    def timed(self, path: Blended, limits: Limits) -> Smoothed | list[int]:
-        """The stretches along a path, as fast as the limits allow; the corners by pieces that are not proven."""
+    def timed(self, path: Blended, limits: TimingLimits) -> Smoothed | list[int]:
+        """The stretches along a path, as fast as the limits allow; or the corners next to pieces that are not proven."""
         stops = [i for i in range(1, len(self.corners) - 1) if path.trims[i] == 0.0]
         borders = [i for i in range(1, len(self.corners) - 1) if self.owners[i] != self.owners[i - 1]]
         times, places = _passed(
@@ -199,8 +199,8 @@ class _Route:
             chosen = (places >= low - 1e-12) & (places <= high + 1e-12)
             unproven += self._unproven(path, owner, places[chosen])
             way = [self.whole(q) for q in path.at(places[chosen])]
-            own = np.round(times[chosen], DECIMALS)
-            seconds = tuple(round(float(t - own[0]), DECIMALS) for t in own)
+            own = np.round(times[chosen], TIME_DECIMALS)
+            seconds = tuple(round(float(t - own[0]), TIME_DECIMALS) for t in own)
             part = self.parts[owner]
             waypoints = tuple(map(configuration, way))
             made.append(replace(part.stretch, waypoints=waypoints, times=seconds, stage=part.stage))
@@ -209,13 +209,13 @@ class _Route:
         return Smoothed(tuple(made), len(stops))
 
     def _corners_by(self, path: Blended, low: float, high: float) -> list[int]:
-        """The inner corners whose blends a piece of the path meets."""
+        """The inner corners whose blends overlap a piece of the path."""
         inner = range(1, len(self.corners) - 1)
         return [i for i in inner if low < path.corner(i) + path.trims[i] and path.corner(i) - path.trims[i] < high]
 
 
-def _route(parts: Sequence[Part], tolerance: float) -> _Route:
-    """The way points that are needed, each straight piece proven."""
+def _route(parts: Sequence[MotionPart], tolerance: float) -> _Route:
+    """The route through the way points that are needed, with every straight piece proven."""
     n = parts[0].scene.robot(parts[0].stretch.robot).planned
     corners: list[Array] = [parts[0].stretch.path[0]]
     owners: list[int] = []
@@ -232,17 +232,17 @@ def _route(parts: Sequence[Part], tolerance: float) -> _Route:
 
 
 def _touches(stretch: Stretch) -> bool:
-    """Whether a body may touch another one meanwhile, as where it is lifted: that stroke stays as it is."""
+    """Whether bodies may touch during a stretch, as where one is lifted; such a stroke keeps its shape."""
     return any(not any("." in name for name in pair) for pair in stretch.permitted)
 
 
 def _reach(bend: float) -> float:
-    """How long a straight piece may be beside a blend of that second derivative."""
-    return float(np.sqrt(8.0 * CHORD / bend)) if bend > 0.0 else np.inf
+    """How long a straight piece next to a blend with that second derivative may be."""
+    return float(np.sqrt(8.0 * CHORD_TOLERANCE / bend)) if bend > 0.0 else np.inf
 
 
-def _passed(path: Blended, stops: list[int], borders: list[float], limits: Limits) -> tuple[Array, Array]:
-    """Times and places of way points along a path that rests at the corners `stops`."""
+def _passed(path: Blended, stops: list[int], borders: list[float], limits: TimingLimits) -> tuple[Array, Array]:
+    """The times and places of way points along a path that stops at the corners `stops`."""
     times, places = [np.zeros(1)], [np.zeros(1)]
     for first, last in zip(stops, stops[1:], strict=False):
         low, high = path.corner(first), path.corner(last)
@@ -256,7 +256,7 @@ def _passed(path: Blended, stops: list[int], borders: list[float], limits: Limit
 
 
 def _chosen(path: Blended, grid: Array, times: Array, needed: Sequence[float]) -> list[int]:
-    """The numbers of the places on a grid that become way points, but for the first."""
+    """The indices of the grid places that become way points, without the first place."""
     bends = np.linalg.norm(path.at(grid, 2), axis=1)
     borders = [0, *sorted(int(np.argmin(np.abs(grid - s))) for s in needed), len(grid) - 1]
     chosen: list[int] = []
@@ -264,9 +264,9 @@ def _chosen(path: Blended, grid: Array, times: Array, needed: Sequence[float]) -
         last = first
         for k in range(first + 1, end):
             too_far = grid[k + 1] - grid[last] > _reach(float(bends[last : k + 2].max()))
-            if too_far or times[k + 1] - times[last] > PERIOD:
+            if too_far or times[k + 1] - times[last] > WAYPOINT_PERIOD:
                 last = k
-                if times[k] - times[first] > TICK and times[end] - times[k] > TICK:
+                if times[k] - times[first] > MIN_WAYPOINT_PERIOD and times[end] - times[k] > MIN_WAYPOINT_PERIOD:
                     chosen.append(k)
         chosen.append(end)
     return chosen

@@ -1,7 +1,7 @@
-"""Targets: what inverse kinematics is to reach, as a stream of configurations by projection on constraints.
+"""Targets of inverse kinematics: streams of configurations that satisfy constraints.
 
-A target is a value that a sampler writes as the interface property `target`. Its stream is keyed by what is sampled,
-never by where the robot stands, so that the same candidates come in the same order from any start [docs/plans.md#sharing].
+A target is what a sampler writes as the interface property `target`. Its random stream is keyed by what is sampled, not
+by where the robot is, so the same candidates come in the same order from any start.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,31 +25,33 @@ from kabo.geometry_server import (
     tool_frame,
 )
 from kabo.kinematics import FrameFeature, OutOfReach, rows_of, stacked, stream_key
+from kabo.kinematics.constraints import normals
 from kabo.scene import Configuration, Robot
 from kabo.scene.transforms import inverse
+from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.scenes import TaskScene
 
-FEW = (16, 48, 192)  # samples of the first batches for one pose: mostly a few will do
+FIRST_BATCHES = (16, 48, 192)  # samples in the first batches for one pose; often a few suffice
 
 
 class Target(Protocol):
-    """Something that a robot's configurations may reach."""
+    """Something that a robot is to reach, such as all grasps of a family or a pose."""
 
     @property
     def robot(self) -> str:
-        """Which robot."""
+        """The robot that is to reach it."""
         ...
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """Its configurations, batch by batch, for ever, or until there are no more."""
+        """The configurations that reach it, batch by batch; possibly without end."""
         ...
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """What is in the way of the tool there, whatever the arm does; None also where that cannot be told."""
+        """The pair of things that makes it unreachable for the tool, whatever the arm does; None if none is known."""
         ...
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """Why a configuration will not do although its constraints hold."""
+        """Why a configuration that satisfies the constraints is not acceptable; None if it is."""
         ...
 
 
@@ -61,21 +63,21 @@ class GraspTarget:
     stream: GraspStream
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """Those near to home first."""
+        """The configurations, batch by batch, those near to home first."""
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """Not known: the family leaves room."""
+        """None: a family does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """Nothing more is asked."""
+        """None: the constraints are all there is."""
         return None
 
 
 @dataclass(frozen=True)
 class PlacementTarget:
-    """All ways to put down what is held, by one family, on a support or in a region."""
+    """All placements of a held object by one family, on a support or in a region."""
 
     robot: str
     object: str
@@ -83,15 +85,15 @@ class PlacementTarget:
     region: str | None
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """Those far from the robot first."""
+        """The configurations, batch by batch, those far from the robot first."""
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """Not known: the family leaves room."""
+        """None: a family does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """The object must be proven to lie inside the region."""
+        """Why the placement is not acceptable: the object is not proven to lie inside the region."""
         if self.region is None:
             return None
         region = scene.context.scene.regions[self.region]
@@ -102,9 +104,9 @@ class PlacementTarget:
 
 @dataclass(frozen=True)
 class PoseTarget:
-    """One pose in the world of a frame of the robot's tree: its tool, a link, or what it holds.
+    """One pose in the world for a frame of the robot: of its tool, a link, or what it holds.
 
-    `near` is where the robot stands: the solution that is nearest comes first.
+    `near` is the present configuration; solutions close to it come first.
     """
 
     robot: str
@@ -114,9 +116,9 @@ class PoseTarget:
     near: Configuration
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """The one to which the robot is led from where it stands, then samples, of each batch the nearest first.
+        """The solution closest to the present configuration, then sampled ones, within each batch the closest first.
 
-        In closed form there is one batch, with all of them.
+        If there is a closed form, one batch has all solutions.
         """
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         if every is not None:
@@ -124,12 +126,12 @@ class PoseTarget:
             return
         first = 0
         yield self.stream.near(np.array(self.near))
-        for count in chain(FEW, repeat(BATCH)):
+        for count in chain(FIRST_BATCHES, repeat(BATCH)):
             yield self._nearest_first(self.stream.samples(first, count))
             first += count
 
     def unreached(self) -> OutOfReach | None:
-        """What is in the way of the robot's reach, where a closed form knows it."""
+        """Why the pose is out of the robot's reach, if a closed form can tell."""
         every = self.stream.at_pose(self.frame, self.world_T_frame)
         return every if isinstance(every, OutOfReach) else None
 
@@ -138,11 +140,11 @@ class PoseTarget:
         return sorted(found, key=lambda c: (round(float(np.abs(c.q[:n] - near[:n]).sum()), 6), *c.q))
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """The hand, and what it holds, are looked at where they would be: the arm may do what it likes."""
+        """The pair of the hand (or what it holds) and another thing that collides at the pose, whatever the arm does."""
         return tool_hit(scene, self.robot, self.frame, self.world_T_frame)
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """Nothing more is asked."""
+        """None: the constraints are all there is."""
         return None
 
 
@@ -159,7 +161,7 @@ def pose_target(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array
 
 
 def pose_rows(frame: Frame, world_T_frame: Array) -> Array:
-    """Rows that hold where a frame of a tree is at a pose (4, 4) in the world."""
+    """Constraint rows that hold where a frame of the tree has a pose (4, 4) in the world."""
 
     def feature(joint: int, pose: Array, kind: str, axis: int = 2) -> FrameFeature:
         x, y, z = (float(v) for v in pose[:3, 3])
@@ -178,9 +180,9 @@ def pose_rows(frame: Frame, world_T_frame: Array) -> Array:
 
 
 def tool_hit(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array) -> Pair | None:
-    """The first pair of the hand (or what it holds) and a standing thing that is not proven apart.
+    """The first pair of the hand (or what it holds) and another thing that is not proven apart at the pose.
 
-    Only what hangs rigidly on the frame's joint, or on joints of the gripper behind it, is looked at.
+    Only things that are fixed to the frame's joint, or moved by gripper joints behind it, are examined.
     """
     workspace, chosen = scene.workspace(robot), scene.robot(robot)
     hand = behind(chosen, frame.joint)
@@ -190,7 +192,7 @@ def tool_hit(scene: TaskScene, robot: str, frame: Frame, world_T_frame: Array) -
 
 
 def behind(robot: Robot, joint: int) -> Sequence[int]:
-    """The joints of a tree that are carried by a joint and moved by nothing but the gripper, with itself."""
+    """A joint, and all joints that it carries and that only the gripper moves."""
     tree, found = robot.tree, [joint]
     for j in range(joint + 1, len(tree.parent)):
         own = tree.ratio[j] == 0.0 or tree.source[j] >= robot.planned
@@ -200,13 +202,11 @@ def behind(robot: Robot, joint: int) -> Sequence[int]:
 
 
 def frame_for(scene: TaskScene, robot: str, of: str | None) -> Frame:
-    """The frame that a pose is for: the tool (None), what the robot holds, a link, or `tool` with a feature.
+    """The frame that a pose is for: the tool (None), what the robot holds, a link, or a feature of `tool` or a held object.
 
     Raises:
         ValueError: the robot has no such frame.
     """
-    from kabo.tasks.robots.motion.directions import frame_of
-
     chosen = scene.robot(robot)
     if of is None:
         return tool_frame(chosen)
@@ -224,9 +224,7 @@ def frame_for(scene: TaskScene, robot: str, of: str | None) -> Frame:
 
 
 def feature_pose(feature: object) -> Array:
-    """A pose at a feature: its origin, z along its direction."""
-    from kabo.kinematics.constraints import normals
-
+    """The pose at a feature: origin at its point, z along its direction."""
     pose = np.eye(4)
     pose[:3, 3] = feature.origin  # type: ignore[attr-defined]
     direction = feature.direction  # type: ignore[attr-defined]

@@ -1,7 +1,7 @@
-"""Motions of different robots under way at once, proven apart at the times that they have.
+"""Simultaneous motions of different robots, proven apart at their times.
 
-All robots that move are one tree of joints, and their motions one path of it, straight between the way points of any of
-them. What one motion moves and what another moves is proven apart along that path by the bounded sweep of both at once
+All robots that move form one tree of joints, and their motions one path of it, straight between the way points of any of
+them. Whatever one motion moves is proven apart from whatever another moves, by the bounded sweep check of both at once
 [K Def. 1.3]; everything else was proven for each motion alone.
 """
 
@@ -17,17 +17,17 @@ from kabo.geometry_server import Contacts, Pair, Team
 from kabo.plan import Segment
 from kabo.scene.transforms import flat, transform
 from kabo.tasks.core import Failure, Solution
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.exporting import timeline
 from kabo.tasks.robots.motion.groups import hung
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 
-SAME = 1e-6  # m: how exactly an object has to end where the motion that is walked takes it
+POSITION_TOLERANCE = 1e-6  # m: distance between where an object is at the end and where the motions take it
 
 
 @dataclass(frozen=True)
 class Track:
-    """The motion of one child with its times from 0 on, and the scenes before and after it."""
+    """The motion of one child of a merger, timed from 0, with the scenes before and after it."""
 
     name: str
     before: TaskScene
@@ -36,26 +36,26 @@ class Track:
 
     @classmethod
     def of(cls, solution: Solution) -> "Track":
-        """The motion of a solution."""
+        """The track of a solution."""
         assert solution.start is not None and solution.end is not None
         before, after = solution.start.scene, solution.end.scene
         return cls(solution.stage.name, before, after, tuple(timeline(solution, before.context.scene)))
 
     @property
     def seconds(self) -> float:
-        """How long it takes."""
+        """Its duration [s]."""
         return max((segment.times[-1] for _, segment in self.line), default=0.0)
 
     @cached_property
     def robots(self) -> tuple[str, ...]:
-        """The robots that move, or change."""
+        """The robots that move or change."""
         first, last = self.before.situation.robots, self.after.situation.robots
         moved = {stretch.robot for stretch, _ in self.line}
         return tuple(name for name in first if name in moved or first[name] != last[name])
 
     @cached_property
     def objects(self) -> tuple[str, ...]:
-        """The objects that its robots carry at any time, or that hang on something else afterwards."""
+        """The objects that its robots carry at some time, or that are attached to something else afterwards."""
         scenes = self.before, self.after
         taken = {name for stretch, _ in self.line for name in (*(n for n, _ in stretch.attach), *stretch.detach)}
         for scene in scenes:
@@ -71,7 +71,7 @@ class Track:
         return (*self.robots, *self.objects)
 
     def at(self, robot: str, moments: Array) -> Array:
-        """The configurations (m, n) of one of its robots at some moments [s]; before and after it moves it stands."""
+        """The configurations (m, n) of one of its robots at some times [s]; the robot stands still before and after."""
         times, rows = [0.0], [np.array(self.before.situation.configuration(robot))]
         for stretch, segment in self.line:
             if stretch.robot == robot:
@@ -82,16 +82,17 @@ class Track:
 
 
 def _whole(stretch: Stretch, count: int) -> Array:
-    """The way points (count, n) of a stretch as its segment has them: equal ones once, a rest twice."""
+    """The way points (count, n) as the stretch's segment has them: duplicates removed, a rest twice."""
     kept = [stretch.path[0], *(b for a, b in zip(stretch.path, stretch.path[1:], strict=False) if (a != b).any())]
     return np.array(kept if len(kept) == count else [kept[0]] * count)
 
 
 def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure | None:
-    """What is not proven apart when some motions, which share nothing, begin together; None if all is.
+    """The pair that is not proven apart when the motions, of disjoint robots and objects, begin together; or None.
 
     Args:
-        before, after: the scenes before and after all of them.
+        before: the scene before all of them.
+        after: the scene after all of them.
         tracks: the motions.
     """
     robots = tuple(name for track in tracks for name in track.robots)
@@ -106,7 +107,7 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure
     for begin, end, events in _spans(tracks):
         moments = _moments(tracks, begin, end)
         path = np.hstack([tracks[owners[robot]].at(robot, moments) for robot in robots])
-        hit = _Bodies(now, team, owners, permitted).hit(path)
+        hit = _MovingBodies(now, team, owners, permitted).hit(path)
         if hit is not None:
             pair, k = hit
             text = f"{pair[0]} – {pair[1]} between {moments[k]:.2f} s and {moments[k + 1]:.2f} s"
@@ -119,7 +120,7 @@ def met(before: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure
 
 
 def _spans(tracks: Sequence[Track]) -> Iterator[tuple[float, float, list[Stretch]]]:
-    """The times between which nothing is taken or let go, and what is at the end of each."""
+    """The times between which nothing is attached or released, and the stretches that end each such span with a change."""
     events: dict[float, list[Stretch]] = {max(track.seconds for track in tracks): []}
     for track in tracks:
         for stretch, segment in track.line:
@@ -132,13 +133,13 @@ def _spans(tracks: Sequence[Track]) -> Iterator[tuple[float, float, list[Stretch
 
 
 def _moments(tracks: Sequence[Track], begin: float, end: float) -> Array:
-    """The times [s] of all way points in a span, with its ends."""
+    """The times [s] of all way points within a span, and those of its ends."""
     inner = {t for track in tracks for _, segment in track.line for t in segment.times if begin < t < end}
     return np.array([begin, *sorted(inner), end])
 
 
 def _changed(scene: TaskScene, stretch: Stretch) -> TaskScene:
-    """The scene after what a stretch takes and lets go at its end."""
+    """The scene after the attachments and releases at a stretch's end."""
     taken = {name for name, _ in stretch.attach}
     for name, to in stretch.attach:
         robot, dot, link = to.partition(".")
@@ -152,29 +153,32 @@ def _changed(scene: TaskScene, stretch: Stretch) -> TaskScene:
 
 
 def _elsewhere(walked: TaskScene, after: TaskScene, tracks: Sequence[Track]) -> Failure | None:
-    """What does not end where the motions take it: a stage changes the scene without saying so."""
+    """A component that does not end where the motions take it: some stage changes it without a motion."""
     for track in tracks:
         for name in track.robots:
-            if np.abs(walked.configuration(name) - after.configuration(name)).max() > SAME:
+            if np.abs(walked.configuration(name) - after.configuration(name)).max() > POSITION_TOLERANCE:
                 return refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
         for name in track.objects:
             own, other = walked.situation.attachment(name), after.situation.attachment(name)
-            if own.parent == other.parent and np.abs(walked.pose(name) - after.pose(name)).max() <= SAME:
+            if (
+                own.parent == other.parent
+                and np.abs(walked.pose(name) - after.pose(name)).max() <= POSITION_TOLERANCE
+            ):
                 continue
             return refusal("constraint", f"{track.name!r} changes where {name} is, but no motion of it does")
     return None
 
 
 def _touching(after: TaskScene, robots: Sequence[str]) -> Failure | None:
-    """What touches at the end: contacts that some motion needed may be forbidden there."""
+    """The pair of things that touch at the end although the contact is forbidden there."""
     hits = (after.hit(robot) for robot in robots)
     hit = next((hit for hit in hits if hit is not None), None)
     return None if hit is None else refusal("collision", hit=hit)
 
 
 @dataclass(frozen=True)
-class _Bodies:
-    """What the motions move, as bodies on the joints of the team or standing, each with the motion that moves it."""
+class _MovingBodies:
+    """The bodies that move, on the joints of the common tree, and those that stand, each with the motion that moves it."""
 
     scene: TaskScene
     team: Team
@@ -182,7 +186,7 @@ class _Bodies:
     permitted: Contacts
 
     def hit(self, path: Array) -> tuple[Pair, int] | None:
-        """The first pair, of different motions, that is not proven apart along a path (m, n), and on which piece."""
+        """The first pair of different motions that is not proven apart along a path (m, n), and the index of the piece."""
         mounts = list(self._mounts())
         moving = [(name, mount) for name, mount in mounts if isinstance(mount, MovingGroup)]
         standing = [(name, mount) for name, mount in mounts if isinstance(mount, FixedGroup)]
@@ -203,7 +207,7 @@ class _Bodies:
         return None
 
     def _asked(self, first: str, second: str) -> bool:
-        """Whether two things are of different motions and may not touch; padding takes over what its parent may."""
+        """Whether two things belong to different motions and may not touch; padding may touch what its parent may."""
         one, other = self._parent(first), self._parent(second)
         if self._owner(one) == self._owner(other) or frozenset((one, other)) in self.permitted:
             return False
@@ -238,7 +242,7 @@ class _Bodies:
                 )
 
     def _placed(self, name: str, own: Array, enclosure, arrays) -> MovingGroup | FixedGroup:  # type: ignore[no-untyped-def]
-        """A body at a pose (4, 4) in the frame of an object, or of a link of the team."""
+        """A body at a pose (4, 4) in the frame of an object, or of a link of the common tree."""
         parent, at = name, own
         if name in self.scene.situation.objects:
             held = self.scene.situation.held(name)

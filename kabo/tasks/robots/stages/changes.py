@@ -1,4 +1,4 @@
-"""Changes of the scene that take no time: attaching, letting go, contacts. What has changed is checked."""
+"""Changes of the scene that take no time: attaching, releasing, contacts. The changed scene is checked for collisions."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -13,16 +13,17 @@ from kabo.tasks.core import PARENT, Container, Failure, Propagator, Property, Re
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, RobotStage
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
 SUPPORTS, TOUCH = "supports", "touch"
 
 
 class Attach(RobotStage, Propagator):
-    """Hangs an object on a robot's tool, where it is; backward it was standing there before."""
+    """Attaches an object to a robot's tool where it is; backward, the object stood there before."""
 
     MOVES = ("object",)
     PROPERTIES = {
@@ -37,7 +38,7 @@ class Attach(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object in the hand; what hangs together with it hangs on it."""
+        """The scene with the object in the hand; everything attached to the object moves with it."""
         name, robot, link = properties["object"], *_link(scene, properties["to"])
         if name not in scene.situation.objects:
             return [_immovable(name)]
@@ -48,7 +49,7 @@ class Attach(RobotStage, Propagator):
         return _checked(_standing(after, name), [robot], Result(after, motion=motion))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object standing where the hand has it."""
+        """The scene with the object standing where the hand holds it."""
         name, robot, link = properties["object"], *_link(scene, properties["to"])
         if scene.holder(name) != robot:
             return [refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}))]
@@ -58,7 +59,7 @@ class Attach(RobotStage, Propagator):
 
 
 class Detach(RobotStage, Propagator):
-    """Lets an object go: it stays where it is; backward it was in the hand before."""
+    """Releases an object, which stays where it is; backward, it was in the hand before."""
 
     MOVES = ("object",)
     PROPERTIES = {
@@ -72,7 +73,7 @@ class Detach(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object standing in the world; it stays in the hand of a robot that has taken it over."""
+        """The scene with the object standing in the world; if another robot has taken it over, it stays in that hand."""
         name, given = properties["object"], properties["of"]
         robot = scene.holder(name)
         if robot is None:
@@ -83,7 +84,7 @@ class Detach(RobotStage, Propagator):
         return _checked(after, [who], Result(after, motion=(_still(scene, who, detach=(name,)),)))
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the object in the hand that is there."""
+        """The scene with the object in the hand, at the pose it has."""
         name, given = properties["object"], properties["of"]
         if given is None or scene.holder(name) is not None:
             return [refusal("constraint", f"say of which robot {name} is let go", reads=frozenset({name}))]
@@ -97,7 +98,7 @@ class Detach(RobotStage, Propagator):
 
 
 class Join(RobotStage, Propagator):
-    """Lets the part in a robot's hand go, so that it hangs on the part with which it is put together."""
+    """Releases the part in a robot's hand, so that it is attached to the part with which it is mated."""
 
     MOVES = ("object",)
     READS = ("onto",)
@@ -107,7 +108,7 @@ class Join(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the parts hanging together, each where it is."""
+        """The scene with both parts attached to each other where they are."""
         name, onto = properties["object"], properties["onto"]
         robot = scene.holder(name)
         if robot is None or scene.holder(onto) == robot:
@@ -134,7 +135,7 @@ class _Contacts(RobotStage, Propagator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Things that nobody has, two kinds of supports, links that touch where nobody has a gripper."""
+        """Names that the scene lacks, two kinds of supports, or links to touch although no robot has a gripper."""
         added = _added(self)
         for first, second in self.known("pairs") or ():
             for name in (str(first), str(second)):
@@ -164,26 +165,26 @@ class _Contacts(RobotStage, Propagator):
 
 
 class AllowContact(_Contacts):
-    """Permits contacts from here on; backward they were forbidden before."""
+    """Permits contacts from here on; backward, they were forbidden before."""
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with more permitted."""
+        """The scene with more contacts permitted."""
         return self._allowed(scene, properties)
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with less permitted, which must be free of those contacts."""
+        """The scene with fewer contacts permitted; it must be free of those contacts."""
         return self._forbidden(scene, properties)
 
 
 class ForbidContact(_Contacts):
-    """Forbids contacts from here on; backward they were permitted before."""
+    """Forbids contacts from here on; backward, they were permitted before."""
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with less permitted, which must be free of those contacts."""
+        """The scene with fewer contacts permitted; it must be free of those contacts."""
         return self._forbidden(scene, properties)
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with more permitted."""
+        """The scene with more contacts permitted."""
         return self._allowed(scene, properties)
 
 
@@ -225,18 +226,18 @@ def _checked(scene: TaskScene, robots: Iterable[str], result: Result) -> Answers
 
 
 def _standing(scene: TaskScene, name: str) -> TaskScene:
-    """The scene in which an object in a hand may touch what its group stands on: nothing has moved yet."""
+    """The scene in which a grasped object may still touch what its group stands on, because nothing has moved yet."""
     return scene.permitting(_supported(scene, name, standing=True))
 
 
 def _carried(scene: TaskScene, properties: Values, *, standing: bool) -> dict[str, list[Pair]]:
-    """What `supports` stands for, of each thing whose supports are meant: see `_supported`."""
+    """The pairs that `supports` stands for, by thing; see `_supported`."""
     names = [str(b if a == SUPPORTS else a) for a, b in properties["pairs"] if SUPPORTS in (a, b)]
     return {name: _supported(scene, name, standing=standing) for name in names}
 
 
 def _added(stage: Stage) -> frozenset[str] | None:
-    """The bodies that stages of the same task may add; None if that is not known."""
+    """The bodies that stages of the same task may add; None if not known."""
     top = stage
     while top.parent is not None:
         top = top.parent
@@ -255,7 +256,7 @@ def _unknown(name: str, scene: Scene, added: frozenset[str] | None) -> Iterator[
 
 
 def _movers(scene: TaskScene, pair: Pair) -> list[str]:
-    """The robots that move one of two things."""
+    """The robots that can move one of two things."""
     found = []
     for name in pair:
         robot, dot, _ = name.partition(".")
@@ -266,7 +267,7 @@ def _movers(scene: TaskScene, pair: Pair) -> list[str]:
 
 
 def _pairs(scene: TaskScene, properties: Values, carried: Mapping[str, list[Pair]]) -> list[Pair]:
-    """The pairs of things that are meant: robots become links, `supports` the pairs in `carried`."""
+    """The pairs of things that the property names: robots stand for their links, `supports` for the pairs in `carried`."""
     found: list[Pair] = []
     for first, second in properties["pairs"]:
         if SUPPORTS in (first, second):
@@ -278,7 +279,7 @@ def _pairs(scene: TaskScene, properties: Values, carried: Mapping[str, list[Pair
 
 
 def _supported(scene: TaskScene, name: str, *, standing: bool) -> list[Pair]:
-    """The members of an object's group, each with what carries it (`standing`), or with what it may touch."""
+    """Each member of an object's group with what supports it (if `standing`), or with what it is permitted to touch."""
     group: tuple[str, ...] = scene.situation.group(name)
     found: list[Pair] = []
     for member in group:

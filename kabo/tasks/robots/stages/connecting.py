@@ -1,4 +1,4 @@
-"""Connect: a free way between two scenes that differ only in where one robot's arm is [T 3.2]."""
+"""Connect: a collision-free path between two scenes that differ only in the configuration of one arm [T 3.2]."""
 
 from collections.abc import Iterator, Mapping
 
@@ -9,26 +9,25 @@ from kabo.scene import Scene
 from kabo.tasks.core import Connector, Failure, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage
-from kabo.tasks.robots.motion.keeping import keep_faults
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.paths import length, way
 from kabo.tasks.robots.scenes import TaskScene
 
-SAME = 1e-6  # rad or m: joints nearer than this are where they were
+JOINT_TOLERANCE = 1e-6  # rad or m: joints that differ by less have not moved
 
 
 class Connect(RobotStage, Connector):
-    """A way of the robot's arm from one scene to the other, by RRT-Connect with proven edges.
+    """A collision-free path of the robot's arm from one scene to the other, by RRT-Connect with proven edges.
 
-    The scenes must agree in everything else: objects and what they hang on, the joints that the arm does not have,
-    permitted contacts, added geometry. Each pair that does not is counted under what differs.
+    The scenes must agree in everything else: objects and their attachments, joints that the arm does not have, permitted
+    contacts, added geometry. Pairs that do not agree are counted by what differs.
     """
 
     MOVES = ("robot",)
     PROPERTIES = {"robot": ROBOT, "keep": KEEP}
 
     def mismatch(self, start: TaskScene, end: TaskScene, properties: Values) -> str | None:
-        """What differs beside the arm: the first object, joint, contact or added body."""
+        """What differs besides the arm: the first object, joint, contact or added body; None if nothing does."""
         if start.situation is end.situation and start.permitted == end.permitted and start.extras == end.extras:
             return None
         return (
@@ -39,7 +38,7 @@ class Connect(RobotStage, Connector):
         )
 
     def connect(self, start: TaskScene, end: TaskScene, properties: Values, seed: int) -> Answers:
-        """The way, if one is found with the context's number of samples."""
+        """The path, if one is found with the number of samples that the context permits."""
         name = properties["robot"]
         goal = end.configuration(name)
         goal[start.robot(name).planned :] = start.configuration(name)[start.robot(name).planned :]
@@ -49,11 +48,11 @@ class Connect(RobotStage, Connector):
         return [found] if isinstance(found, Failure) else [Result(motion=(found,), cost=length((found,)))]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A constraint that means nothing."""
+        """A constraint to keep that nothing held could be subject to."""
         yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
-        """What is held, if a constraint on it is kept."""
+        """What the robot holds, if a constraint on it is kept."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
 
@@ -84,7 +83,7 @@ def _joints(start: TaskScene, end: TaskScene, moving: str) -> str | None:
         first = robot.planned if name == moving else 0
         for q, p in zip(values, others, strict=False):
             for i in range(first, len(q)):
-                if abs(q[i] - p[i]) > SAME:
+                if abs(q[i] - p[i]) > JOINT_TOLERANCE:
                     return f"{name}: {robot.joint_names[i]} differs"
         if len(values) != len(others):
             return f"{name} differs"

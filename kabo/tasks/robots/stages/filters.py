@@ -1,4 +1,4 @@
-"""Stages that let pass: nothing happens, time passes, or a predicate decides [T 3.4]."""
+"""Stages without motion: nothing happens, time passes, or a predicate filters solutions [T 3.4]."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -9,23 +9,24 @@ from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import ROBOT, RobotStage
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.letting_go import letting_go
 
 
 class NoOp(RobotStage, Propagator):
-    """Nothing happens."""
+    """Does nothing."""
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The same scene."""
+        """The scene, unchanged."""
         return [Result(scene)]
 
     backward = forward
 
 
 class Wait(RobotStage, Propagator):
-    """The robot holds still."""
+    """Lets time pass while the robot holds still."""
 
     PROPERTIES = {
         "robot": ROBOT,
@@ -33,7 +34,7 @@ class Wait(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The same scene."""
+        """The scene, unchanged."""
         robot = properties["robot"]
         q = scene.situation.configuration(robot)
         return [Result(scene, motion=(Stretch(robot, "arm", (q,), seconds=float(properties["duration"])),))]
@@ -42,7 +43,7 @@ class Wait(RobotStage, Propagator):
 
 
 class PredicateFilter(RobotStage, Wrapper):
-    """Lets the successes of its child pass where everything that is asked holds in the scene at their end."""
+    """Passes on those solutions of its child at whose end all given predicates hold."""
 
     PROPERTIES = {
         "attached": Property(
@@ -75,7 +76,7 @@ class PredicateFilter(RobotStage, Wrapper):
     }
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
-        """The success itself, or what does not hold."""
+        """The solution itself, or a failure that names the predicate that does not hold."""
         assert solution.end is not None
         scene: TaskScene = solution.end.scene
         for refused in (_attached, _inside, _free_hand, _free, _lets_go, _predicate):
@@ -85,14 +86,14 @@ class PredicateFilter(RobotStage, Wrapper):
         return [Result(cost=solution.cost, comment=solution.comment)]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Nothing is asked."""
+        """No predicate is given."""
         keys = ("attached", "inside", "free_hand", "free", "lets_go", "predicate")
         given = {key: self.undecided(key) or self.known(key) for key in keys}
         if not any(given.values()):
             yield f"nothing is asked: it says none of {', '.join(keys)}"
 
     def names(self) -> tuple[tuple[str, str], ...]:
-        """The things that it asks about."""
+        """The things that its predicates are about."""
         attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
         asked = [*zip(("body", "robot"), attached, strict=False), *zip(("body", "region"), inside, strict=False)]
         asked += zip(("body", "robot"), left, strict=False)
@@ -100,7 +101,7 @@ class PredicateFilter(RobotStage, Wrapper):
         return tuple((kind, str(name)) for kind, name in asked)
 
     def reads(self) -> tuple[str, ...]:
-        """What it asks about; where a held body lies depends on the robot as well."""
+        """What its predicates are about, with the robot that holds a body: its pose depends on that robot."""
         attached, inside, left = (self.known(key) or () for key in ("attached", "inside", "lets_go"))
         found = [
             *attached[:1],

@@ -1,4 +1,4 @@
-"""Geometry that is there for some stages only: bodies by hand, and padding around things [T 3.9]."""
+"""Geometry that exists for some stages only: additional bodies, and padding around things [T 3.9]."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -9,6 +9,7 @@ from kabo.errors import did_you_mean
 from kabo.geometry_server import Situation, extra, padding
 from kabo.language.scene_description import Shape
 from kabo.scene import Scene
+from kabo.scene.transforms import quaternion
 from kabo.tasks.core import Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
@@ -20,9 +21,9 @@ from kabo.tasks.robots.stages.poses import local_pose
 
 
 class AddGeometry(RobotStage, Propagator):
-    """Adds a body `body`: {box: [x, y, z]} or {cylinder: {radius, height}} or {sphere: {radius}}, on `parent` at `pose`.
+    """Adds a body `body`: {box: [x, y, z]}, {cylinder: {radius, height}} or {sphere: {radius}}, on `parent` at `pose`.
 
-    Backward it was not there before.
+    Backward, it did not exist before.
     """
 
     PROPERTIES = {
@@ -33,13 +34,11 @@ class AddGeometry(RobotStage, Propagator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A parent that nobody has."""
+        """A parent that the scene lacks."""
         yield from _unknown(self.known("parent"), scene, ("world",))
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the body; no robot may be in it."""
-        from kabo.scene.transforms import quaternion
-
+        """The scene with the body, in which no robot may collide with it."""
         pose = local_pose(properties["pose"])
         position = tuple(float(v) for v in pose[:3, 3])
         shape = shape_of(properties["shape"])
@@ -53,19 +52,19 @@ class AddGeometry(RobotStage, Propagator):
 
 
 class RemoveGeometry(RobotStage, Propagator):
-    """Removes added bodies, or padding, by name; backward is what `AddGeometry` and `Pad` are for."""
+    """Removes added bodies, or padding, by name; to plan backward use `AddGeometry` or `Pad`."""
 
     PROPERTIES = {"bodies": Property((list, tuple), doc="the names", wrong=meanings.names())}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene without them."""
+        """The scene without these bodies."""
         return [Result(scene.removing(*map(str, properties["bodies"])))]
 
 
 class Pad(RobotStage, Propagator):
-    """Puts a cylinder around each thing that keeps `distance` [m] on all sides, for the stages up to `Unpad`.
+    """Adds a cylinder around each thing, with `distance` [m] on all sides, for the stages up to `Unpad`.
 
-    A thing may touch with its padding what it may touch itself.
+    A thing may touch its padding and what it may touch itself.
     """
 
     PROPERTIES = {
@@ -78,16 +77,16 @@ class Pad(RobotStage, Propagator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Things that nobody has."""
+        """Things that the scene lacks."""
         for name in self.known("things") or ():
             yield from _unknown(str(name), scene)
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with padding, in which nothing may be too close."""
+        """The scene with padding, in which nothing may collide with the padding."""
         return self._padded(scene, properties)
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene before, without."""
+        """The scene before it, without padding."""
         return [Result(scene.removing(*map(padding_name, properties["things"])))]
 
     @staticmethod
@@ -98,7 +97,7 @@ class Pad(RobotStage, Propagator):
 
 
 class Unpad(Pad):
-    """Takes padding away; backward, it was there before, and nothing may be too close."""
+    """Removes padding; backward, it existed before, and nothing may collide with it."""
 
     PROPERTIES = {
         "distance": Property(
@@ -114,7 +113,7 @@ class Unpad(Pad):
         return [Result(scene.removing(*map(padding_name, properties["things"])))]
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene before, with padding."""
+        """The scene before it, with padding."""
         return self._padded(scene, properties)
 
 
@@ -126,7 +125,7 @@ def _unknown(name: str | None, scene: Scene, others: Sequence[str] = ()) -> Iter
 
 
 def padding_name(name: Any) -> str:
-    """The name of a thing's padding."""
+    """The name of the padding of a thing."""
     return f"padding of {name}"
 
 
@@ -138,7 +137,7 @@ def _padding(scene: TaskScene, name: str, distance: float) -> Any:
 
 
 def shape_of(given: Any) -> Shape:
-    """The shape that {box | cylinder | sphere: …} says.
+    """The shape that {box | cylinder | sphere: …} describes.
 
     Raises:
         ValueError: it is none of these.

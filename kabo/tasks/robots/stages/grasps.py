@@ -1,4 +1,4 @@
-"""Grasps: sampled from an object's families, or recognised in how a robot holds it."""
+"""Grasps: sampled from an object's grasp families, or recognised from how a robot holds it."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -11,18 +11,20 @@ from kabo.tasks.core import Failure, Monitor, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import CLOSED, hand
 from kabo.tasks.robots.motion.directions import Direction
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import GraspTarget
 from kabo.tasks.robots.scenes import TaskScene
 
-LIFT = Stroke(FeatureName("world", "up"), 1, 0.05, 0.10)  # how far something is lifted where no family says
+# Stroke by which an object is lifted if no family says otherwise.
+LIFT = Stroke(FeatureName("world", "up"), 1, 0.05, 0.10)
 ANY = "any"
 
 
 def grasp_properties(robot: Robot, name: str, family: GraspFamily) -> dict[str, Any]:
-    """The interface properties of a grasp family: what stages need to take the object, and to let go of it."""
+    """The interface properties of a grasp family that later stages need to grasp the object and to release it."""
     approach = None if family.approach is None else Direction(family.approach, name)
     fingers = hand(robot, CLOSED) if family.fingers is None else family.fingers
     return {
@@ -36,9 +38,9 @@ def grasp_properties(robot: Robot, name: str, family: GraspFamily) -> dict[str, 
 
 
 class SampleGrasp(RobotStage, Monitor):
-    """The grasp families of an object where it stands: each writes `target`, `grasp`, `approach`, `lift`, `fingers`.
+    """The grasp families of an object where it stands: writes `target`, `grasp`, `approach`, `lift`, `fingers` for each.
 
-    The hand is as in the scene at the end of what is monitored: that stage opens it.
+    The gripper is as in the scene at the end of the monitored stage, which opens it.
     """
 
     READS = ("object",)
@@ -54,7 +56,7 @@ class SampleGrasp(RobotStage, Monitor):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, once for each family; how the robot reaches it is for inverse kinematics."""
+        """The scene, once for each family; inverse kinematics finds out how the robot reaches it."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         refused = _refuted(scene.context, scene.situation, robot, name, properties["family"])
         if refused is not None:
@@ -73,21 +75,21 @@ class SampleGrasp(RobotStage, Monitor):
         ]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A family that the object does not have."""
+        """A grasp family that the object does not have."""
         yield from family_faults(self, scene, "grasps")
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
-        """No family fits, or the object is out of reach."""
+        """A proof that no family fits, or that the object is out of reach."""
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
         if robot not in context.scene.robots or name not in situation.objects:
             return None
         holders = (r for r in context.scene.robots if name in situation.carried(r))
         if any(holder != robot for holder in holders):
-            return None  # it is brought first
+            return None  # another stage brings it first
         return _refuted(context, situation, context.scene.robots[robot], name, family or ANY)
 
     def wanted(self, context: Context, situation: Situation) -> list[Stream]:
-        """The grasps of all families, where the object stands now."""
+        """The grasps of all families, at the object's present pose."""
         robot, name, family = (self.known(key) for key in ("robot", "object", "family"))
         if robot not in context.scene.robots or name not in situation.objects:
             return []
@@ -96,7 +98,7 @@ class SampleGrasp(RobotStage, Monitor):
 
 
 def family_faults(stage: RobotStage, scene: Scene, kind: str) -> Iterator[str]:
-    """A family (`grasps` or `placements`) that is named and that the object, if it is known, does not have."""
+    """A family (of `grasps` or `placements`) that is named and that the object does not have, if the object is known."""
     name, family = stage.known("object"), stage.known("family")
     if name not in scene.bodies or family in (None, ANY):
         return
@@ -130,7 +132,7 @@ def _refuted(context: Context, situation: Situation, robot: Robot, name: str, wa
 
 
 def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Failure | None:
-    """The proof that a body at a pose (4, 4) cannot be grasped, if there is one."""
+    """A proof that a body at a pose (4, 4) cannot be grasped; None if there is none."""
     name = body.name
     chosen = [family for family in body.grasps.values() if wanted in (ANY, family.name)]
     fitting = [(family, grasp_roles(robot, body, family, pose)) for family in chosen]
@@ -145,13 +147,13 @@ def _beyond(body: Body, pose: Array, robot: Robot, wanted: str) -> Failure | Non
 
 
 class RecogniseGrasp(RobotStage, Propagator):
-    """Recognises by which family a robot holds an object, and writes `grasp`, `approach`, `lift`, `lower`, `retreat`."""
+    """Recognises the family by which a robot holds an object; writes `grasp`, `approach`, `lift`, `lower`, `retreat`."""
 
     READS = ("object",)
     PROPERTIES = {"robot": ROBOT, "object": OBJECT}
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The same scene; by default the object is lowered and left straight."""
+        """The scene, unchanged; if no family fits, the object is to be lowered and left along vertical lines."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         return [Result(scene, properties=held_properties(scene, robot, name))]
 
@@ -159,7 +161,7 @@ class RecogniseGrasp(RobotStage, Propagator):
 
 
 def held_properties(scene: TaskScene, robot: Robot, name: str) -> Mapping[str, Any]:
-    """The interface properties of how a robot holds an object; of no family where none declares that hold."""
+    """The interface properties of how a robot holds an object; without a family if none describes that hold."""
     if scene.holder(name) != robot.name:
         return {}
     found = recognised(scene.context, robot, name, scene.situation)

@@ -1,7 +1,7 @@
-"""Whether a hand has room to let go: opened, and drawn back, beside what stands around what it puts down.
+"""Checks whether a gripper has room to open and to retreat from an object that it puts down.
 
-A place for an object is not one for the hand. Asked where the object is put, before any way there is looked for, it
-costs a few checks; asked when the hand opens, everything before was in vain.
+There may be room for the object but not for the gripper. Checked when a placement is chosen, before any path to it is
+searched for, this costs a few collision checks; found out only when the gripper opens, it would waste all work before.
 """
 
 from typing import Any
@@ -10,20 +10,20 @@ import numpy as np
 
 from kabo.geometry_server import Candidate, Refused, candidate, line, tool_frame
 from kabo.tasks.core import Failure
-from kabo.tasks.robots.declaring import refusal
 from kabo.tasks.robots.motion.configurations import OPEN, goal_of
 from kabo.tasks.robots.motion.directions import Direction
 from kabo.tasks.robots.motion.groups import hung
 from kabo.tasks.robots.motion.paths import grip
 from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import held_properties
 
 
 def letting_go(scene: TaskScene, name: str, robot: str) -> Failure | None:
-    """What keeps a robot's hand from opening and leaving an object that stands where it is held; None: nothing.
+    """Why a robot's gripper cannot open and retreat from an object that stands where it is held; None if it can.
 
-    The way back is the one that the grasp's family came on, all of it, or as little as may be.
+    It retreats along the approach of the grasp family, all of it or as little as permitted.
     """
     held = scene.holder(name)
     if held != robot:

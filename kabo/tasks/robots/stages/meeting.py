@@ -1,7 +1,7 @@
-"""Where two robots meet: one brings what it holds to where the other one can take it, or put something onto it.
+"""Where two robots meet: one brings what it holds to where the other can grasp it or mate a part with it.
 
-Both robots are sampled at once, on the constraints of a mate or of a grasp family between their tools; how the other
-one comes there is planned for afterwards.
+Both robots' configurations are sampled together, subject to the constraints of a mate or of a grasp family between
+their tools; the path of the second robot to its configuration is planned by later stages.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,33 +18,34 @@ from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults
 from kabo.tasks.robots.stages.placements import mate_of
 
-SPREADS = (0.25, 0.5, 1.0)  # rad: from how far around home the arms are led to the constraints
-FEW = 16  # times for each
+SPREADS = (0.25, 0.5, 1.0)  # rad: distances from home of the configurations that are projected
+SEEDS_PER_SPREAD = 16  # configurations for each of these distances
 
 
 @dataclass(frozen=True)
 class Meeting(Candidate):
-    """A configuration of the one robot, and where the other one is then."""
+    """A configuration of the first robot, with that of the second robot."""
 
     other: Configuration
 
 
 @dataclass(frozen=True)
 class MeetingTarget:
-    """All ways of two robots to meet, as configurations of the one that comes first."""
+    """All ways for two robots to meet, as configurations of the robot that comes first."""
 
     robot: str
     partner: str
     stream: TeamStream
-    touching: Contacts  # what may touch when they have met
+    touching: Contacts  # contacts permitted once they have met
 
     def batches(self) -> Iterator[list[Candidate]]:
-        """First those to which the arms are led from around home, then samples, of each batch those near to home first."""
+        """First solutions close to home, which leave room to move; then samples, in each batch those near to home first."""
         for spread in SPREADS:
             yield self._ordered(self._led(spread))
         number = 0
@@ -53,9 +54,9 @@ class MeetingTarget:
             number += 1
 
     def _led(self, spread: float) -> list[Candidate]:
-        """Where projection leads from configurations up to `spread` [rad or m] from home: they leave room to move."""
-        team, first = self.stream.team, FEW * round(spread / SPREADS[0])
-        seeds = np.tile(self._home, (FEW, 1))
+        """Projections of configurations up to `spread` [rad or m] from home."""
+        team, first = self.stream.team, SEEDS_PER_SPREAD * round(spread / SPREADS[0])
+        seeds = np.tile(self._home, (SEEDS_PER_SPREAD, 1))
         for k, seed in enumerate(seeds):
             noise = [2.0 * uniform(self.stream.key, first + k, i) - 1.0 for i in range(len(seed))]
             seed += spread * np.array(noise) * team.moving
@@ -74,18 +75,18 @@ class MeetingTarget:
 
     @property
     def _home(self) -> Array:
-        """Both arms at home, the hands as they are (n,)."""
+        """Both arms at home, the grippers as they are (n,)."""
         home: Array = self.stream.base.copy()
         for robot, place in zip(self.stream.team.robots, self.stream.team.joined.values, strict=False):
             home[place][: robot.planned] = robot.configurations.get("home", np.zeros(robot.planned))
         return home
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """Not known: there is room to choose."""
+        """None: meeting does not determine one pose."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """The other robot must be free where it comes to."""
+        """Why the configuration is not acceptable: the second robot would collide at its own."""
         assert isinstance(at, Meeting)
         there = scene.permitting(tuple(sorted(pair)) for pair in self.touching)  # type: ignore[misc]
         hit = there.at(self.robot, at.q).at(self.partner, at.other).hit(self.partner)
@@ -93,10 +94,10 @@ class MeetingTarget:
 
 
 class SampleMeeting(RobotStage, Monitor):
-    """Where a robot brings what it holds, so that another one reaches it; writes `target` for the first.
+    """Samples where a robot brings what it holds so that a partner reaches it; writes `target` for this robot.
 
-    The other one is either to put what it holds (`part`) onto it, as the `mate` says, or to take it by a grasp of
-    `family`. It is for the stages that follow to plan how it does.
+    The partner is either to mate what it holds (`part`) with it, as `mate` says, or to grasp it by `family`. Later stages
+    plan how the partner gets there.
     """
 
     READS = ("object", "part")
@@ -119,7 +120,7 @@ class SampleMeeting(RobotStage, Monitor):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A mate without a part or a part without a mate; a family that is not there."""
+        """A mate without a part, a part without a mate, or a family that the object does not have."""
         part, mate = self.known("part"), self.known("mate")
         if (part is None) != (mate is None) and not any(map(self.undecided, ("part", "mate"))):
             yield "a `part` and its `mate` go together: the other robot takes the object, or brings it a part"
@@ -127,7 +128,7 @@ class SampleMeeting(RobotStage, Monitor):
             yield from family_faults(self, scene, "grasps")
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, once for each family, or for the mate."""
+        """The scene, once for each grasp family, or once for the mate."""
         robot, partner, name = (properties[key] for key in ("robot", "partner", "object"))
         for each, holder in ((name, robot), (properties["part"], partner)):
             if each is not None and scene.holder(each) != holder:
@@ -148,7 +149,7 @@ Way = tuple[str, tuple[Constraint, ...], Mapping[str, str], list[Pair]]
 
 
 def _ways(scene: TaskScene, properties: Values) -> Iterator[Way]:
-    """The mate, or the grasp families of the partner: name, constraints, roles, and what will touch."""
+    """The mate, or the partner's grasp families: name, constraints, roles, and the contacts to be permitted."""
     partner, name, part = (properties[key] for key in ("partner", "object", "part"))
     if part is not None:
         mate = mate_of(scene, properties["mate"])
@@ -169,7 +170,7 @@ def _target(
     roles: Mapping[str, str],
     touching: list[Pair],
 ) -> MeetingTarget | None:
-    """The target; None if somebody lacks a feature that the constraints name."""
+    """The target; None if a feature that the constraints name is missing."""
     label, constraints = what
     state = scene.situation.first
     held = [scene.situation.held(each) for each in roles.values() if each in scene.situation.objects]

@@ -1,8 +1,8 @@
-"""Merger: the motions of different robots at the same time [T 3.3].
+"""Merger: motions of different robots at the same time [T 3.3].
 
-Each child moves robots and objects of its own. Its motion keeps the times that it would have alone, all begin at once,
-and whoever is done sooner waits. Each child's motion was proven while the others stood still; what several children
-move is proven apart here, at the times that the motions have.
+Each child moves robots and objects of its own. All motions begin at once and keep the times that they have alone; robots
+that are done earlier wait. Each child's motion was proven while the others stood still; what different children move is
+proven apart here, at the times of the motions.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,21 +14,22 @@ from kabo.scene import Component, Scene
 from kabo.tasks.core import Failure, Result, Solution, Stage
 from kabo.tasks.core import Merger as CoreMerger
 from kabo.tasks.core.model.stages import Values
-from kabo.tasks.robots.declaring import RobotStage, refusal
-from kabo.tasks.robots.motion.exporting import DECIMALS
+from kabo.tasks.robots.declaring import RobotStage
+from kabo.tasks.robots.motion.exporting import TIME_DECIMALS
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.together import Track, met
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.geometry import AddGeometry, Pad, RemoveGeometry
 
 
 class Merger(RobotStage, CoreMerger):
-    """All children move at once, each with the times that it has alone; who is done sooner waits.
+    """Lets all children move at once, each with the times that it has alone; robots that are done earlier wait.
 
     Each child moves robots and objects of its own. What different children move is proven apart at those times.
     """
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Fewer than two children, one robot or object in two of them, geometry that is added."""
+        """Fewer than two children, a robot or object that two of them move, or added geometry."""
         if len(self.children) < 2:
             yield "a merger has at least two children, whose motions are merged"
         owners: dict[str, Stage] = {}
@@ -43,12 +44,12 @@ class Merger(RobotStage, CoreMerger):
                     yield _shared(name, other.name, child.name, scene)
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
-        """One robot or object in two children."""
+        """A proof that two children move the same robot or object."""
         fault = next(iter(self.faults(context.scene)), None)
         return None if fault is None else refusal("constraint", fault, proof=True)
 
     def merge(self, scene: TaskScene, solutions: Sequence[Solution], properties: Values, seed: int) -> Any:
-        """The motions of all children as one, and the scene on the other side of it."""
+        """The motions of all children as one, with the scene on its far side."""
         tracks = [Track.of(solution) for solution in solutions]
         refused = _conflict(tracks, scene.context.scene)
         if refused is not None:
@@ -79,7 +80,7 @@ def _shared(name: str, first: str, second: str, scene: Scene) -> str:
 
 
 def _conflict(tracks: Sequence[Track], scene: Scene) -> Failure | None:
-    """Why motions can never be merged, whenever they take place."""
+    """Why the motions cannot be merged at any time: they share a robot or an object."""
     owners: dict[str, Track] = {}
     for track in tracks:
         if track.before.extras != track.after.extras:
@@ -93,7 +94,7 @@ def _conflict(tracks: Sequence[Track], scene: Scene) -> Failure | None:
 
 
 def _merged(near: TaskScene, far: Sequence[TaskScene], tracks: Sequence[Track]) -> TaskScene:
-    """The scene on the far side: what each child changes, and contacts that nobody forbids or somebody permits."""
+    """The scene on the far side: the changes of all children, and contacts that no child forbids or some child permits."""
     changes: dict[str, Component] = {}
     for each, track in zip(far, tracks, strict=True):
         for name in track.moves:
@@ -108,7 +109,7 @@ def _merged(near: TaskScene, far: Sequence[TaskScene], tracks: Sequence[Track]) 
 
 
 def _written(solution: Solution, forward: bool) -> Mapping[str, Any]:
-    """The interface properties that a child has written; of several children the last one's count."""
+    """The interface properties that a child has written; where several children write one, the last counts."""
     near, far = (solution.start, solution.end) if forward else (solution.end, solution.start)
     assert near is not None and far is not None
     return {
@@ -119,15 +120,15 @@ def _written(solution: Solution, forward: bool) -> Mapping[str, Any]:
 
 
 def _motion(tracks: Sequence[Track]) -> Iterator[Stretch]:
-    """The stretches of all tracks in the order in which they begin, each timed, and by how much it begins later."""
+    """The timed stretches of all tracks, ordered by when they begin, each with its delay after the previous one."""
     every = [
         (segment.times[0], k, n) for k, track in enumerate(tracks) for n, (_, segment) in enumerate(track.line)
     ]
     last: float | None = None
     for begin, k, n in sorted(every):
         stretch, segment = tracks[k].line[n]
-        times = tuple(round(t - begin, DECIMALS) for t in segment.times)
-        since = None if last is None else round(begin - last, DECIMALS)
+        times = tuple(round(t - begin, TIME_DECIMALS) for t in segment.times)
+        since = None if last is None else round(begin - last, TIME_DECIMALS)
         rows = (
             stretch.waypoints[0],
             *(b for a, b in zip(stretch.waypoints, stretch.waypoints[1:], strict=False) if a != b),

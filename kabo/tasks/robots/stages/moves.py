@@ -1,4 +1,4 @@
-"""Motions to a goal, and strokes from where the robot is [T 3.2]."""
+"""Motions to a goal [T 3.2]."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -13,11 +13,11 @@ from kabo.tasks.core import Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
-from kabo.tasks.robots.motion.keeping import keep_faults
 from kabo.tasks.robots.motion.paths import grip, length, way
-from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.motion.questions import MotionQuestion, along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.poses import pose_of
@@ -26,8 +26,8 @@ from kabo.tasks.robots.stages.poses import pose_of
 class MoveTo(RobotStage, Propagator):
     """Moves the arm or the gripper to a goal.
 
-    `goal`: a named configuration, `open` or `closed`, {joint: value}, a list of joints, {pose: …} or {point: [x, y, z]}
-    for the frame `of`. Backward it comes from there.
+    `goal`: the name of a configuration, `open` or `closed`, {joint: value}, a list of joint values, or {pose: …} or
+    {point: [x, y, z]} for the frame `of`. Backward, the motion comes from there.
     """
 
     MOVES = ("robot",)
@@ -60,7 +60,7 @@ class MoveTo(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
-        """The scene with the robot there: at the first goal that it can reach."""
+        """The scene with the robot at the goal, or at the first solution for it that a path leads to."""
         name = properties["robot"]
         answers: list[Answer] = []
         for goal in self._goals(scene, properties):
@@ -73,12 +73,12 @@ class MoveTo(RobotStage, Propagator):
         return answers
 
     def backward(self, scene: TaskScene, properties: Values, seed: int) -> list[Answer]:
-        """The scene before, with the robot at the goal; the same motion backward in time."""
+        """The scene before it, with the robot at the goal; the motion is planned from here and reversed."""
         answers = self.forward(scene, properties, seed)
         return [replace(a, motion=_reversed(a.motion)) if isinstance(a, Result) else a for a in answers]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A frame without a pose for it, a constraint where only the gripper moves, or one that means nothing."""
+        """A frame `of` without a pose, or a constraint to keep that only the gripper or nothing held is subject to."""
         goal, keep = self.known("goal"), self.known("keep")
         if self.known("of") is not None and goal is not None and not _is_pose(goal):
             yield "`of` says what is to be at a pose or a point, and the goal is neither"
@@ -87,7 +87,7 @@ class MoveTo(RobotStage, Propagator):
         yield from keep_faults(self, start)
 
     def reads(self) -> tuple[str, ...]:
-        """What is held, if a constraint on it is kept."""
+        """What the robot holds, if a constraint on it is kept."""
         keep = self.known("keep")
         return (str(keep["object"]),) if isinstance(keep, Mapping) and isinstance(keep.get("object"), str) else ()
 
@@ -131,7 +131,7 @@ class MoveTo(RobotStage, Propagator):
         else:
             pose = pose_of(scene, goal["pose"])
         target, tried = pose_target(scene, name, frame, pose), 0
-        asked, hit = Question(scene, name, target=target), target.blocked(scene)
+        asked, hit = MotionQuestion(scene, name, target=target), target.blocked(scene)
         if hit is not None:
             yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
             return
@@ -147,7 +147,7 @@ class MoveTo(RobotStage, Propagator):
 
 
 def _is_pose(goal: Any) -> bool:
-    """Whether a goal is a pose or a point, not joints."""
+    """Whether a goal is a pose or a point, and not joint values."""
     return isinstance(goal, Mapping) and ("pose" in goal or "point" in goal)
 
 

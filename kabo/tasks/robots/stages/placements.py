@@ -1,4 +1,4 @@
-"""Placements and mates: where what a robot holds may go, by the families of the object and the mates of the scene."""
+"""Placements and mates: where a held object may go, by its placement families and the mates of the scene."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -21,18 +21,20 @@ from kabo.tasks.core import Failure, Monitor, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import Direction
+from kabo.tasks.robots.motion.mating import mate_target
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import PlacementTarget
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import ANY, family_faults, held_properties
 
 
 class SamplePlacement(RobotStage, Monitor):
-    """The placement families of what a robot holds: each writes `target`, `placement`, `lower`, `retreat`.
+    """The placement families of a held object: writes `target`, `placement`, `lower`, `retreat` for each.
 
-    The object goes into `region` (on the region's support), or onto the body `support`. Contact with what it is to
-    stand on is permitted in the scenes that are offered.
+    The object goes into `region` (on the region's support) or onto the body `support`; contact with that support is
+    permitted in the scenes that it writes.
     """
 
     READS = ("object", "support")
@@ -49,7 +51,7 @@ class SamplePlacement(RobotStage, Monitor):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, once for each family; where the object goes is for inverse kinematics."""
+        """The scene, once for each family; inverse kinematics finds out where the object goes."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"
@@ -72,13 +74,13 @@ class SamplePlacement(RobotStage, Monitor):
         return results
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """No place, or a family that the object does not have."""
+        """No region and no support, or a placement family that the object does not have."""
         if all(self.known(key) is None and not self.undecided(key) for key in ("region", "support")):
             yield "there is no place: it says neither a region nor a support"
         yield from family_faults(self, scene, "placements")
 
     def refute(self, context: Context, situation: Situation) -> Failure | None:
-        """The region is out of reach, however the object is held."""
+        """A proof that the region is out of reach, however the object is held."""
         known = self._known(context)
         if known is None:
             return None
@@ -90,7 +92,7 @@ class SamplePlacement(RobotStage, Monitor):
         return refusal("out_of_reach", text, proof=True, missing=missing)
 
     def foresee(self, context: Context, situation: Situation) -> Failure | None:
-        """No grasp of the object was found anywhere in the region."""
+        """That no grasp of the object was found anywhere in the region."""
         known = self._known(context)
         if known is None:
             return None
@@ -101,7 +103,7 @@ class SamplePlacement(RobotStage, Monitor):
         return refusal("out_of_reach", f"{robot.name} found no grasp of {name} anywhere in {region.name}")
 
     def wanted(self, context: Context, situation: Situation) -> list[Stream]:
-        """What puts the object down as it is held; in nobody's hand, grasps of it at a few places in the region."""
+        """The placements of the object as it is held; if nobody holds it, grasps of it at some places in the region."""
         known = self._known(context)
         if known is None:
             return []
@@ -130,9 +132,9 @@ def _place(context: Context, region: str | None, support: str | None) -> Place:
 
 
 class SampleMate(RobotStage, Monitor):
-    """The ways to put the moving part, which a robot holds, onto the fixed part of a mate of the scene.
+    """All ways to mate the moving part, which a robot holds, with the fixed part.
 
-    Writes `target`, `mate` and `insertion`; contact between the two parts is permitted in the scenes that are offered.
+    Writes `target`, `mate` and `insertion`; contact between both parts is permitted in the scenes that it writes.
     """
 
     READS = ("object", "onto")
@@ -148,9 +150,7 @@ class SampleMate(RobotStage, Monitor):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, if the mate fits both bodies."""
-        from kabo.tasks.robots.motion.mating import mate_target
-
+        """The scene, if both bodies have the features that the mate names."""
         robot, name, onto = scene.robot(properties["robot"]), properties["object"], properties["onto"]
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"

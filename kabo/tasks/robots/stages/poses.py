@@ -20,16 +20,16 @@ from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 
 _KEYS = ("frame", "position", "quaternion", "rpy")
-UNIT = 1e-6  # how far from 1 the length of a quaternion may be [docs/files.md#scene]
+QUATERNION_TOLERANCE = 1e-6  # how much the length of a quaternion may differ from 1 [docs/files.md#scene]
 
 
 def pose_of(scene: TaskScene, given: Any) -> Array:
-    """The pose (4, 4) in the world that a value says: a matrix, or {frame, position, quaternion or rpy}.
+    """The pose (4, 4) in the world that a value describes: a matrix, or {frame, position, quaternion or rpy}.
 
     `frame` is `world`, a body, a region or `robot.link`.
 
     Raises:
-        ValueError: it is no pose.
+        ValueError: it describes no pose.
     """
     if isinstance(given, np.ndarray) and given.shape == (4, 4):
         return given
@@ -40,10 +40,10 @@ def pose_of(scene: TaskScene, given: Any) -> Array:
 
 
 def local_pose(given: Mapping[str, Any]) -> Array:
-    """The pose (4, 4) of {position [m], quaternion (x, y, z, w) or rpy [rad]} in its frame.
+    """The pose (4, 4) in its frame that {position [m], quaternion (x, y, z, w) or rpy [rad]} describes.
 
     Raises:
-        ValueError: a key that a pose has not, numbers missing, both ways of turning, or no unit quaternion.
+        ValueError: unknown keys, missing numbers, both kinds of rotation, or a quaternion that is not of length 1.
     """
     for key in given:
         if key not in _KEYS:
@@ -55,7 +55,7 @@ def local_pose(given: Mapping[str, Any]) -> Array:
     position = _numbers(given, "position", (0.0, 0.0, 0.0))
     if "quaternion" in given:
         turn = _numbers(given, "quaternion", (0.0, 0.0, 0.0, 1.0))
-        if abs(np.linalg.norm(turn) - 1.0) > UNIT:
+        if abs(np.linalg.norm(turn) - 1.0) > QUATERNION_TOLERANCE:
             raise ValueError(f"a quaternion has length 1, not {np.linalg.norm(turn):.6g}")
         return transform(position.tolist(), (turn / np.linalg.norm(turn)).tolist())
     result = transform(position.tolist())
@@ -109,7 +109,7 @@ class _Poses(RobotStage):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """No poses at all, or a frame that nobody has."""
+        """No poses at all, or a frame that the scene lacks."""
         given = self.known("poses")
         listed = (
             not self.undecided("poses")
@@ -129,18 +129,18 @@ class _Poses(RobotStage):
 
 
 class PoseGenerator(_Poses, Generator):
-    """Poses for inverse kinematics in the task's first scene."""
+    """Writes poses for inverse kinematics, in the task's first scene."""
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the interface property `target` for each pose."""
+        """The scene, once for each pose, with the interface property `target`."""
         return self._offered(scene, properties)
 
 
 class MonitoredPoses(_Poses, Monitor):
-    """Poses for inverse kinematics in the scene at the end of another stage."""
+    """Writes poses for inverse kinematics, in the scene at the end of another stage."""
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene with the interface property `target` for each pose."""
+        """The scene, once for each pose, with the interface property `target`."""
         return self._offered(scene, properties)
 
 

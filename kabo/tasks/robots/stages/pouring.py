@@ -1,4 +1,4 @@
-"""Pour: what a robot holds is tilted over a container, held there, and tilted back [T 3.9.2]."""
+"""Pour: a held object is tilted over a container, held there, and tilted back [T 3.9.2]."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,28 +14,29 @@ from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import rounded
 from kabo.tasks.robots.motion.directions import frame_of
 from kabo.tasks.robots.motion.pour_path import PourPath
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import feature_pose, pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 from kabo.tasks.robots.stages.symmetries import turned
 
 UP = np.array([0.0, 0.0, 1.0])
 
-STEP = 0.02  # m along the path between poses; a radian counts as 0.15 m
-SMALLEST = 1.0 / 16  # of a step: where shorter ones would be needed, joints turn too fast to follow
-CHANGE = 0.35  # rad: the most that a joint turns from one way point to the next
-ASIDE = 0.02  # m: how far beside the middle of the rim the lid may pour
-AWAY, TURNED = 2e-3, 0.02  # m, rad: how far the motion may leave the straight pieces between poses, proven
+PATH_STEP = 0.02  # m along the path between poses; a radian counts as 0.15 m
+MIN_STEP_SHARE = 1.0 / 16  # share of a step: if shorter ones are needed, joints would have to move too fast
+MAX_JOINT_STEP = 0.35  # rad between way points, for each joint
+MAX_RIM_OFFSET = 0.02  # m: sideways distance of the lid from the middle of the rim
+MAX_DEVIATION, MAX_ROTATION = 2e-3, 0.02  # m, rad: proven deviation from the straight pieces between poses
 
 
 class Pour(RobotStage, Propagator):
-    """Tilts what the robot holds until its lid is by the rim of a container, waits, and goes the same way back.
+    """Tilts the held object until its lid is at the rim of a container, waits, and returns the same way.
 
-    The lid moves as `PourPath` says, in the vertical plane of `towards`; between the poses of the path the motion is
-    proven to stay in that plane, to tilt no farther than `tilt`, and to be free. It ends as it began.
+    The lid moves as `PourPath` says, in the vertical plane of `towards`. Between the poses of the path the motion is proven
+    to stay in that plane, to tilt no farther than `tilt`, and to be free. It ends where it began.
     """
 
     MOVES = ("robot",)
@@ -71,7 +72,7 @@ class Pour(RobotStage, Propagator):
     }
 
     def forward(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The same scene: it ends where it began."""
+        """The scene, unchanged: the motion ends where it began."""
         name = properties["robot"]
         if scene.holder(properties["object"]) != name:
             text = f"{name} does not hold {properties['object']}"
@@ -96,7 +97,7 @@ class Pour(RobotStage, Propagator):
 
 @dataclass(frozen=True)
 class _Tilting:
-    """The path of one lid: its frame in the robot's tree, turned so that z is out of it, and poses of that frame."""
+    """The path of one lid: a frame in the robot's tree with z pointing out of the lid, and poses of that frame."""
 
     robot: Robot
     lid: Frame
@@ -106,11 +107,11 @@ class _Tilting:
 
     @cached_property
     def across(self) -> Array:
-        """The axis (3,) about which it tilts."""
+        """The unit vector (3,) about which the lid is tilted."""
         return np.cross(UP, self.towards)
 
     def pose(self, at: Array) -> Array:
-        """The pose (4, 4) of the lid at a pose (x, y, theta) of the path."""
+        """The pose (4, 4) of the lid at the path's pose (x, y, theta)."""
         x, y, theta = (float(v) for v in at)
         result: Array = self.start.copy()
         result[:3, 3] += (x - self.path.start[0]) * self.towards + (y - self.path.start[1]) * UP
@@ -120,8 +121,8 @@ class _Tilting:
         return result
 
     def followed(self, q: Array) -> list[Array] | Failure:
-        """Way points from q that follow the path, each straight joint segment between them proven near it."""
-        poses, way, number = self.path.by_length(STEP), [q], 0
+        """Way points from q along the path; each straight joint segment between them is proven to stay close to it."""
+        poses, way, number = self.path.by_length(PATH_STEP), [q], 0
         near = self.pose(poses[0])[:3, 3]  # where the lid is at the last way point
         while number < len(poses) - 1:
             share, step = 0.0, 1.0
@@ -135,13 +136,13 @@ class _Tilting:
                     share, near = until, there[:3, 3]
                     continue
                 step /= 2
-                if step < SMALLEST:
+                if step < MIN_STEP_SHARE:
                     return self._lost(goal, number / (len(poses) - 1))
             number += 1
         return way
 
     def _near(self, q: Array, pose: Array) -> Array | None:
-        """The configuration near q with the lid at a pose, within the limits."""
+        """A configuration near q with the lid at a pose, within the joint limits."""
         tree = self.robot.tree
         active = np.arange(tree.size) < self.robot.planned
         found, succeeded = project(
@@ -150,8 +151,8 @@ class _Tilting:
         return rounded(found[0]) if succeeded[0] else None
 
     def _kept(self, q: Array, goal: Array, lid: tuple[Array, Array], tilts: tuple[float, float]) -> bool:
-        """Whether the straight joint segment is proven to stay by the straight piece between two places of the lid."""
-        if np.abs(goal - q).max() > CHANGE:
+        """Whether the straight joint segment is proven to stay close to the straight line between two poses of the lid."""
+        if np.abs(goal - q).max() > MAX_JOINT_STEP:
             return False
         own, unit = self.lid.joint_T_frame, self.lid.joint_T_frame[:3, 2]
         origin = _vector(own[:3, 3])
@@ -169,7 +170,7 @@ class _Tilting:
                 rows_of("angle", line, FrameFeature(0, "line", _vector(low), _vector(UP)), *_tilts(*tilts)),
             ]
         )
-        tolerance = [AWAY / np.sqrt(2.0)] * 2 + [TURNED] * (len(rows) - 2)
+        tolerance = [MAX_DEVIATION / np.sqrt(2.0)] * 2 + [MAX_ROTATION] * (len(rows) - 2)
         return keeps(self.robot.tree, rows, q, goal, tolerance)
 
     def _lost(self, goal: Array | None, share: float) -> Failure:
@@ -186,7 +187,7 @@ def _tilting(scene: TaskScene, properties: Values) -> _Tilting | Failure:
     rim = scene.pose(container) @ feature_pose(_feature(scene, container, properties["rim"]))
     pose = candidate(scene.robot(robot), scene.configuration(robot)).pose(frame)
     aside = float(np.cross(UP, towards) @ (rim[:3, 3] - pose[:3, 3]))
-    if abs(aside) > ASIDE:
+    if abs(aside) > MAX_RIM_OFFSET:
         return refusal("constraint", f"the lid is {abs(aside):.3f} m beside {container}")
     out = pose[:3, 2]
     start = _in_plane(pose[:3, 3], towards, float(np.arctan2(out @ towards, out @ UP)))
@@ -196,7 +197,7 @@ def _tilting(scene: TaskScene, properties: Values) -> _Tilting | Failure:
 
 
 def _horizontal(given: Any) -> Array:
-    """A horizontal unit vector (3,): by its angle from x about up, or by a vector."""
+    """A horizontal unit vector (3,), given as an angle from x about the vertical or as a vector."""
     if isinstance(given, (int, float)):
         return np.array([np.cos(given), np.sin(given), 0.0])
     vector = np.asarray(given, float) * (1.0, 1.0, 0.0)
@@ -217,7 +218,7 @@ def _in_plane(point: Array, towards: Array, theta: float) -> tuple[float, float,
 
 
 def _tilts(first: float, second: float) -> tuple[float, float]:
-    """Between which angles from upright a tilt from one value to the other stays."""
+    """The least and the greatest angle from upright while tilting from one angle to the other."""
     low, high = sorted((abs(first), abs(second)))
     return (0.0 if first * second < 0.0 else low), high
 

@@ -1,4 +1,4 @@
-"""Reparameterise: what a solution moves, without needless stops between phases [T 3.4.1]."""
+"""Reparameterise: replaces the motion of a solution by a faster one, without needless stops between phases [T 3.4.1]."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -12,20 +12,21 @@ from kabo.tasks.core import Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import RobotStage, refusal
-from kabo.tasks.robots.motion.exporting import HASTE
-from kabo.tasks.robots.motion.smoothing import Limits, Part, smoothed
+from kabo.tasks.robots.declaring import RobotStage
+from kabo.tasks.robots.motion.exporting import VELOCITY_SHARE
+from kabo.tasks.robots.motion.refusals import refusal
+from kabo.tasks.robots.motion.smoothing import MotionPart, TimingLimits, smoothed
 from kabo.tasks.robots.scenes import Stretch
 
-TOUCHING = 1e-6  # rad or m: ends nearer than this are one
+JOINT_TOLERANCE = 1e-6  # rad or m: ends that differ by less are the same
 
 
 class Reparameterise(RobotStage, Wrapper):
-    """Gives each success of its child new motion: as fast as limits allow, at rest only where the scene changes.
+    """Gives each solution of its child new motion: as fast as limits allow, with stops only where the scene changes.
 
-    Phases that follow each other without anything being taken, let go or waited for are one group: transit and
-    approach; lift, transit and lower; retreat and home. Their ends are reached exactly; between them the motion leaves
-    the old path by `deviation` or less, and is proven free, and to keep its constraints, anew.
+    Consecutive phases between which nothing is attached, released or waited for form one group: transit and approach; lift,
+    transit and lower; retreat and home. The ends of a group are reached exactly; between them the motion leaves the old
+    path by `deviation` or less, and is proven anew to be free and to keep its constraints.
     """
 
     PROPERTIES = {
@@ -35,7 +36,7 @@ class Reparameterise(RobotStage, Wrapper):
             "how far the motion may pass by a way point [rad, L2 over the joints]; 0: it stops at each corner",
             meanings.at_least(0.0),
         ),
-        "haste": Property(float, HASTE, "share of the joints' velocity limits", meanings.share),
+        "haste": Property(float, VELOCITY_SHARE, "share of the joints' velocity limits", meanings.share),
         "ramp": Property(
             float,
             0.25,
@@ -60,7 +61,7 @@ class Reparameterise(RobotStage, Wrapper):
                 yield f"no robot has a joint {joint!r} whose acceleration could be limited"
 
     def transform(self, solution: Solution, properties: Values, seed: int) -> Answers:
-        """The success with its new motion."""
+        """The solution with its new motion."""
         motion: list[Stretch] = []
         stops = 0
         for group in _groups(_parts(solution), properties["across"]):
@@ -80,17 +81,17 @@ class Reparameterise(RobotStage, Wrapper):
         return [Result(cost=solution.cost, comment=comment, motion=tuple(motion))]
 
 
-def _parts(solution: Solution) -> Iterator[Part]:
-    """The stretches of a solution in order of time, with the scenes in which they begin."""
+def _parts(solution: Solution) -> Iterator[MotionPart]:
+    """The stretches of a solution in order of time, each with the scene in which it begins."""
     for leaf in solution.leaves:
         for each in leaf.motion or ():
             assert leaf.start is not None
-            yield Part(each, leaf.start.scene, each.stage or leaf.stage.path)
+            yield MotionPart(each, leaf.start.scene, each.stage or leaf.stage.path)
 
 
-def _groups(parts: Iterator[Part], across: bool) -> list[list[Part]]:
-    """The parts, those together that may be passed without a stop."""
-    groups: list[list[Part]] = []
+def _groups(parts: Iterator[MotionPart], across: bool) -> list[list[MotionPart]]:
+    """The parts, in groups between which the motion must stop."""
+    groups: list[list[MotionPart]] = []
     for part in parts:
         if across and groups and _joined(groups[-1][-1].stretch, part.stretch):
             groups[-1].append(part)
@@ -100,25 +101,25 @@ def _groups(parts: Iterator[Part], across: bool) -> list[list[Part]]:
 
 
 def _smoothable(each: Stretch) -> bool:
-    moved = float(np.abs(np.diff(each.path, axis=0)).sum()) > TOUCHING
+    moved = float(np.abs(np.diff(each.path, axis=0)).sum()) > JOINT_TOLERANCE
     return each.group == "arm" and moved and not (each.attach or each.detach or each.seconds or each.exact)
 
 
 def _joined(first: Stretch, second: Stretch) -> bool:
-    """Whether the second follows the first without a change of the scene."""
+    """Whether the second stretch follows the first without a change of the scene."""
     if first.robot != second.robot or not (_smoothable(first) and _smoothable(second)):
         return False
-    return float(np.abs(first.path[-1] - second.path[0]).max()) <= TOUCHING
+    return float(np.abs(first.path[-1] - second.path[0]).max()) <= JOINT_TOLERANCE
 
 
-def _limits(part: Part, properties: Values) -> Limits:
+def _limits(part: MotionPart, properties: Values) -> TimingLimits:
     robot = part.scene.robot(part.stretch.robot)
     velocity = properties["haste"] * robot.tree.velocity[: robot.planned]
     given: Any = properties["acceleration"]
     if given is None:
-        return Limits(velocity, velocity / properties["ramp"])
+        return TimingLimits(velocity, velocity / properties["ramp"])
     if isinstance(given, Mapping):
         default = velocity / properties["ramp"]
         pairs = zip(robot.planned_joints, default, strict=True)
-        return Limits(velocity, np.array([float(given.get(joint, value)) for joint, value in pairs]))
-    return Limits(velocity, np.full(robot.planned, float(given)))
+        return TimingLimits(velocity, np.array([float(given.get(joint, value)) for joint, value in pairs]))
+    return TimingLimits(velocity, np.full(robot.planned, float(given)))

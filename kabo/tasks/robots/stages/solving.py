@@ -1,4 +1,4 @@
-"""Inverse kinematics as a wrapper: each target of its child becomes configurations of the robot [T 3.4]."""
+"""Inverse kinematics as a wrapper: each target that its child writes becomes configurations of the robot [T 3.4]."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,8 +11,9 @@ from kabo.tasks.core import INTERFACE, Failure, Property, Result, Solution, Wrap
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, Details, RobotStage, refusal
-from kabo.tasks.robots.motion.questions import Question, along
+from kabo.tasks.robots.declaring import ROBOT, RobotStage
+from kabo.tasks.robots.motion.questions import MotionQuestion, along
+from kabo.tasks.robots.motion.refusals import Details, refusal
 from kabo.tasks.robots.motion.targets import PoseTarget
 from kabo.tasks.robots.scenes import TaskScene
 
@@ -20,8 +21,8 @@ from kabo.tasks.robots.scenes import TaskScene
 class ComputeIK(RobotStage, Wrapper):
     """Configurations that reach the interface property `target` of its child, each proven free.
 
-    Solutions come by projection from many seeds, in the order of the target's stream. For one pose the hand is
-    looked at first: where it would collide, no arm helps.
+    They are projections of many seeds onto the constraints, in the order of the target's stream. If the target is one pose,
+    the hand is checked first: if it collides there, no configuration helps.
     """
 
     MOVES = ("robot",)
@@ -48,7 +49,7 @@ class ComputeIK(RobotStage, Wrapper):
         assert solution.end is not None
         scene, target = solution.end.scene, properties["target"]
         hit = None if properties["ignore_collisions"] else target.blocked(scene)
-        asked = Question(scene, properties["robot"], target=target)
+        asked = MotionQuestion(scene, properties["robot"], target=target)
         if hit is not None:
             yield refusal("collision", f"the hand would hit: {hit[0]} – {hit[1]}", hit=hit, question=asked)
             return
@@ -83,7 +84,7 @@ class ComputeIK(RobotStage, Wrapper):
         short = target.unreached() if isinstance(target, PoseTarget) else None
         missing = None if short is None or short.missing == 0.0 else short.missing
         text = f"no configuration of {name} was found" if short is None else f"the pose is {short} for {name}"
-        return refusal("out_of_reach", text, missing=missing, question=Question(scene, name, target=target))
+        return refusal("out_of_reach", text, missing=missing, question=MotionQuestion(scene, name, target=target))
 
     @staticmethod
     def _refused(scene: TaskScene, target: Any, name: str, at: Candidate, ignore: bool) -> Any:
@@ -95,7 +96,7 @@ class ComputeIK(RobotStage, Wrapper):
 
 
 def _is_movable(scene: TaskScene, robot: str, failure: Failure) -> bool:
-    """Whether what was in the way is another robot, or an object that this one does not hold."""
+    """Whether the obstacle is another robot, or an object that this robot does not hold."""
     details = failure.details if isinstance(failure.details, Details) else Details()
     owners = {name.partition(".")[0] for pair, _ in details.pairs for name in pair}
     others = {*scene.situation.robots, *scene.situation.objects} - {robot, *scene.situation.carried(robot)}
@@ -103,6 +104,6 @@ def _is_movable(scene: TaskScene, robot: str, failure: Failure) -> bool:
 
 
 def _away(scene: TaskScene, name: str, at: Candidate) -> float:
-    """How far the arm's joints are from where they stand [rad or m, L1]."""
+    """The distance of the arm's joints from their present values [rad or m, L1]."""
     n = scene.robot(name).planned
     return float(np.abs(at.q[:n] - scene.configuration(name)[:n]).sum())

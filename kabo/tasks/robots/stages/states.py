@@ -1,4 +1,4 @@
-"""Where a task begins: the state in which it was asked, another one by hand, or configurations of a robot."""
+"""Where a task begins: the current state, a given state, or configurations of a robot."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -12,21 +12,22 @@ from kabo.tasks.core import Generator, Property, Result
 from kabo.tasks.core.model.results import Answer, Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 
 
 class CurrentState(RobotStage, Generator):
-    """The scene in which the task was asked."""
+    """Writes the scene that the task was given."""
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """It, once."""
+        """That scene, once."""
         return [Result(scene)]
 
 
 class FixedState(RobotStage, Generator):
-    """A scene given by hand: a `TaskScene`, a geometric state, or the first scene with other `configurations`."""
+    """Writes a given scene: a `TaskScene`, a geometric state, or the task's first scene with other `configurations`."""
 
     PROPERTIES = {
         "scene": Property(Any, None, "a TaskScene or GeometricState; None: the task's first scene"),
@@ -36,7 +37,7 @@ class FixedState(RobotStage, Generator):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """It, once."""
+        """That scene, once."""
         given = properties["scene"]
         if isinstance(given, GeometricState):
             given = TaskScene.of(scene.context, given)
@@ -47,7 +48,7 @@ class FixedState(RobotStage, Generator):
 
 
 class SampleConfiguration(RobotStage, Generator):
-    """Configurations of a robot's arm: named ones in their order, then random ones, each free as everything stands."""
+    """Configurations of a robot's arm: named ones in their order, then random ones, each free in the present scene."""
 
     MOVES = ("robot",)
     PROPERTIES = {
@@ -64,7 +65,7 @@ class SampleConfiguration(RobotStage, Generator):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """No configurations at all: none by name that the robot has, and none at random."""
+        """No configurations at all: none named that the robot has, and none at random."""
         given, robot = self.known("configurations"), self.known("robot")
         if (
             given is None

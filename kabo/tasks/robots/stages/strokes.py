@@ -1,4 +1,4 @@
-"""Relative motions: the tool along a straight line, by a twist, or joints by offsets [T 3.2]."""
+"""Relative motions: the tool along a straight line or a twist, or joints by offsets [T 3.2]."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -26,19 +26,20 @@ from kabo.tasks.core import PARENT, Failure, Propagator, Property, Result
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import KEEP, ROBOT, RobotStage, keep_faults
 from kabo.tasks.robots.motion.configurations import with_joints
 from kabo.tasks.robots.motion.directions import direction_of
-from kabo.tasks.robots.motion.keeping import keep_faults, kept, not_kept
+from kabo.tasks.robots.motion.keeping import kept, not_kept
 from kabo.tasks.robots.motion.paths import length
 from kabo.tasks.robots.motion.questions import along
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import pose_rows
 from kabo.tasks.robots.scenes import Stretch, TaskScene, stretch
 
 Way = list[Array] | Failure
-RESOLUTION = 1e-3  # m, rad: steps of the lengths of a stroke that is not proven whole
-ROUNDING = 1e-9  # of a step: bounds that are whole steps apart are so in decimals
-TURN = 0.1  # rad: a twist is followed in steps no longer than this, each an arc of the tool
+RESOLUTION = 1e-3  # m, rad: steps of the length of a stroke of which only a part is proven
+ROUNDING = 1e-9  # share of a step: differences of lengths below it are rounding
+MAX_TURN_STEP = 0.1  # rad: a twist is approximated by arcs no longer than this
 
 NO_OBJECT = Property(
     (str, type(None)),
@@ -49,14 +50,14 @@ NO_OBJECT = Property(
 
 
 class MoveRelative(RobotStage, Propagator):
-    """Moves the tool from where it is, as far as can be proven, between the least and the greatest distance.
+    """Moves the tool from where it is, as far as can be proven, between a least and a greatest distance.
 
-    All of the greatest, or else the longest that is a whole number of millimetres (of a turn: milliradians) above the
-    least: so a greater greatest distance never gives a shorter stroke.
+    If the greatest distance cannot be proven, the longest one is taken that is the least plus a whole number of millimetres
+    (for rotations: milliradians); so a larger greatest distance never gives a shorter stroke.
 
     `direction`: what a sampler wrote (`<INTERFACE:approach>`), {along or against: feature, distance}, {vector: [x, y, z],
-    frame}, {twist: [vx, vy, vz, wx, wy, wz], frame}, {joints: {joint: offset}}; none: it stays. Backward the motion is
-    the one that ends where the robot is.
+    frame}, {twist: [vx, vy, vz, wx, wy, wz], frame} or {joints: {joint: offset}}; none: no motion. Backward, the motion
+    ends where the robot is.
     """
 
     MOVES = ("robot",)
@@ -89,7 +90,7 @@ class MoveRelative(RobotStage, Propagator):
         return [self._stroke(scene, properties, -1)]
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """Bounds that are crossed, or of joints; no distance at all; a constraint that means nothing."""
+        """Bounds that are crossed or given for joints, no distance at all, or a constraint that applies to nothing held."""
         given, low, high = (self.known(key) for key in ("direction", "min_distance", "max_distance"))
         if low is not None and high is not None and low > high:
             yield f"the least distance, {low:g} m, is above the greatest, {high:g} m"
@@ -106,7 +107,7 @@ class MoveRelative(RobotStage, Propagator):
         keep = kept(scene, name, properties["keep"])
         if isinstance(keep, Failure):
             return keep
-        attempt, low, high = _asked(scene, properties, sense)
+        attempt, low, high = _length_and_bounds(scene, properties, sense)
 
         def tried(distance: float) -> Way:
             found = attempt(distance)
@@ -125,12 +126,12 @@ class MoveRelative(RobotStage, Propagator):
 
 
 def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
-    """The longest way that is proven, of the lengths `high`, `low`, and whole steps of `RESOLUTION` from `low` on.
+    """The longest motion that is proven, among the lengths `high`, `low`, and whole steps of `RESOLUTION` above `low`.
 
     Args:
-        attempt: the way of a length [m or rad], or why it is refused; where one is proven, shorter ones are.
-        low: the least length that will do; what is in its way is told if nothing is proven.
-        high: the greatest.
+        attempt: the motion of a length [m or rad], or why it fails; if one is proven, all shorter ones are.
+        low: the least length permitted; if nothing is proven, its failure is returned.
+        high: the greatest length.
     """
     found = attempt(high)
     if not isinstance(found, Failure) or low >= high:
@@ -150,12 +151,14 @@ def farthest(attempt: Callable[[float], Way], low: float, high: float) -> Way:
 
 
 def _nowhere(distance: float) -> Way:
-    """No direction: it stays."""
+    """No direction is given: the robot stays."""
     raise AssertionError("nobody asks for a way to nowhere")
 
 
-def _asked(scene: TaskScene, properties: Values, sense: int) -> tuple[Callable[[float], Way], float, float]:
-    """The way of a length, and its least and greatest length [m; of a turn rad; of offsets of joints 1 is all]."""
+def _length_and_bounds(
+    scene: TaskScene, properties: Values, sense: int
+) -> tuple[Callable[[float], Way], float, float]:
+    """The motion of a given length, with its least and greatest length [m; rotations rad; of joint offsets 1 is all]."""
     given, name = properties["direction"], properties["robot"]
     bounds = properties["min_distance"], properties["max_distance"]
     if isinstance(given, Mapping) and "joints" in given:
@@ -180,13 +183,13 @@ def _asked(scene: TaskScene, properties: Values, sense: int) -> tuple[Callable[[
 
 
 def _bounded(size: float, bounds: tuple[Any, Any]) -> tuple[float, float]:
-    """The least and the greatest length: as given, else all of it."""
+    """The least and the greatest length as given; without bounds both are `size`."""
     high = size if bounds[1] is None else float(bounds[1])
     return high if bounds[0] is None else float(bounds[0]), high
 
 
 def _exactly(scene: TaskScene, robot: str, part: str, tolerance: float) -> tuple[float, float]:
-    """How far the tool may leave its line [m] and turn [rad], so that no point of a part in the hand leaves its way."""
+    """How far the tool may leave its line [m] and turn [rad] so that all points of a held part stay within `tolerance`."""
     held = carried_frame(scene.robot(robot), scene.context.scene.bodies[part], scene.situation.held(part))
     vertices = scene.context.scene.bodies[part].mesh.vertices
     corners = np.array(list(product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))))
@@ -220,7 +223,7 @@ def _offset(scene: TaskScene, name: str, offsets: Mapping[str, float], sense: in
 def _twisted(
     scene: TaskScene, name: str, given: Mapping[str, Any], bounds: tuple[Any, Any], sense: int
 ) -> tuple[Callable[[float], Way], float, float]:
-    """Ways along a twist of the tool about its own centre: translation [m] with rotation [rad], in small steps."""
+    """Motions along a twist of the tool about its centre: translation [m] with rotation [rad], in small steps."""
     turn = scene.frame(str(given.get("frame", "world")))[:3, :3]
     twist = np.asarray(given["twist"], float) * sense
     size = float(np.linalg.norm(twist[:3])) or float(np.linalg.norm(twist[3:]))
@@ -236,7 +239,7 @@ def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array
     robot, q = scene.robot(name), scene.configuration(name)
     frame, steps = (
         tool_frame(robot),
-        max(2, int(np.ceil(max(np.linalg.norm(turn), np.linalg.norm(shift)) / (TURN / 4)))),
+        max(2, int(np.ceil(max(np.linalg.norm(turn), np.linalg.norm(shift)) / (MAX_TURN_STEP / 4)))),
     )
     start = candidate(robot, q).pose(frame)
     active, way = np.arange(robot.tree.size) < robot.planned, [q]
@@ -247,7 +250,7 @@ def _screw(scene: TaskScene, name: str, shift: Array, turn: Array) -> list[Array
         found, succeeded = project(
             robot.tree, pose_rows(frame, goal), way[-1], robot.tree.lower, robot.tree.upper, active
         )
-        if not succeeded[0] or np.abs(found[0] - way[-1]).max() > 4 * TURN:
+        if not succeeded[0] or np.abs(found[0] - way[-1]).max() > 4 * MAX_TURN_STEP:
             return refusal("constraint", "the tool cannot follow the twist")
         way.append(np.round(found[0], 9) + 0.0)
     hit = scene.workspace(name).path_hit(way)

@@ -1,7 +1,7 @@
-"""Poses turned about an axis: grasps all around an object, and the ways in which its symmetry lets it stand [T 3.9].
+"""Poses turned about an axis: grasps all around an object, and the placements that its symmetry permits [T 3.9].
 
-The families of a scene say as constraints which grasps and places there are, and sampling draws from them; these
-stages list them instead, evenly spread, so that a task may plan for each of them.
+The families of a scene describe grasps and placements by constraints, and sampling draws from them; these stages list
+evenly spaced ones instead, so that a task may plan for each of them.
 """
 
 from collections.abc import Iterator
@@ -17,22 +17,23 @@ from kabo.tasks.core import Monitor, Property, Result
 from kabo.tasks.core.model.results import Answer
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
-from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage, refusal
+from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import frame_of
+from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import family_faults, grasp_properties
 from kabo.tasks.robots.stages.poses import local_pose, pose_of
 
 AUTO = "auto"
-ALL_AROUND = 16  # ways to stand of what is round, where nothing else is said
+ROUND_PLACEMENTS = 16  # placements of a round object, if no count is given
 
 
 class GraspPoses(RobotStage, Monitor):
-    """One pose of the tool at an object where it stands, and the same turned about the object's axis `count` times.
+    """One grasp pose at an object where it stands, and the same turned about the object's axis `count` times.
 
-    Writes `target` and `target_pose` for inverse kinematics, and what a grasp `family` says of fingers and strokes.
-    The hand is as in the scene at the end of what is monitored: that stage opens it.
+    Writes `target` and `target_pose` for inverse kinematics, and the fingers and strokes of a grasp `family`. The
+    gripper is as in the scene at the end of the monitored stage, which opens it.
     """
 
     READS = ("object",)
@@ -61,7 +62,7 @@ class GraspPoses(RobotStage, Monitor):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A family, or a line to turn about, that the object does not have."""
+        """A family, or an axis to turn about, that the object does not have."""
         yield from family_faults(self, scene, "grasps")
         name, about = self.known("object"), self.known("about")
         lines = (
@@ -71,7 +72,7 @@ class GraspPoses(RobotStage, Monitor):
             yield f"{name} has no line {about!r} to turn about; it has {', '.join(lines) or 'none'}"
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """The scene with one target after the other."""
+        """The scene, once for each pose."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         frame, body = frame_for(scene, robot.name, properties["of"]), scene.context.scene.bodies[name]
         axis, written = body.features.get(properties["about"]), {}
@@ -89,10 +90,10 @@ class GraspPoses(RobotStage, Monitor):
 
 
 class PlacePoses(RobotStage, Monitor):
-    """A pose for what a robot holds, and those that look the same by the object's symmetry about its z axis.
+    """A pose for a held object, and all poses that look the same because of the object's symmetry about its z axis.
 
-    A box with a square base stands in 4 ways, another one in 2, what is round in any: `count` of them. Contact with
-    `support` is permitted in the scenes that are offered, and all that the object touches must be proven to lie on it.
+    A box with a square base has 4 such poses, another box 2, a round object any number: `count` of them. Contact with
+    `support` is permitted in the scenes that it writes, and the object's whole base must be proven to lie on it.
     """
 
     READS = ("object",)
@@ -112,11 +113,13 @@ class PlacePoses(RobotStage, Monitor):
             "how many turns look the same; `auto`: as the shape says",
             meanings.any_of(meanings.one_of(AUTO), meanings.at_least(1)),
         ),
-        "count": Property(int, ALL_AROUND, "how many turns of what is round are tried", meanings.at_least(1)),
+        "count": Property(
+            int, ROUND_PLACEMENTS, "how many turns of what is round are tried", meanings.at_least(1)
+        ),
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Iterator[Answer]:
-        """The scene with one target after the other: first the pose itself."""
+        """The scene, once for each pose, the given pose first."""
         robot, name = properties["robot"], properties["object"]
         if scene.holder(name) != robot:
             yield refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
@@ -138,12 +141,12 @@ class PlacePoses(RobotStage, Monitor):
 
 
 def stands_on(scene: TaskScene, support: str, name: str, pose: Array) -> bool:
-    """Whether all that an object at a pose (4, 4) touches from above is proven to lie on a support."""
+    """Whether an object at a pose (4, 4) is proven to stand on a support with its whole base."""
     return ScenePredicates(scene.context.surroundings, scene.situation.first).stands_on(support, name, pose)
 
 
 def symmetry(body: Body) -> int | None:
-    """How many turns about its z axis leave a body as it is: None if any does, 1 if none is known."""
+    """How many rotations about its z axis leave a body unchanged: None if all do, 1 if none is known."""
     shape = body.shape
     if shape.kind in ("cylinder", "sphere"):
         return None
@@ -153,7 +156,7 @@ def symmetry(body: Body) -> int | None:
 
 
 def turned(point: Any, axis: Any, angle: float) -> Array:
-    """The motion (4, 4) that turns about a line through a point by an angle [rad]."""
+    """The transform (4, 4) that rotates about a line through a point by an angle [rad]."""
     x, y, z = unit = np.asarray(axis, float) / np.linalg.norm(axis)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     result = np.eye(4)

@@ -7,14 +7,14 @@ import time
 import pytest
 
 from kabo.tasks.core import Result, Task, connector, forward, generator
-from kabo.tasks.core.run.workers import Workers
+from kabo.tasks.core.run.workers import StageWorkers
 from tests.support.random_tasks import Rich, Trees, canonical
 
 
 @pytest.fixture(autouse=True)
 def all_jobs_are_sent(monkeypatch):
     """Jobs of stages that take no time are sent as well."""
-    monkeypatch.setattr("kabo.tasks.core.run.workers.PAYS", 0.0)
+    monkeypatch.setattr("kabo.tasks.core.run.workers.MIN_SECONDS_TO_SEND", 0.0)
 
 
 @pytest.fixture(autouse=True)
@@ -169,7 +169,7 @@ def test_only_stages_whose_jobs_take_long_are_sent():
         return Result()
 
     task = Task("t", naturals("g"), quick("q"), slow("s"), join("j"), naturals("to"))
-    task._workers = Workers(task._run(None), 2, pays=0.003)
+    task._workers = StageWorkers(task._run(None), 2, min_seconds=0.003)
     task.plan(workers=2, max_solutions=100)
     where = {name: {s.comment for s in task.found(task.find(name))[0]} for name in "qs"}
     assert where["q"] == {str(os.getpid())} and len(where["s"]) >= 1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kabo.tasks.robots.motion.pour_path import LEVER, PourPath
+from kabo.tasks.robots.motion.pour_path import METRES_PER_RADIAN, PourPath
 
 START, POURING = (0.1, 0.5, 0.0), (0.4, 0.3, 2.0)
 
@@ -23,7 +23,7 @@ def test_at_a_hundredth_of_the_parameter_it_is_two_fifths_across() -> None:
 @pytest.mark.parametrize("overshoot", [0.0, 0.8])
 def test_poses_are_equally_far_apart_along_the_path(overshoot: float) -> None:
     poses = PourPath(START, POURING, overshoot).by_length(0.02)
-    gaps = np.linalg.norm(np.diff(poses, axis=0) * (1.0, 1.0, LEVER), axis=1)
+    gaps = np.linalg.norm(np.diff(poses, axis=0) * (1.0, 1.0, METRES_PER_RADIAN), axis=1)
     assert gaps.max() <= 0.02 + 1e-9
     assert gaps.min() >= 0.98 * gaps.max()
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kabo.motion import Blended
-from kabo.tasks.robots.motion.smoothing import FINE, LEAST, _largest, _rounded
+from kabo.tasks.robots.motion.smoothing import MIN_TRIM_SHARE, TRIM_RESOLUTION, _largest, _rounded
 
 CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0]])
 DEVIATION = 0.05
@@ -38,7 +38,7 @@ def test_a_blend_is_the_largest_that_is_proven_but_for_a_sixteenth(shares: list[
     for i in (1, 2):
         assert trims[i] <= room[i]
         reachable = min(1.0, room[i] / whole[i])
-        assert found[i] >= reachable - FINE - 1e-9 or (found[i] == 0.0 and reachable < LEAST)
+        assert found[i] >= reachable - TRIM_RESOLUTION - 1e-9 or (found[i] == 0.0 and reachable < MIN_TRIM_SHARE)
 
 
 def test_without_anything_in_the_way_nothing_shrinks() -> None:

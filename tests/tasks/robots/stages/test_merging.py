@@ -15,7 +15,7 @@ from kabo.language import load_scene_description
 from kabo.scene import Scene, attachment, load_scene
 from kabo.scene.transforms import transform
 from kabo.tasks.core import Failure, InitialisationError, Result, Serial, Solution, State, Task
-from kabo.tasks.core.model.properties import Resolver
+from kabo.tasks.core.model.properties import PropertyResolver
 from kabo.tasks.robots import STAGES, Details, TaskScene, check_meaning, segments
 from tests.conftest import PROPERTY_SCALE
 from tests.support import oracles_coal
@@ -76,7 +76,7 @@ def make(kind: str, name: str, *children: Any, **properties: Any) -> Any:
 
 def solved(stage: Any, before: TaskScene) -> Solution:
     """The first solution of a propagator from a scene, as the planning core would make it."""
-    found = list(stage.forward(before, Resolver(stage.properties).values(), 0))[-1]
+    found = list(stage.forward(before, PropertyResolver(stage.properties).values(), 0))[-1]
     assert isinstance(found, Result), found
     return Solution(
         stage, State(before, {}, 0), State(found.scene, found.properties, 1), found.cost, "", found.motion
@@ -91,7 +91,7 @@ def then(*solutions: Solution) -> Solution:
 
 def merged(before: TaskScene, solutions: Sequence[Solution]) -> Result | Failure:
     stage = make("Merger", "at once")
-    (found,) = stage.merge(before, solutions, Resolver(stage.properties).values(), 0)
+    (found,) = stage.merge(before, solutions, PropertyResolver(stage.properties).values(), 0)
     assert isinstance(found, Result | Failure)
     return found
 
@@ -180,7 +180,7 @@ def followed(before: TaskScene, robot: str, way: Sequence[tuple[Sequence[float],
         if rest:
             made.append(solved(make("Wait", f"rest {number}", robot=robot, duration=rest), now))
         go = make("MoveTo", f"go {number}", robot=robot, group="arm", goal=goal(robot, shares))
-        assume(isinstance(list(go.forward(now, Resolver(go.properties).values(), 0))[-1], Result))
+        assume(isinstance(list(go.forward(now, PropertyResolver(go.properties).values(), 0))[-1], Result))
         made.append(solved(go, now))
         assert made[-1].end is not None
         now = made[-1].end.scene
@@ -261,7 +261,7 @@ def test_backward_all_end_in_one_scene_and_begin_together() -> None:
     end, made = first(), list[Solution]()
     for robot in ("left", "right"):
         stage = make("MoveRelative", robot, robot=robot, direction={"vector": [0.0, 0.0, 0.05]})
-        (found,) = stage.backward(end, Resolver(stage.properties).values(), 0)
+        (found,) = stage.backward(end, PropertyResolver(stage.properties).values(), 0)
         made.append(Solution(stage, State(found.scene, {}, 0), State(end, {}, 1), 0.0, "", found.motion))
     found = merged(end, made)
     assert isinstance(found, Result)
@@ -334,7 +334,7 @@ def test_reparameterise_leaves_merged_motion_as_it_is() -> None:
     found = merged(before, moved)
     assert isinstance(found, Result)
     stage = make("Reparameterise", "smooth", make("NoOp", "inside"))
-    (answer,) = stage.transform(whole(found, before), Resolver(stage.properties).values(), 0)
+    (answer,) = stage.transform(whole(found, before), PropertyResolver(stage.properties).values(), 0)
     assert [(s.waypoints, s.times, s.since) for s in answer.motion] == [
         (s.waypoints, s.times, s.since) for s in found.motion
     ]

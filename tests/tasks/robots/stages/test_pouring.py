@@ -17,7 +17,7 @@ from kabo.tasks.core import Failure, Result
 from kabo.tasks.robots import Pour, Stretch, TaskScene
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.stages.poses import from_rpy
-from kabo.tasks.robots.stages.pouring import AWAY, TURNED
+from kabo.tasks.robots.stages.pouring import MAX_DEVIATION, MAX_ROTATION
 from tests.tasks.robots.test_stages import answers, values
 
 SCENE = Path(__file__).resolve().parents[4] / "examples" / "bottle_pouring" / "scene.yaml"
@@ -90,8 +90,8 @@ def test_it_tilts_only_about_the_axis_and_never_farther() -> None:
     there, _, _ = poured()
     for q in between(there):
         up = bottle(q)[:3, 2]
-        assert abs(up[0]) <= TURNED  # the axis about which it tilts is x
-        assert np.arccos(np.clip(up[2], -1, 1)) <= TILT + TURNED
+        assert abs(up[0]) <= MAX_ROTATION  # the axis about which it tilts is x
+        assert np.arccos(np.clip(up[2], -1, 1)) <= TILT + MAX_ROTATION
 
 
 def test_the_lid_stays_by_its_path_between_way_points_too() -> None:
@@ -102,8 +102,8 @@ def test_the_lid_stays_by_its_path_between_way_points_too() -> None:
     curve = path.at(np.linspace(0, 1, 4001) ** 5)[:, :2]
     for q in between(poured()[0]):
         lid = bottle(q) @ (0, 0, LID, 1)
-        assert abs(lid[0] - RIM[0]) <= AWAY
-        assert np.linalg.norm(curve - lid[1:3], axis=1).min() <= 2 * AWAY
+        assert abs(lid[0] - RIM[0]) <= MAX_DEVIATION
+        assert np.linalg.norm(curve - lid[1:3], axis=1).min() <= 2 * MAX_DEVIATION
 
 
 def test_its_shape_matters() -> None:

@@ -11,9 +11,9 @@ import pytest
 from kabo.language import load_scene_description
 from kabo.scene import Scene, load_scene
 from kabo.tasks import Solution, Task, load_task_file
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import Reparameterise, Stretch, segments, stretches
-from kabo.tasks.robots.motion.smoothing import Part
+from kabo.tasks.robots.motion.smoothing import MotionPart
 from tests.tasks.robots.judge import Judge
 
 pytest.importorskip("toppra")
@@ -158,7 +158,7 @@ def test_what_leaves_the_stroke_from_a_support_is_free_without_the_contact(name:
 def test_sliding_on_a_support_is_not_proven_apart_from_it() -> None:
     leaf = next(leaf for leaf in solved().leaves if leaf.motion and leaf.stage.path.endswith("pick/lift"))
     assert leaf.start is not None and leaf.motion is not None
-    part = Part(leaf.motion[0], leaf.start.scene, "lift")
+    part = MotionPart(leaf.motion[0], leaf.start.scene, "lift")
     start = part.stretch.path[0]
     aside = start + 0.02 * np.eye(len(start))[0]
     assert part.proven(start, aside)

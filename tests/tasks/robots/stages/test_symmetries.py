@@ -10,7 +10,7 @@ from kabo.language.scene_description import Shape
 from kabo.scene import Body, Scene, load_scene
 from kabo.scene.shapes import primitive
 from kabo.tasks.core import Failure, Result, Solution, State
-from kabo.tasks.files.running import first_scene
+from kabo.tasks.files.first_scenes import first_scene
 from kabo.tasks.robots import STAGES, TaskScene
 from kabo.tasks.robots.stages.symmetries import symmetry, turned
 

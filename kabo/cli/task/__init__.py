@@ -1,0 +1,23 @@
+"""`kabo task`: plans a task file, shows tasks and what planning found, compares runs."""
+
+import argparse
+
+from kabo.cli.task import compare, plan, show, stages
+
+NAME = "task"
+HELP = "plan a task file, show its stages and what they found, compare runs"
+COMMANDS = (plan, show, compare, stages)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The commands of `kabo task`."""
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for command in COMMANDS:
+        own = commands.add_parser(command.NAME, help=command.HELP, description=command.HELP)
+        command.add_arguments(own)
+        own.set_defaults(run_task=command.run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the chosen command."""
+    return int(options.run_task(options))

@@ -1,0 +1,113 @@
+"""The words in which YAML files are told what is wrong with names and types; all names share one namespace."""
+
+from kabo.language import formulas as f
+from kabo.language.expressions import Expression
+from kabo.language.resolver import Dialect, NameResolver, count_fault, one_of
+from kabo.language.types import TEST, Kind, Values
+from kabo.language.vocabulary import Role, Symbol
+
+
+class YamlDialect(Dialect):
+    """Findings stand at the name; the arguments of what is unknown are checked as well."""
+
+    one_namespace = True
+    longest_quote = None
+
+    def unknown_term(self, here: NameResolver, node: Expression) -> None:
+        """An unknown name, or an unknown function with its arguments."""
+        report_unknown(here, node, "name" if node.kind == "name" else "function")
+        _check_arguments(here, node)
+
+    def no_value(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
+        """A predicate or test, with the way to ask a test."""
+        if symbol.role == "predicate":
+            here.report(node.name, f'"{node.text}" is a predicate: it is true or false, and no value')
+            return
+        hint = f"{here.quote(node)} stands by itself, without K"
+        here.report(node.name, f'the procedure "{node.text}" is a test: it is true or false, and no value', hint)
+
+    def no_atom(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
+        """A number, an unknown name, or a name that means something else."""
+        if node.kind not in ("name", "call"):
+            here.report(node, "a predicate must stand here, this is a number")
+            return
+        if symbol is None:
+            report_unknown(here, node, "predicate", "predicate")
+        elif symbol.role == "function":
+            term = here.quote(node)
+            hint: str | None = f"write K({term} = value), or Kv({term}) for whether its value is known"
+            here.report(node.name, f'"{node.text}" is a function, not a predicate', hint)
+        else:
+            hint = f"write {here.quote(node)} without K" if symbol.kind == TEST else None
+            here.report(node.name, f'"{node.text}" is {symbol.description}, not a predicate', hint)
+        _check_arguments(here, node)
+
+    def no_function(self, here: NameResolver, node: Expression, symbol: Symbol | None) -> None:
+        """What stands in Kv and has no value that could be known."""
+        if node.kind in ("name", "call") and symbol is None:
+            report_unknown(here, node, "function", "function")
+        elif symbol is not None and symbol.role == "predicate":
+            here.report(node.name, f'"{node.text}" is a predicate', f"write Kw({here.quote(node)})")
+        elif symbol is not None and symbol.role == "procedure":
+            message = f'"{node.text}" is a procedure: what it answers is known whenever it is asked'
+            here.report(node.name, message)
+        else:
+            here.report(node, "a function must stand here")
+
+    def no_number(self, here: NameResolver, node: Expression, kind: Kind) -> None:
+        """What the term is instead."""
+        here.report(node, f"a number must stand here, this is {with_article(kind)}")
+
+    def no_size(self, here: NameResolver, node: Expression, part: Expression, kind: Kind) -> None:
+        """What is compared instead of a number."""
+        here.report(part, f'"{node.kind}" compares numbers, this is {with_article(kind)}')
+
+    def never_equal(self, here: NameResolver, node: Expression, left: Kind, right: Kind) -> f.Truth | None:
+        """A fault: nobody writes on purpose what can never hold."""
+        kinds = f"{with_article(left)}, the other {with_article(right)}"
+        here.report(node, f"these can never be equal: one side is {kinds}")
+        return None
+
+    def wrong_count(self, here: NameResolver, node: Expression, symbol: Symbol) -> None:
+        """The number of arguments; each of them is checked as well."""
+        _check_arguments(here, node)
+        here.report(node.name, count_fault(node, symbol), here.vocabulary.declared_at(symbol))
+
+    def wrong_argument(
+        self, here: NameResolver, node: Expression, number: int, symbol: Symbol, kind: Kind
+    ) -> None:
+        """The argument, by its number if there are several."""
+        what = f"argument {number + 1} of" if len(node.parts) > 1 else "the argument of"
+        message = f"{what} {symbol.written} must be {with_article(symbol.arguments[number])}"
+        hint = here.vocabulary.declared_at(symbol)
+        here.report(node.parts[number], f"{message}, this is {with_article(kind)}", hint)
+
+
+def _check_arguments(here: NameResolver, node: Expression) -> None:
+    for part in node.parts:
+        here.term(part)
+
+
+def report_unknown(here: NameResolver, node: Expression, what: str, *roles: Role) -> None:
+    """Reports an unknown name that should be one of `roles`."""
+    message, findings = f'unknown {what} "{node.text}" {here.where}', here.findings
+    if not findings.may_suggest:
+        here.report(node.name, message)
+        return
+    known = here.visible(*roles)
+    hint = here.hints.get(node.text) or findings.near(node.text, known.keys(), known, all_if_few=bool(roles))
+    if hint is None and roles:
+        everything = here.visible()
+        hint = findings.near(node.text, everything.keys(), everything)
+    here.report(node.name, message, hint or here.fallback)
+
+
+def with_article(kind: Kind) -> str:
+    """`a bottle`, `an object`, `one of {oslo, rome}`."""
+    if isinstance(kind, Values):
+        return f"one of {kind}"
+    name = one_of(kind)
+    return f"{'an' if name[:1] in 'aeiou' else 'a'} {name}"
+
+
+YAML = YamlDialect()

@@ -1,0 +1,86 @@
+"""What the planner asks of the procedures of geometry; `kabo.tasks.procedures` answers it, and scripts do in tests.
+
+The planner speaks to this protocol, so that only a problem with a scene loads the procedures and their kernels.
+"""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from kabo.geometry_server.answers import Answer, Failure, Statistics
+from kabo.geometry_server.situation import Situation
+from kabo.language.formulas import GroundCall
+from kabo.scene import GeometricState, Scene
+
+Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, Statistics] | None]
+
+
+class BoundCall(Protocol):
+    """A call whose arguments are bound to a task: which components of the geometric state it moves and reads."""
+
+    @property
+    def moves(self) -> tuple[str, ...]:
+        """The components that it changes, as far as is known."""
+        ...
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The components that its answer depends on besides, as far as is known."""
+        ...
+
+
+class ProcedureServer(Protocol):
+    """Answers calls of geometric procedures; equal questions have equal answers."""
+
+    elsewhere: Elsewhere | None  # asked first for an answer: worker processes that may have it
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        ...
+
+    @property
+    def statistics(self) -> Statistics:
+        """Counts of what was computed so far."""
+        ...
+
+    @property
+    def stop(self) -> Callable[[], bool]:
+        """Whether time or a budget is spent."""
+        ...
+
+    @property
+    def states_met(self) -> int:
+        """The number of distinct geometric states after successful calls."""
+        ...
+
+    def identify(self, state: GeometricState) -> int:
+        """The identifier of a geometric state [K Def. 5]."""
+        ...
+
+    def state(self, identifier: int) -> GeometricState:
+        """The geometric state of an identifier."""
+        ...
+
+    def bind(self, call: GroundCall) -> BoundCall:
+        """The components that a call moves and reads."""
+        ...
+
+    def single(self, call: GroundCall, situation: Situation) -> tuple[str, ...]:
+        """The components that must have one value before a call, sorted."""
+        ...
+
+    def knows(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> bool:
+        """Whether the answer to a question is remembered."""
+        ...
+
+    def call(self, call: GroundCall, situation: Situation, attempt: int = 0, effort: int = 0) -> Answer:
+        """The answer of a procedure for every value that the situation leaves open.
+
+        Raises:
+            CutOff: time or a budget was spent before there was an answer.
+        """
+        ...
+
+    def refuted(self, call: GroundCall) -> Failure | None:
+        """Why a call fails wherever what it reads is as at the start, if that can be told without sampling."""
+        ...

@@ -1,0 +1,100 @@
+"""What a run with a scene does before and after its rounds: it loads geometry; then it refines and certifies the plan.
+
+This file, and what it imports, loads the kernels: `solve` imports it when a problem has a scene, and not before.
+"""
+
+from dataclasses import replace
+from time import perf_counter
+
+from kabo.geometry_server import GeometryServer
+from kabo.geometry_server.answers import Failure
+from kabo.language.formulas import GroundCall
+from kabo.plan import Plan
+from kabo.planner.certify.certifying import UNFINISHED, certified
+from kabo.planner.certify.granting import granted
+from kabo.planner.geometry.assembly import assemble, files_read
+from kabo.planner.geometry.eager import EagerGeometry
+from kabo.planner.geometry.evaluation import Variant
+from kabo.planner.geometry.refusals import RefusalTable
+from kabo.planner.refine.refining import refine
+from kabo.planner.result import Result
+from kabo.planner.run import PlanningRun, statistics_of
+from kabo.scene import load_scene
+from kabo.tasks.procedures import GeometricProcedures
+
+
+def load_procedures(run: PlanningRun) -> GeometricProcedures:
+    """The procedures of the problem's scene; from now on the run also stops when its samples are used up.
+
+    Raises:
+        CutOff: time or memory was spent before the scene was loaded.
+        InputError: the scene does not load.
+    """
+    began = perf_counter()
+    if run.problem.scene is None:
+        raise ValueError("only a problem with a scene has geometry")
+    scene = load_scene(run.problem.scene, run.stop.look)
+    exact = run.options.geometry == "exact"
+    server = GeometryServer(scene, run.options.epsilon, run.options.seed, exact)
+    run.stop.samples = lambda: server.statistics.samples > run.options.max_samples
+    server.stop = run.stop
+    run.load_s = perf_counter() - began
+    domain = run.problem.domain.path
+    return GeometricProcedures(server, None if domain is None else domain.parent)
+
+
+def finished(run: PlanningRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
+    """The result with the plan of an evaluation: its motion refined, and its certificate made, as far as asked for.
+
+    `run.on_found` is called with the plan as it is first, if either is still to be done.
+    """
+    plan = None
+    if run.on_found is not None and (run.options.quality == "good" or run.certifies):
+        plan = _assembled(run, variants, server)
+        run.on_found(Result("solved", _uncertified(run, plan), statistics_of(run, server)))
+    if run.options.quality == "good":
+        run.report_progress("refining", sum(server.statistics.calls.values()))
+        run.refined, plan = refine(variants, server).written(), None
+        if server.stop():
+            run.note_cut("refining", "some of its motion is as it was found")
+    if plan is None:
+        plan = _assembled(run, variants, server)
+    plan = _certified(run, plan, server)
+    return Result("solved", plan, statistics_of(run, server), None, tuple(run.cut_off))
+
+
+def unsuccessful_calls(
+    geometry: RefusalTable | EagerGeometry, server: GeometricProcedures
+) -> list[tuple[GroundCall, Failure]]:
+    """Every call that was refused, with its first failure; also those that no refusal is recorded of any more.
+
+    These were refused with few samples, and the run was cut off before they were asked with more.
+    """
+    found = geometry.failures()
+    known = {call for call, _ in found}
+    more = ((call, record) for call, record in server.records.of.items() if call not in known)
+    return [*found, *((call, each.places[0].failure) for call, each in more if each.places and not each.successes)]
+
+
+def _assembled(run: PlanningRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Plan:
+    """The plan as it is written, with what grants its contacts."""
+    assert run.problem.scene is not None
+    plan = assemble(run.problem, variants, server, files_read(run.problem, server), run.options.written())
+    return granted(plan, server.scene, {name: body.model for name, body in run.problem.scene.bodies.items()})
+
+
+def _uncertified(run: PlanningRun, plan: Plan) -> Plan:
+    """The plan as it is before its certificate is made: it says that the certificate is missing, and why."""
+    return replace(plan, certificate_gaps=(UNFINISHED,)) if run.certifies else plan
+
+
+def _certified(run: PlanningRun, plan: Plan, server: GeometricProcedures) -> Plan:
+    """The plan with its certificate, if the run makes one and there is time; no samples are drawn any more."""
+    if not run.certifies:
+        return plan
+    run.report_progress("certifying", sum(server.statistics.calls.values()))
+    run.stop = server.server.stop = run.stop.timely()
+    plan, run.certified = certified(plan, server.server.surroundings, run.stop.look)
+    if plan.certificate is None and run.stop.spent is not None:
+        run.note_cut("certifying", "the plan has no certificate")
+    return plan

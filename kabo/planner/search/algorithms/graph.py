@@ -1,0 +1,101 @@
+"""What searches for one way to an end go through, and what they give back."""
+
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+Node = TypeVar("Node")
+Move = TypeVar("Move")
+Made = TypeVar("Made")
+
+
+Parents = dict[Hashable, tuple[Hashable, Move, Node] | None]
+
+
+class HeuristicValue(NamedTuple):
+    """How far a goal seems (None: it is out of reach), and the indices of the actions that seem to lead there."""
+
+    value: int | None
+    preferred: frozenset[int]
+
+
+class Graph(Protocol[Node, Made]):
+    """What a search needs; `successors` counts the expansion and raises when the budget is spent."""
+
+    def key(self, node: Node) -> Hashable:
+        """What tells nodes apart."""
+        ...
+
+    def known(self, node: Node) -> Hashable:
+        """What is known at a node: nodes that differ only in geometry have it in common."""
+        ...
+
+    def confirmed_key(self, node: Node) -> Hashable | None:
+        """The key of a node that is about to be expanded: geometry is asked now what it was not; None: refused."""
+        ...
+
+    def successors(
+        self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
+    ) -> Iterable[tuple[Hashable, Made, Node]]:
+        """The nodes one move away, each with its key; if so wanted by some actions only, or by all others."""
+        ...
+
+    def is_end(self, node: Node) -> bool:
+        """Whether the search may stop here."""
+        ...
+
+    @property
+    def parts(self) -> Sequence[int]:
+        """The numbers of the conjuncts of the goal, in the order to see to them."""
+        ...
+
+    def holds(self, parts: tuple[int, ...], node: Node) -> bool:
+        """Whether these conjuncts of the goal hold."""
+        ...
+
+    def estimate(self, node: Node, parts: Sequence[int]) -> HeuristicValue:
+        """How far these conjuncts seem, and which actions seem to lead there."""
+        ...
+
+    def cost(self, move: Made) -> float:
+        """What the move costs."""
+        ...
+
+    def bound(self, node: Node) -> float | None:
+        """What every way to an end costs at least; None: there is none."""
+        ...
+
+
+@dataclass(frozen=True)  # no NamedTuple: before Python 3.11 these cannot be generic
+class SearchOutcome(Generic[Node, Move]):
+    """`path` to an end, without the start, or None; `visited` are the keys seen when there is none."""
+
+    path: list[tuple[Move, Node]] | None
+    visited: Iterable[Hashable] = ()
+
+
+Algorithm = Callable[[Node, Graph[Node, Move]], SearchOutcome[Node, Move]]
+
+
+def expanded(
+    waiting: Hashable, node: Node, graph: Graph[Node, Move], parents: Parents[Move, Node], done: set[Hashable]
+) -> Hashable | None:
+    """The key of a node that is expanded now; None if geometry refuses it, or if that was done before."""
+    key = graph.confirmed_key(node)
+    if key is None or key in done:
+        return None
+    done.add(key)
+    if key != waiting:
+        parents[key] = parents[waiting]
+    return key
+
+
+def path_to(parents: Parents[Move, Node], end: Hashable) -> list[tuple[Move, Node]]:
+    """The moves from the start to the node of a key, and where each leads."""
+    path: list[tuple[Move, Node]] = []
+    link = parents[end]
+    while link is not None:
+        parent, move, node = link
+        path.append((move, node))
+        link = parents[parent]
+    return path[::-1]

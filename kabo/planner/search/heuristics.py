@@ -1,0 +1,34 @@
+"""What a heuristic has to answer, and which there are. A new one is a file with a class, and a row in `HEURISTICS`."""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from kabo.knowledge import GroundedTask
+from kabo.language.formulas import GroundCall
+from kabo.planner.search.algorithms.graph import HeuristicValue
+
+
+class Heuristic(Protocol):
+    """Estimates for one task, from states of knowledge."""
+
+    def estimate(self, state: int, parts: Sequence[int]) -> HeuristicValue:
+        """How far some conjuncts of the goal seem from a state, by their numbers."""
+        ...
+
+    def lower_bound(self, state: int) -> float | None:
+        """What every weak plan from a state costs at least; 0.0 if that is not known, None if there is no plan."""
+        ...
+
+
+def _relaxed_plans(task: GroundedTask, refused: frozenset[GroundCall]) -> Heuristic:
+    # Loads estimates of finite-domain tasks (15 files), which searches in such tasks never need from here.
+    from kabo.planner.search.cost_bounds import RelaxedPlans
+
+    return RelaxedPlans(task, refused)
+
+
+DEFAULT_HEURISTIC = "relaxed plans"
+# By name: makes the heuristic of a task without the actions whose calls are refused.
+HEURISTICS: dict[str, Callable[[GroundedTask, frozenset[GroundCall]], Heuristic]] = {
+    "relaxed plans": _relaxed_plans
+}

@@ -1,0 +1,49 @@
+"""Findings in a scene's meshes and URDFs: errors of loading it, and warnings about sizes and inverted meshes."""
+
+from collections.abc import Iterator
+
+from kabo.errors import Diagnostic, InputError
+from kabo.language.files import geometry_files
+from kabo.language.scene_description import SceneDescription
+from kabo.meshes import FORMATS, load_mesh, outwards, units_warning
+from kabo.scene.scene import Scene, load_scene
+
+
+def findings_in_scene(description: SceneDescription) -> tuple[Diagnostic, ...]:
+    """The errors of loading a scene; if there are none, warnings about sizes and about meshes that are inside out."""
+    try:
+        scene = load_scene(description)
+    except InputError as error:
+        return error.diagnostics
+    return (*_unit_warnings(scene, description), *_turned_warnings(description))
+
+
+def _turned_warnings(description: SceneDescription) -> Iterator[Diagnostic]:
+    """Warnings about mesh files with components that are inside out; loading turns them."""
+    for path in dict.fromkeys(geometry_files(description)):
+        if path.suffix.lower().removeprefix(".") in FORMATS:
+            done = outwards(load_mesh(path))[1]
+            if done is not None:
+                fix = "export it with its normals outwards; kabo plans and verifies with the turned mesh"
+                yield Diagnostic(str(path), 1, 1, done, fix, severity="warning")
+
+
+def _unit_warnings(scene: Scene, description: SceneDescription) -> tuple[Diagnostic, ...]:
+    """Warnings about meshes of bodies and robots that are so large that they may be in millimetres."""
+    found = [
+        units_warning(body.mesh, description.bodies[name].shape.place)
+        for name, body in scene.bodies.items()
+        if body.mesh.path is not None
+    ]
+    found += [
+        units_warning(
+            link.mesh,
+            description.robots[name].place,
+            named=f'link "{link_name}" of robot "{name}"',
+            fix='then scale it in the URDF: <mesh scale="0.001 0.001 0.001" …/>',
+        )
+        for name, robot in scene.robots.items()
+        for link_name, link in robot.links.items()
+        if link.mesh is not None
+    ]
+    return tuple(warning for warning in found if warning is not None)
