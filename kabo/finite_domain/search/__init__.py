@@ -5,4 +5,4 @@ This face offers what is slow to load: each search in plain Python goes on in co
 
 from kabo.lazy import lazy_names
 
-__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
+__getattr__, __dir__ = lazy_names(__name__, __file__)
