@@ -75,7 +75,7 @@ def fact_task(task: NormalTask, offset: tuple[int, ...]) -> FactTask:
 
 @dataclass(frozen=True)
 class Mutexes:
-    """Which facts may be true together: `together[f]` has a bit for each that may be true with f; bit f: f may be true."""
+    """The facts that may be true together: `together[f]` has a bit for each that may be true with f, bit f if f may be."""
 
     together: tuple[int, ...]
 

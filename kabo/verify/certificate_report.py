@@ -9,7 +9,7 @@ MAX_SHOWN_OBJECTS = 12  # objects that the report's text names
 
 @dataclass(frozen=True)
 class ObjectClearance:
-    """How far one object may be displaced before a proof breaks: by less than `distance` [m] in any direction.
+    """The clearance of one object: it may be displaced by less than `distance` [m] in any direction before a proof fails.
 
     `distance` is None where it exceeds what the proofs look at (`CertificateReport.near`). A rotation about the object's
     origin counts as its angle times `radius` [m].
@@ -51,7 +51,7 @@ class BranchClearance:
 
 @dataclass(frozen=True)
 class CertificateReport:
-    """What the certificate alone proves.
+    """The figures of what the certificate alone proves.
 
     The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated, and of
     `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is None where

@@ -138,7 +138,7 @@ class _AstarArrays:
         return True
 
     def without_plan(self, status: Any) -> SearchResult:
-        """The result of a search that ended so."""
+        """The result of a search that ended with this status, without a plan."""
         count, expanded, generated = self.progress[:3].tolist()
         return SearchResult(status, None, None, expanded, generated, count, initial_estimate=self._start_bound())
 

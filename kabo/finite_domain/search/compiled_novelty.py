@@ -179,7 +179,7 @@ class _NoveltyArrays:
         return self.known.nbytes + sum(array.nbytes for name, array in self.rooms.items() if name != "pairs_seen")
 
     def without_plan(self, status: Any) -> SearchResult:
-        """The result of a search that ended so."""
+        """The result of a search that ended with this status, without a plan."""
         count, expanded, generated = self.progress[:3].tolist()
         return SearchResult(status, None, None, expanded, generated, count)
 

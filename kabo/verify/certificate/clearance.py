@@ -1,4 +1,4 @@
-"""How far each object may be displaced before the proof fails: the least margin over its pairs, along every branch.
+"""Clearances: the distance by which each object may be displaced before the proof fails, along every branch.
 
 An axis separates two bodies by a margin. If one of them is displaced by a vector shorter than the margin, the axis still
 separates them, wherever on the path they are. Boxes that are apart are separated by an axis, too. So an object may be

@@ -17,8 +17,8 @@ MAX_WAYPOINTS = 50_000  # of such a path; longer ones are not checked
 def stretch_of(meeting: Meeting, cut: int) -> MotionStretch | None:
     """The stretch in which each piece of the first path meets each piece of the second; None if it is too long.
 
-    Each piece of both is cut into `cut` equal parts. For each part of the first path, the second path is passed once,
-    alternately forward and backward.
+    Each piece of both is cut into `cut` equal parts. For each part of the first path the second path is passed once,
+    alternately forward and backward, while the first goes back and forth along its part.
     """
     first, second = meeting.first.path, meeting.second.path
     counts = [cut * (len(path.configurations) - 1) for path in (first, second)]
@@ -26,12 +26,12 @@ def stretch_of(meeting: Meeting, cut: int) -> MotionStretch | None:
         return None
     mine, theirs = _cut(first.configurations, cut), _cut(second.configurations, cut)
     order = list(range(counts[1] + 1))
-    couples: list[tuple[int, int]] = []
+    pairs: list[tuple[int, int]] = []
     for part in range(counts[0]):
-        couples += [(part + i % 2, k) for i, k in enumerate(order)]
-        couples += [(part + 1, order[-1])] if counts[1] % 2 == 0 else []
+        pairs += [(part + i % 2, k) for i, k in enumerate(order)]
+        pairs += [(part + 1, order[-1])] if counts[1] % 2 == 0 else []
         order.reverse()
-    rows = np.array(couples).reshape(-1, 2)
+    rows = np.array(pairs).reshape(-1, 2)
     kept = np.concatenate([[True], (rows[1:] != rows[:-1]).any(axis=1)])
     whole = np.hstack([mine[rows[kept, 0]], theirs[rows[kept, 1]]])
     arms = (*first.arms.values(), *second.arms.values())

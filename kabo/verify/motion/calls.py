@@ -20,7 +20,7 @@ KINDS = ("robot", "body", "region")
 
 @dataclass(frozen=True)
 class ProcedureSpec:
-    """What a procedure must do: the roles of its robots and bodies in order, of which the first `needed` must be given."""
+    """The purpose of a procedure: its result, and the roles of its robots and bodies, of which `needed` must be given."""
 
     robots: tuple[str, ...] = ("robot",)
     bodies: tuple[str, ...] = ()

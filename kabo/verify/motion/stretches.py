@@ -10,7 +10,7 @@ from kabo.verify.motion.sweep import Path, PlacedBody
 class MotionStretch:
     """A stretch in which the same segments are under way: their numbers, the path, and the moving and standing bodies.
 
-    `permitted` are the pairs whose contact was granted, which may be fewer than the plan asks for. If the node begins
+    `permitted` are the pairs whose contact was granted, which may be fewer than the plan claims. If the node begins
     early, `before` are the segments of the node before it that are also under way; the first `divide` moving bodies are
     theirs, and only pairs of one of these and another body are checked.
     """

@@ -171,7 +171,7 @@ class MutableKnowledge:
         self.conjunctions = {whole for whole in self.conjunctions if not mentions_any(whole, symbols)}
 
     def touch(self, symbols: Iterable[Symbol], remember: Remembered) -> None:
-        """Records the first change of those that `initially` mentions; if unknown now, they stay unknown at the start."""
+        """Records the first change of symbols that `initially` mentions; their Kw and Kv are kept for the initial state."""
         new = frozenset(s for s in symbols if s not in self.touched and (s in remember or s[0] in remember))
         if new and self.past is not None:
             self.past = replace(self.past, whether=self.past.whether | (self.whether & new))

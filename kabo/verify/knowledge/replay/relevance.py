@@ -1,4 +1,4 @@
-"""Which facts the rest of a plan can read: all others may be forgotten, so that 2^n branches need only a few states.
+"""The facts that the rest of a plan can read; all others may be forgotten, so that 2^n branches need only a few states.
 
 The continuation of a node depends only on the atoms and terms that it reads before it overwrites them, on those that
 update rules relate to these, and on entries that a chain of shared members ties to these. A part of the goal that holds

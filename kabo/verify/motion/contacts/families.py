@@ -68,7 +68,7 @@ def direction(stroke: Stroke, roles: Mapping[str, Role]) -> Array | None:
 
 
 def grips(world: SceneModel, robot: str, family: GraspFamily | None) -> dict[str, tuple[float, float]]:
-    """Between what the gripper's joints may be while they touch what is held: open, and the family's grip."""
+    """The range of each gripper joint while the gripper touches the held object: from open to the family's grip."""
     gripper = world.scene.robots[robot].gripper
     if gripper is None:
         return {}

@@ -1,4 +1,4 @@
-"""Which contacts of a segment are granted: the plan's claim about each is checked, with one rule for each kind.
+"""The contacts that a segment is granted: the plan's claim about each is checked, with one rule for each kind.
 
 grasp: a finger and the object that its hand takes, holds or lets go, while only the hand moves, between its open joints
 and the family's grip. support: an object that is lifted or lowered and its support, along the stroke of the grasp family;
