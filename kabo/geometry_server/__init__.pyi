@@ -19,8 +19,8 @@ from kabo.geometry_server.candidates import grasp_stream as grasp_stream
 from kabo.geometry_server.context import ProcedureContext as ProcedureContext
 from kabo.geometry_server.destinations import HOLD_TOLERANCE as HOLD_TOLERANCE
 from kabo.geometry_server.destinations import Destination as Destination
+from kabo.geometry_server.destinations import grasp_family_of as grasp_family_of
 from kabo.geometry_server.destinations import placement_streams as placement_streams
-from kabo.geometry_server.destinations import recognised as recognised
 from kabo.geometry_server.extras import Extra as Extra
 from kabo.geometry_server.extras import extra as extra
 from kabo.geometry_server.extras import padding as padding

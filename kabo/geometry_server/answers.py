@@ -107,7 +107,7 @@ class GeometryStatistics:
     calls: Counter[str] = field(default_factory=Counter)
     failures: dict[str, Counter[str]] = field(default_factory=dict)
 
-    def drawn(self, samples: int) -> None:
+    def count_samples(self, samples: int) -> None:
         """Counts samples that were drawn and projected onto constraints, each as a call of inverse kinematics."""
         self.samples += samples
         self.inverse_kinematics_calls += samples

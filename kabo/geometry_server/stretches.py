@@ -20,14 +20,10 @@ from kabo.kinematics.kernels import rows as columns
 from kabo.motion import NoPath, connect, shortcut
 from kabo.scene import Robot
 
-LINE_DEVIATION, LINE_TILT = (
-    1e-3,
-    5e-3,
-)  # [m], [rad] of a straight stretch
-SHORTCUT_ATTEMPTS, MAX_VAIN_SHORTCUTS = (
-    40,
-    8,
-)  # in all, and failures in a row: refinement comes later
+LINE_DEVIATION = 1e-3  # [m] of a straight stretch from its line
+LINE_TILT = 5e-3  # [rad] of the tool on a straight stretch
+SHORTCUT_ATTEMPTS = 40  # to shorten a path; a plan's motion is refined later
+MAX_VAIN_SHORTCUTS = 8  # failed attempts in a row
 CONSTRAINT_TOLERANCE = 5e-4  # [m, rad] of a motion constraint: half of what the verifier grants
 
 

@@ -51,7 +51,7 @@ class ExternalProcedures:
             return Refusal("collision", str(os.getpid()))
         if call.procedure == "raises":
             raise ValueError("on purpose")
-        self.statistics.drawn(len(call.procedure))
+        self.statistics.count_samples(len(call.procedure))
         number = sum(map(ord, str(call))) + attempt
         answer = (
             Refusal("collision", f"{number}")

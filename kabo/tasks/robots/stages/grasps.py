@@ -9,10 +9,10 @@ from kabo.geometry_server import (
     Refusal,
     Situation,
     Stream,
+    grasp_family_of,
     grasp_missing,
     grasp_roles,
     grasp_stream,
-    recognised,
 )
 from kabo.language.scene_description import FeatureName, GraspFamily, Stroke
 from kabo.scene import Body, Robot, Scene
@@ -174,7 +174,7 @@ def held_properties(scene: TaskScene, robot: Robot, name: str) -> Mapping[str, A
     """The interface properties of how a robot holds an object; without a family if none describes that hold."""
     if scene.holder(name) != robot.name:
         return {}
-    found = recognised(scene.context, robot, name, scene.situation)
+    found = grasp_family_of(scene.context, robot, name, scene.situation)
     if found is None:
         return {"grasp": None, "lower": Direction(LIFT, name, -1), "retreat": None}
     return grasp_properties(robot, name, found)

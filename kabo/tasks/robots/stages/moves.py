@@ -134,7 +134,7 @@ class MoveTo(RobotStage, Propagator):
         if blocked is not None:
             yield blocked
             return
-        for at in scene.context.drawn(target.batches()):
+        for at in scene.context.candidates(target.batches()):
             tried += 1
             yield at.q
             if tried >= properties["max_ik_solutions"]:

@@ -58,7 +58,7 @@ class ComputeIK(RobotStage, Wrapper):
         name, most = properties["robot"], properties["max_ik_solutions"]
         robot, tried, blocked = scene.robot(name), 0, 0
         found: list[Array] = []
-        for at in scene.context.drawn(target.batches()):
+        for at in scene.context.candidates(target.batches()):
             tried += 1
             refused = self._refused(scene, target, name, at, properties["ignore_collisions"])
             blocked = blocked + 1 if refused is not None and _is_movable(scene, name, refused) else 0
