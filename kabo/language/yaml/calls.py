@@ -9,7 +9,7 @@ from kabo.language.task_description import ProcedureProperty, spell_signature
 from kabo.language.types import TEST
 from kabo.language.vocabulary import Symbol
 
-TRUTH = ("true", "false")
+TRUTH_VALUES = ("true", "false")
 _FORMS = {"name": "a name", "number": "a number", "boolean": "true or false"}
 
 
@@ -125,7 +125,7 @@ def _fits(here: NameResolver, piece: Expression, wanted: ProcedureProperty, argu
     given = "name"
     if isinstance(argument.value, f.Number):
         given = "number"
-    elif isinstance(argument.value, f.Constant) and argument.value.name in TRUTH:
+    elif isinstance(argument.value, f.Constant) and argument.value.name in TRUTH_VALUES:
         given = "boolean"
     takes = wanted.kind if wanted.kind in _FORMS else "name"
     if wanted.kind == "any" or given == takes:
