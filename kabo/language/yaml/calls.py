@@ -121,7 +121,7 @@ def _check_properties(
 
 
 def _fits(here: NameResolver, piece: Expression, wanted: ProcedureProperty, argument: f.Argument) -> bool:
-    """Whether an argument may fill a property, as far as its form tells; reports if not."""
+    """Whether the form of an argument (name, number, truth value) fits a property; reports if not."""
     given = "name"
     if isinstance(argument.value, f.Number):
         given = "number"

@@ -209,7 +209,7 @@ class ConstraintReader:
     def _sensible(
         self, parsed: Parsed, tree: Tree, kind: str, lower: float | None, upper: float | None
     ) -> tuple[float | None, float | None] | None:
-        """The bounds if they can hold and do not say what another word says better."""
+        """The bounds, if they can hold and no other word expresses them; else None after a report."""
         place = parsed.place(tree)
         largest = math.pi if kind == "angle" else math.inf
         given = [value for value in (lower, upper) if value is not None]
