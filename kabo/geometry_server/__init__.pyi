@@ -1,9 +1,12 @@
 from kabo.geometry_server.answers import MAX_EFFORT as MAX_EFFORT
+from kabo.geometry_server.answers import REASONS as REASONS
 from kabo.geometry_server.answers import Answer as Answer
-from kabo.geometry_server.answers import Failure as Failure
 from kabo.geometry_server.answers import GeometryStatistics as GeometryStatistics
 from kabo.geometry_server.answers import Pair as Pair
+from kabo.geometry_server.answers import Refusal as Refusal
 from kabo.geometry_server.answers import Success as Success
+from kabo.geometry_server.answers import owners as owners
+from kabo.geometry_server.answers import pair_text as pair_text
 from kabo.geometry_server.candidates import BATCH_SAMPLES as BATCH_SAMPLES
 from kabo.geometry_server.candidates import Candidate as Candidate
 from kabo.geometry_server.candidates import GraspStream as GraspStream
@@ -16,8 +19,8 @@ from kabo.geometry_server.candidates import grasp_stream as grasp_stream
 from kabo.geometry_server.context import ProcedureContext as ProcedureContext
 from kabo.geometry_server.destinations import HOLD_TOLERANCE as HOLD_TOLERANCE
 from kabo.geometry_server.destinations import Destination as Destination
+from kabo.geometry_server.destinations import grasp_family_of as grasp_family_of
 from kabo.geometry_server.destinations import placement_streams as placement_streams
-from kabo.geometry_server.destinations import recognised as recognised
 from kabo.geometry_server.extras import Extra as Extra
 from kabo.geometry_server.extras import extra as extra
 from kabo.geometry_server.extras import padding as padding
@@ -42,7 +45,6 @@ from kabo.geometry_server.situation import Situation as Situation
 from kabo.geometry_server.stretches import LINE_DEVIATION as LINE_DEVIATION
 from kabo.geometry_server.stretches import LINE_TILT as LINE_TILT
 from kabo.geometry_server.stretches import Keep as Keep
-from kabo.geometry_server.stretches import Refused as Refused
 from kabo.geometry_server.stretches import keep_constraint as keep_constraint
 from kabo.geometry_server.stretches import line as line
 from kabo.geometry_server.stretches import way_to as way_to

@@ -52,7 +52,7 @@ class ProcedureContext:
         """The scene."""
         return self.surroundings.scene
 
-    def drawn(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
+    def candidates(self, stream: Iterable[list[Candidate]]) -> Iterator[Candidate]:
         """The candidates of the first `batches` batches of a stream; counts the samples.
 
         Raises:
@@ -65,7 +65,7 @@ class ProcedureContext:
             statistics.inverse_kinematics_s += perf_counter() - began
             if batch is None:
                 return
-            statistics.drawn(BATCH_SAMPLES)
+            statistics.count_samples(BATCH_SAMPLES)
             for candidate in batch:
                 self.look()
                 yield candidate

@@ -52,7 +52,9 @@ def placement_streams(
     return [stream for stream in made if stream is not None]
 
 
-def recognised(context: ProcedureContext, robot: Robot, name: str, situation: Situation) -> GraspFamily | None:
+def grasp_family_of(
+    context: ProcedureContext, robot: Robot, name: str, situation: Situation
+) -> GraspFamily | None:
     """The grasp family that a robot's hold of an object belongs to; None if it belongs to none."""
     body, held = context.scene.bodies[name], situation.held(name)
     roles = {"tool": tool_frame(robot), "this": carried_frame(robot, body, held), "world": WORLD}

@@ -27,7 +27,7 @@ class Extra:
 
     @property
     def parent_T(self) -> Array:  # noqa: N802
-        """Its pose (4, 4) in the parent's frame."""
+        """The pose (4, 4) of this body in its parent's frame."""
         return transform(self.position, self.quaternion)
 
 

@@ -20,11 +20,8 @@ from kabo.scene.transforms import flat, transform
 
 SOLE_HEIGHT = 1e-3  # [m] above a body's lowest point: vertices up to there touch the support
 FAN_CORNERS = 20  # corners of a polygon in one convex part, beside the corner that all parts share
-SOLE_DEPTHS = (
-    2e-4,
-    1e-3,
-    2e-3,
-)  # [m] below a body's sole at which its support is tested: contact is never exact
+# [m] below a body's sole at which its support is tested: contact is never exact.
+SOLE_DEPTHS = (2e-4, 1e-3, 2e-3)
 MAX_EXACT_TRIANGLES = 2000  # a container of no more is used itself, without an inner bounding mesh
 
 

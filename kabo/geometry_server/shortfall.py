@@ -17,14 +17,8 @@ from kabo.kinematics.kernels.rows import FIRST, SECOND
 from kabo.scene import PRISMATIC, KinematicTree
 
 BASE_SLIDES = 3
-BASE_RANGES = (
-    0.03,
-    0.1,
-    0.3,
-    1.0,
-    3.0,
-    9.0,
-)  # [m] of the base's displacement along each axis, tried in this order
+# [m] of the base's displacement along each axis, tried in this order.
+BASE_RANGES = (0.03, 0.1, 0.3, 1.0, 3.0, 9.0)
 RANGE_SAMPLES, SOLUTIONS_KEPT = 64, 6  # in each range, and how many of these are shortened
 REFINEMENT_ROUNDS, PULL_STEPS = 3, 16  # rounds of sampling again within the best, and steps of shortening
 MIN_STEP_SHARE = 1e-3  # of the displacement: smaller steps gain nothing

@@ -60,7 +60,7 @@ class Workspace:
         carried = {name: situation.held(name) for name in situation.carried(robot)}
         return cls(surroundings, surroundings.scene.robots[robot], situation, carried, permitted, extras)
 
-    def felt(self, permitted: Contacts) -> Contacts:
+    def relevant(self, permitted: Contacts) -> Contacts:
         """Those permitted contacts that matter here: they involve a moving thing and are not permitted anyway."""
         if not permitted:
             return permitted
@@ -310,11 +310,13 @@ def workspace_of(
     plain: Workspace = surroundings.remembered(
         (*key, None), lambda: Workspace.of(surroundings, robot, situation, extras=extras)
     )
-    felt = plain.felt(permitted)
-    if not felt:
+    relevant = plain.relevant(permitted)
+    if not relevant:
         return plain
     base = None if extras else plain
-    found: Workspace = surroundings.remembered((*key, felt), lambda: replace(plain, permitted=felt, base=base))
+    found: Workspace = surroundings.remembered(
+        (*key, relevant), lambda: replace(plain, permitted=relevant, base=base)
+    )
     return found
 
 

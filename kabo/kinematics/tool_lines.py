@@ -21,10 +21,8 @@ from kabo.kinematics.projection import NO_AIMS, arrays_of, checked, storable_lim
 from kabo.scene.kernels.poses import forward_kinematics
 from kabo.scene.tree import KinematicTree
 
-MAX_DEVIATION, MAX_TILT = (
-    1e-3,
-    5e-3,
-)  # bounds of the whole path: from the line [m], from the orientation at its start [rad]
+MAX_DEVIATION = 1e-3  # [m] of the whole path from the line
+MAX_TILT = 5e-3  # [rad] of the whole path from the orientation at its start
 WAYPOINT_TOLERANCE = 1e-7  # [m or rad] of the rows at way points
 MAX_JOINT_CHANGE = 0.5  # [rad or m] of a joint between way points
 MIN_LINE_SHARE = 1.0 / 512  # of the line between way points: at a singularity shorter ones would be needed

@@ -22,10 +22,8 @@ MIN_PIECE_LENGTH = 1e-9  # [rad, L2]: shorter pieces are dropped
 POINT_ROUNDING = 1e-12  # [rad] of a point on the path
 # Norm of a turn: gentler corners get the trims of this turn, or they would take the room of sharper ones.
 GENTLE_TURN = 0.6
-MIN_SHRINKING, MAX_SHRINKING = (
-    0.5,
-    0.98,
-)  # factors, least and greatest, by which trims shrink in one step
+# Factors by which trims shrink in one step, where the path is too far from its corners.
+MIN_SHRINKING, MAX_SHRINKING = 0.5, 0.98
 
 
 @dataclass(frozen=True)

@@ -32,14 +32,14 @@ class FreeSpace:
 
     def is_free(self, q0: Array, q1: Array) -> bool:
         """Whether the straight edge from q0 to q1 is proven free; q0 is known to be free."""
-        hit = self.hit_seen(q0, q1)
+        hit = self.sampled_hit(q0, q1)
         if hit < 0:
             hit = self.free_segment(q0, q1)
         if hit >= 0:
             self.hits[int(hit)] += 1
         return hit < 0
 
-    def hit_seen(self, q0: Array, q1: Array) -> int:
+    def sampled_hit(self, q0: Array, q1: Array) -> int:
         """The first pair hit at sampled configurations of the edge, or -1."""
         if self.free_configurations is None:
             return -1
@@ -49,7 +49,7 @@ class FreeSpace:
                 return int(found[found >= 0][0])
         return -1
 
-    def advanced(self, start: Array, target: Array, reach: float) -> list[Array]:
+    def extend(self, start: Array, target: Array, reach: float) -> list[Array]:
         """The way points after `start` of a proven path towards the target, at most `reach` [rad] long; possibly none.
 
         Without a constraint the path is one straight edge. With one it consists of small steps, each projected
@@ -61,7 +61,7 @@ class FreeSpace:
         way: list[Array] = []
         here, left = start, reach
         while left > 0.0:
-            there = self.pulled(stepped(here, target, min(MAX_CONSTRAINED_STEP, left)), here, target)
+            there = self.projected_step(stepped(here, target, min(MAX_CONSTRAINED_STEP, left)), here, target)
             if there is None or not self.is_free(here, there):
                 break
             way.append(there)
@@ -71,7 +71,7 @@ class FreeSpace:
                 break
         return way
 
-    def pulled(self, q: Array, here: Array, target: Array) -> Array | None:
+    def projected_step(self, q: Array, here: Array, target: Array) -> Array | None:
         """The step to q, projected onto the constraint; None if it ends too far away, or no nearer to the target."""
         if np.array_equal(q, target):
             return q

@@ -46,7 +46,7 @@ def trapezoid(
     return shares, times
 
 
-def passed(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Array, Array]:
+def from_rest_to_rest(waypoints: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Array, Array]:
     """Denser way points (k, n) of a path that rests at every corner, and their times (k,) [s] in whole microseconds.
 
     Args:

@@ -117,7 +117,7 @@ def _grow(
     for number in range(budget):
         first, second = (trees[0], trees[1]) if number % 2 == 0 else (trees[1], trees[0])
         near = first.nearest(drawn[number])
-        way = space.advanced(first.nodes[near], drawn[number], MAX_EXTENSION)
+        way = space.extend(first.nodes[near], drawn[number], MAX_EXTENSION)
         if not way:
             continue
         node = first.add(near, way)
@@ -133,7 +133,7 @@ def _reach(tree: _Tree, space: FreeSpace, target: Array) -> int | None:
     """Grows a tree towards a configuration; returns the node that reached it, or None if an edge was blocked."""
     node = tree.nearest(target)
     while not np.array_equal(tree.nodes[node], target):
-        way = space.advanced(tree.nodes[node], target, MAX_EXTENSION)
+        way = space.extend(tree.nodes[node], target, MAX_EXTENSION)
         if not way:
             return None
         node = tree.add(node, way)

@@ -76,7 +76,7 @@ def _way(a: Array, b: Array, space: FreeSpace) -> list[Array] | None:
         return [b]
     if space.projection is None:
         return None
-    way = space.advanced(a, b, 2.0 * float(np.linalg.norm(b - a)))
+    way = space.extend(a, b, 2.0 * float(np.linalg.norm(b - a)))
     return way if way and np.array_equal(way[-1], b) else None
 
 

@@ -25,7 +25,7 @@ from kabo.geometry.bounding.enclosing_union import (
     enclosing_union,
     proven_union,
 )
-from kabo.geometry.bounding.verified_parts import believed, remember
+from kabo.geometry.bounding.verified_parts import are_verified, record_proof
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, require_closed
 
@@ -104,11 +104,11 @@ def bounding_decomposition(
     path = getattr(mesh, "path", None)
     require_closed(Mesh(vertices, faces, path))
     given = stored_decompositions.name_of(vertices, faces, parameters)
-    found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, given))
+    found = _verified(vertices, faces, epsilon, stored_decompositions.read(folder, given))
     if found is None:
         vertices, faces = stored_parts.canonical(vertices, faces)
         canonical = stored_decompositions.name_of(vertices, faces, parameters)
-        found = _believed(vertices, faces, epsilon, stored_decompositions.read(folder, canonical))
+        found = _verified(vertices, faces, epsilon, stored_decompositions.read(folder, canonical))
         if found is None:
             found = _made(vertices, faces, epsilon, parts, vertices_per_part, path)
         with suppress(OSError):  # a read-only cache costs time, never an answer
@@ -117,11 +117,11 @@ def bounding_decomposition(
     return Decomposition(*found, epsilon, perf_counter() - began)
 
 
-def _believed(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
+def _verified(vertices: Array, faces: Integers, epsilon: float, found: Made | None) -> Made | None:
     """The parts found in the cache, if their claims are proven; else None."""
     if found is None or max(found[1]) > epsilon:
         return None
-    return found if believed(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
+    return found if are_verified(Solid(*stored_parts.canonical(vertices, faces)), *found) else None
 
 
 def _made(
@@ -153,7 +153,7 @@ def _made(
         remedy = "ask for a larger epsilon, or simplify the mesh where it has fine hollows"
         named = "mesh" if path is None else str(path)
         raise MeshError([Diagnostic(named, 1, 1, f"the mesh {said}", remedy)]) from None
-    remember(solid, union.parts, union.deviations)
+    record_proof(solid, union.parts, union.deviations)
     return union.parts, union.deviations
 
 

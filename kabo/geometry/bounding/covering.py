@@ -12,7 +12,14 @@ from scipy.spatial import ConvexHull, QhullError
 
 from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.kernels.depth_octree import between_is_far
-from kabo.geometry.bounding.nearness import HALTON_POINTS, PLANE_ROUNDING, SIGHT_LINES, Voids, judged, looks_near
+from kabo.geometry.bounding.nearness import (
+    HALTON_POINTS,
+    PLANE_ROUNDING,
+    SIGHT_LINES,
+    Voids,
+    looks_near,
+    near_or_witness,
+)
 from kabo.geometry.triangles.solids import Solid
 
 Members = tuple[int, ...]
@@ -52,7 +59,7 @@ class Growth:
             if len(members) == 1:
                 break
             hull = ConvexHull(np.vstack([self.points[j] for j in members]))
-            far = judged(self.solid, hull.points, self.limit, HULL_PROOF_TETRAHEDRA)[1]
+            far = near_or_witness(self.solid, hull.points, self.limit, HULL_PROOF_TETRAHEDRA)[1]
             if far is None:
                 break
             self._voids.add(far, hull)

@@ -14,33 +14,24 @@ from scipy.spatial import ConvexHull
 from kabo.arrays import Array
 from kabo.geometry.bounding.covering import Growth, Members, fewest_sets, prices_of
 from kabo.geometry.bounding.enclosing_polytope import CONTAINMENT_MARGIN
-from kabo.geometry.bounding.nearness import Voids, judged, proven_near
+from kabo.geometry.bounding.nearness import Voids, near_or_witness, proven_near
 from kabo.geometry.bounding.simplification import enclosing_part
-from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, in_two, split_solid
+from kabo.geometry.bounding.splitting import HulledCell, TooManyCells, cut_in_two, split_solid
 from kabo.geometry.triangles.solids import Solid
 
-CELL_SHARE, MANY_CELLS = (
-    0.4,
-    200,
-)  # of epsilon: deviation of a cell's hull; up to so many cells
-COARSE_CELL_SHARE, MAX_CELLS_TO_REFINE = (
-    0.7,
-    120,
-)  # the same, tried first; cells above which none are refined
-JOINED_SHARES = (
-    (0.8, False),
-    (0.96, False),
-    (0.96, True),
-)  # of epsilon, for hulls of sets; whether the nearest cells come first
+CELL_SHARE = 0.4  # of epsilon: deviation of a cell's hull
+MANY_CELLS = 200  # above which cells may deviate by COARSE_CELL_SHARE
+COARSE_CELL_SHARE = 0.7  # of epsilon: the same, tried first
+MAX_CELLS_TO_REFINE = 120  # coarse cells above which none are refined
+# Of epsilon, for hulls of sets, with whether the nearest cells are added first.
+JOINED_SHARES = ((0.8, False), (0.96, False), (0.96, True))
 SINGLE_GROWTH_ABOVE_CELLS = 110  # above which only the last of these is tried
 PRICING_ABOVE_CELLS = 150  # above which long cells are cut, and further sets grown by prices
 LONG_CELL_EPSILONS = 9.5  # length of a cell above which it is then cut, up to MANY_CELLS
 CELL_WEIGHTS = (0.01, -0.002)  # of a cell, if a set weighs 1: prefers small sets, and large ones
-MAX_CELLS = 1000  # cells
-PRICING_ROUNDS, MIN_PRICE_GAIN = (
-    4,
-    1e-6,
-)  # rounds of growing sets by prices; least gain, of a set
+MAX_CELLS = 1000  # a mesh that needs more is refused
+PRICING_ROUNDS = 4  # of growing sets by prices
+MIN_PRICE_GAIN = 1e-6  # of the cost of a set
 SETS_PER_CELL = 2  # of one kind, after which no set is grown from a cell
 CHOICE_ROUNDS = 6  # of choosing sets by the actual costs of their parts
 SPARE_PARTS_RATIO = 1.5  # parts made for each one used, after which no better choice is sought
@@ -85,7 +76,7 @@ def _shorter(solid: Solid, cells: list[HulledCell], epsilon: float) -> list[Hull
         longest = int(np.argmax(lengths))
         if lengths[longest] <= LONG_CELL_EPSILONS * epsilon:
             break
-        cells[longest : longest + 1] = in_two(solid, cells[longest], CELL_SHARE * epsilon, None)
+        cells[longest : longest + 1] = cut_in_two(solid, cells[longest], CELL_SHARE * epsilon, None)
     return cells
 
 
@@ -250,8 +241,8 @@ def _in_smaller_cells(
             continue
         if depth == MAX_PROOF_CUTS:
             raise Undecided
-        far = judged(solid, current.points, CELL_SHARE * epsilon)[1]
-        work += [(half, depth + 1) for half in in_two(solid, current, CELL_SHARE * epsilon, far)]
+        far = near_or_witness(solid, current.points, CELL_SHARE * epsilon)[1]
+        work += [(half, depth + 1) for half in cut_in_two(solid, current, CELL_SHARE * epsilon, far)]
     return found
 
 

@@ -18,17 +18,13 @@ from kabo.compilation import cache_folder
 from kabo.errors import Diagnostic, MeshError
 from kabo.geometry.bounding import stored_parts
 from kabo.geometry.bounding.pieces import parts_of_pieces
-from kabo.geometry.bounding.verified_parts import believed, remember
+from kabo.geometry.bounding.verified_parts import are_verified, record_proof
 from kabo.geometry.parts import Enclosure
 from kabo.geometry.triangles.solids import Solid
 from kabo.meshes import Mesh, load_mesh, outwards, require_closed
 
-COMMON_SCALES = (
-    1.0,
-    1e-3,
-    1e-2,
-    0.0254,
-)  # [m] per unit of a mesh file, for which parts beside it were probably made
+# [m] per unit of a mesh file, for which parts beside it were probably made.
+COMMON_SCALES = (1.0, 1e-3, 1e-2, 0.0254)
 
 
 def enclosing_parts(
@@ -61,11 +57,11 @@ def enclosing_parts(
     solid, digest = Solid(vertices, faces), stored_parts.digest_of(vertices, faces)
     if source is not None:
         beside = stored_parts.read(stored_parts.beside(source), digest) or _scaled(solid, source)
-        stored = _believed(solid, beside, tolerance)
+        stored = _verified(solid, beside, tolerance)
         if stored is not None:
             return stored
     kept = (cache_folder() / "parts" if cache is None else cache) / f"{digest[:32]}-{tolerance:.9g}-{seed}.parts"
-    found = _believed(solid, stored_parts.read(kept, digest), tolerance)
+    found = _verified(solid, stored_parts.read(kept, digest), tolerance)
     if found is not None:
         return found
     look()
@@ -75,11 +71,11 @@ def enclosing_parts(
     return made
 
 
-def _believed(solid: Solid, stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
+def _verified(solid: Solid, stored: dict[float, Enclosure], tolerance: float) -> Enclosure | None:
     """The best fitting of stored enclosures whose claims are proven; None if there is none."""
     left = dict(stored)
     while (best := stored_parts.fitting(left, tolerance)) is not None:
-        if believed(solid, best.parts, [best.deviation] * len(best.parts)):
+        if are_verified(solid, best.parts, [best.deviation] * len(best.parts)):
             return best
         left = {key: made for key, made in left.items() if made is not best}
     return None
@@ -154,7 +150,7 @@ def _made(
             "ask for a larger epsilon, or simplify the mesh where it has fine hollows",
         ) from None
     made = Enclosure(tuple(parts), proven_deviation(solid, parts, tolerance))
-    remember(solid, made.parts, [made.deviation] * len(made.parts))
+    record_proof(solid, made.parts, [made.deviation] * len(made.parts))
     return made
 
 

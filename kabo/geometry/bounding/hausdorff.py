@@ -21,7 +21,7 @@ def hausdorff_bound(
     Args:
         first_vertices, second_vertices: (V, 3) [m]. first_faces, second_faces: (F, 3), at least one each.
         rel: relative gap between the two numbers; an upper bound below 1e-4 of the diagonal is not improved.
-        ceiling: the search goes on while the upper bound exceeds this, if it can be improved [m].
+        ceiling: a value that the upper bound does not exceed, if that can be proven [m].
     """
     first, second = tree_of(first_vertices, first_faces), tree_of(second_vertices, second_faces)
     floor = 1e-4 * float(np.linalg.norm(np.ptp(first_vertices, axis=0)))

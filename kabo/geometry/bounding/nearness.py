@@ -8,17 +8,13 @@ from kabo.geometry.bounding.kernels.depth_octree import first_far, hull_is_far
 from kabo.geometry.bounding.kernels.protrusion import faces_reach_beyond, reaches_beyond
 from kabo.geometry.triangles.solids import PLANE_TOLERANCE, Solid
 
-SIGHT_LINES, SURFACE_SAMPLES, INTERIOR_SAMPLES = (
-    80,
-    280,
-    400,
-)  # of two sets; of a hull's surface; of its interior
+SIGHT_LINES = 80  # between two sets
+SURFACE_SAMPLES = 280  # of a hull's surface
+INTERIOR_SAMPLES = 400  # of a hull's interior
 SPARE_STACK_ROWS = 200  # of the stack, beside the first tetrahedra
-CLIMB_CANDIDATES, CLIMB_STARTS, CLIMB_STEPS = (
-    80,
-    4,
-    12,
-)  # samples, the farthest of which climb, and steps of each climb
+CLIMB_CANDIDATES = 80  # surface samples
+CLIMB_STARTS = 4  # of these, the farthest from the solid
+CLIMB_STEPS = 12  # of each climb
 PLANE_ROUNDING = 1e-12  # [m] of points on the planes of a hull
 MAX_FACE_PIECES = 500  # of a triangle, after which its proof is given up
 MAX_TETRAHEDRA = 200_000  # after which a proof is given up
@@ -104,10 +100,10 @@ def _far_summit(solid: Solid, hull: ConvexHull, limit: float) -> Array | None:
 
 def proven_near(solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA) -> bool | None:
     """Whether a convex part (V, 3) is within `limit` [m] of the solid: True proven, False refuted, None given up."""
-    return judged(solid, part, limit, most)[0]
+    return near_or_witness(solid, part, limit, most)[0]
 
 
-def judged(
+def near_or_witness(
     solid: Solid, part: Array, limit: float, most: int = MAX_TETRAHEDRA
 ) -> tuple[bool | None, Array | None]:
     """As `proven_near`; if refuted, also a point (3,) of the part that is farther away."""

@@ -11,16 +11,12 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.enclosing_polytope import contains_proven, widened
 from kabo.geometry.bounding.kernels.depth_octree import star_is_far
 from kabo.geometry.bounding.kernels.polytope_corners import contractions
-from kabo.geometry.bounding.nearness import Voids, faces_near, judged, proven_near
+from kabo.geometry.bounding.nearness import Voids, faces_near, near_or_witness, proven_near
 from kabo.geometry.triangles.solids import Solid
 
 BATCH_ABOVE_CORNERS = 24  # above which several edges are contracted in a round
 BATCH_SHARE = 0.25  # of the corners, contracted in such a round
-CORNER_SHARES = (
-    0.99,
-    0.93,
-    0.85,
-)  # of the limit, for corners; tried in turn until the result is proven
+CORNER_SHARES = (0.99, 0.93, 0.85)  # of the limit, for corners; tried in turn until the result is proven
 MAX_RESUMPTIONS = 8  # after refutations, for each of these shares
 MAX_FACES_AT_EDGE = 256  # edges with more faces around them are not contracted
 
@@ -50,10 +46,10 @@ def enclosing_part(solid: Solid, points: Array, limit: float, voids: Voids | Non
                 return None
             way = _way(solid, way, share * limit, voids)
             end = widened(way[-1])
-            near, far = judged(solid, end, limit)
+            near, far = near_or_witness(solid, end, limit)
             if near and contains_proven(end, points):
                 return end
-            if not asked and (hollow := judged(solid, begun[0], limit)[1]) is not None:
+            if not asked and (hollow := near_or_witness(solid, begun[0], limit)[1]) is not None:
                 voids.add(hollow, hull)
                 return None
             asked = True

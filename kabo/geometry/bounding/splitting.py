@@ -18,7 +18,7 @@ from kabo.arrays import Array, Integers
 from kabo.geometry.bounding.cells import Cell, cut, whole
 from kabo.geometry.bounding.enclosing_polytope import solid_points
 from kabo.geometry.bounding.kernels.visibility import blocked_pairs, first_crossings
-from kabo.geometry.bounding.nearness import EVEN_DIRECTIONS, judged
+from kabo.geometry.bounding.nearness import EVEN_DIRECTIONS, near_or_witness
 from kabo.geometry.triangles.solids import Solid
 
 SIGHT_POINTS = 48  # points of a cell between which lines are drawn
@@ -82,13 +82,13 @@ def split_solid(
     found: list[HulledCell] = []
     while work:
         atom = work.pop()
-        near, far = judged(solid, atom.points, limit, PROOF_TETRAHEDRA)
+        near, far = near_or_witness(solid, atom.points, limit, PROOF_TETRAHEDRA)
         if near is not False:
             found.append(atom)
             continue
         if len(found) + len(work) >= most:
             raise TooManyCells(f"{most}")
-        work += in_two(solid, atom, sight, far)
+        work += cut_in_two(solid, atom, sight, far)
     return found
 
 
@@ -99,7 +99,7 @@ def _whole(solid: Solid, sight: float) -> HulledCell:
     )
 
 
-def in_two(solid: Solid, atom: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
+def cut_in_two(solid: Solid, atom: HulledCell, limit: float, far: Array | None) -> list[HulledCell]:
     """Both parts of a cell that is cut by the best plane.
 
     Args:

@@ -30,15 +30,17 @@ PROOFS_FOLDER = "proven"  # in the cache: an empty file for each proof
 _PROVEN: ContentCache[bool] = ContentCache(1 << 20, lambda _: len(hashlib.sha256().hexdigest()))
 
 
-def believed(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
+def are_verified(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
     """Whether parts (V, 3) [m] are proven to cover a solid, each within its deviation [m] of it.
 
     False if a proof fails or takes too long; such parts are computed again.
     """
-    if not _sensible(solid, parts, deviations):
+    if not _plausible(solid, parts, deviations):
         return False
     name = _name(solid, parts, deviations)
-    return _PROVEN.get_or_make(name, lambda: _noted(name).is_file() or _proven(solid, parts, deviations, name))
+    return _PROVEN.get_or_make(
+        name, lambda: _proof_file(name).is_file() or _proven(solid, parts, deviations, name)
+    )
 
 
 def _proven(solid: Solid, parts: Sequence[Array], deviations: Sequence[float], name: str) -> bool:
@@ -49,18 +51,18 @@ def _proven(solid: Solid, parts: Sequence[Array], deviations: Sequence[float], n
     except (QhullError, ValueError):  # a flat part encloses nothing
         return False
     if holds:
-        _note(name)
+        _write_proof(name)
     return holds
 
 
-def remember(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> None:
+def record_proof(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> None:
     """Records that parts were proven when they were computed, so that they need no proof when they are read."""
     name = _name(solid, parts, deviations)
-    _note(name)
+    _write_proof(name)
     _PROVEN.get_or_make(name, lambda: True)
 
 
-def _sensible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
+def _plausible(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> bool:
     """Whether the numbers are plausible: at least four finite corners a part, none far outside the solid's box."""
     if not 1 <= len(parts) <= MAX_PARTS or len(parts) != len(deviations):
         return False
@@ -86,13 +88,13 @@ def _name(solid: Solid, parts: Sequence[Array], deviations: Sequence[float]) -> 
     return digest.hexdigest()
 
 
-def _noted(name: str) -> Path:
+def _proof_file(name: str) -> Path:
     """The path of the empty file that records a proof in the cache."""
     return cache_folder() / PROOFS_FOLDER / name
 
 
-def _note(name: str) -> None:
+def _write_proof(name: str) -> None:
     with suppress(OSError):  # a full disk costs time, never an answer
-        noted = _noted(name)
+        noted = _proof_file(name)
         noted.parent.mkdir(mode=0o700, exist_ok=True)
         noted.touch()

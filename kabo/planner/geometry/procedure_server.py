@@ -6,7 +6,7 @@ The planner speaks to this protocol, so that only a problem with a scene loads t
 from collections.abc import Callable
 from typing import Protocol
 
-from kabo.geometry_server.answers import Answer, Failure, GeometryStatistics
+from kabo.geometry_server.answers import Answer, GeometryStatistics, Refusal
 from kabo.geometry_server.situation import Situation
 from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
@@ -81,6 +81,6 @@ class ProcedureServer(Protocol):
         """
         ...
 
-    def refuted(self, call: GroundCall) -> Failure | None:
+    def refuted(self, call: GroundCall) -> Refusal | None:
         """Why a call fails wherever what it reads is as at the start, if that can be told without sampling."""
         ...

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import ProcedureContext, Refused, Situation, candidate, tool_frame, way_to
+from kabo.geometry_server import ProcedureContext, Refusal, Situation, candidate, tool_frame, way_to
 from kabo.kinematics import stream_key
 from kabo.motion import shortcut
 from kabo.plan import Segment
@@ -235,7 +235,7 @@ def _shorter(
     for number in range(effort.ways if keep is None else min(1, effort.ways)):  # keeping one is slow
         samples = context.path_samples
         other = way_to(part.scene.workspace(robot), path[0], path[-1], (*key, number), samples, keep)
-        if not isinstance(other, Refused):
+        if not isinstance(other, Refusal):
             found.append(np.array(other))
     proven_ones = [p for p in found if p is path or all(free(a[:n], b[:n]) < 0 for a, b in _pairs(p))]
     best = min(proven_ones, key=_length)

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from kabo.geometry_server import ProcedureContext, Situation
-from kabo.motion import passed
+from kabo.motion import from_rest_to_rest
 from kabo.plan import Segment
 from kabo.planner.refine.legs import Leg, legs_of
 from kabo.scene import Robot
@@ -109,7 +109,7 @@ def _rested(group: Sequence[Leg], robot: Robot) -> list[Segment]:
     """The segments with a rest at every way point."""
     found, limits = list[Segment](), limits_of(robot)
     for leg in group:
-        rows, times = passed(leg.segment.waypoints, limits.velocity, limits.acceleration)
+        rows, times = from_rest_to_rest(leg.segment.waypoints, limits.velocity, limits.acceleration)
         way = tuple(tuple(round(float(v), 9) + 0.0 for v in q) for q in rows)
         found.append(replace(leg.segment, waypoints=way, times=tuple(map(float, times))))
     return found

@@ -209,10 +209,10 @@ def test_parts_that_stick_out_too_far_or_are_mirrored_are_made_anew(
 def test_a_proof_is_remembered_by_content(angle: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
     solid = Solid(angle.vertices, angle.faces)
     parts = stored(angle)
-    assert verified_parts.believed(solid, parts, [TOLERANCE] * len(parts))
+    assert verified_parts.are_verified(solid, parts, [TOLERANCE] * len(parts))
     monkeypatch.setattr(verified_parts, "uncovered", lambda *_: pytest.fail("asked again"))
-    assert verified_parts.believed(solid, parts, [TOLERANCE] * len(parts))
-    assert not verified_parts.believed(solid, [part + 1.0 for part in parts], [TOLERANCE] * len(parts))
+    assert verified_parts.are_verified(solid, parts, [TOLERANCE] * len(parts))
+    assert not verified_parts.are_verified(solid, [part + 1.0 for part in parts], [TOLERANCE] * len(parts))
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: f"{path.parent.name}/{path.name}")
@@ -222,7 +222,7 @@ def test_shipped_parts_are_believed(path: Path) -> None:
     enclosures = stored_parts.read(path, stored_parts.digest_of(vertices, faces))
     assert enclosures
     for made in enclosures.values():
-        assert verified_parts.believed(Solid(vertices, faces), made.parts, [made.deviation] * len(made.parts))
+        assert verified_parts.are_verified(Solid(vertices, faces), made.parts, [made.deviation] * len(made.parts))
 
 
 def test_the_digest_of_the_body_is_no_proof(angle: Mesh) -> None:
