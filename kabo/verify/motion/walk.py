@@ -228,7 +228,7 @@ def check_end(
     if spec.lets_go is not None and spec.takes != "receiver" and name not in changes.let_go:
         yield Finding(node, f"{call} never lets go of {name}", time, (str(name),))
     if spec.takes == "receiver" or spec.mates:
-        yield from _check_gave_away(node, world, changes, time)
+        yield from _check_released(node, world, changes, time)
     if spec.mates and frozenset((str(name), str(call.role("other")))) not in changes.mated:
         text = f"{call} never puts {name} and {call.role('other')} together"
         yield Finding(node, text, time, (str(name), str(call.role("other"))))
@@ -241,7 +241,7 @@ def check_end(
         yield Finding(node, f"{call} does not end in the configuration {call.at}", time, (robot,))
 
 
-def _check_gave_away(node: str, world: SceneModel, changes: AttachmentChanges, time: float) -> Iterator[Finding]:
+def _check_released(node: str, world: SceneModel, changes: AttachmentChanges, time: float) -> Iterator[Finding]:
     """A finding unless a hand that has let go what it held is open."""
     for robot, names in changes.had.items():
         for name in sorted(names):

@@ -158,7 +158,7 @@ class Grants:
         robot = segment.robot
         if name not in self.holding.hung or self.holding.holder(name) != robot:
             raise Unfounded(f"but {robot} does not hold {name}")
-        others = [thing for thing in self._still() if thing.name == below]
+        others = [thing for thing in self._standing_bodies() if thing.name == below]
         if not others:
             raise Unfounded(f"but {below} does not stand")
         mount, own = self.holding.mount(name), self.world.surface_of(self.world.scene.bodies[name].mesh)
@@ -189,7 +189,7 @@ class Grants:
             raise Unfounded("but where it stands the two overlap")
         return Permits(shifted={frozenset(grant.bodies): (name, depth * away)})
 
-    def _still(self) -> list[PlacedBody]:
+    def _standing_bodies(self) -> list[PlacedBody]:
         """All bodies that stand still, with objects that are attached to nothing that moves in this node."""
         world, found = self.world, [thing for thing in self.standing if "." not in thing.name]
         for name in self.holding.hung:
