@@ -10,7 +10,8 @@ import numpy as np
 
 from kabo.geometry import Budget, Enclosure
 from kabo.geometry.collision.separation_proofs import Course as Sought
-from kabo.geometry.collision.separation_proofs import PlacedBody, Prover, Unproven, Witness, ordered
+from kabo.geometry.collision.separation_proofs import PlacedBody as SoughtBody
+from kabo.geometry.collision.separation_proofs import Prover, Unproven, Witness, ordered
 from kabo.geometry_server import GeometryServer
 from kabo.language.scene_description import PoseDescription, RobotDescription
 from kabo.meshes import Mesh
@@ -140,8 +141,8 @@ def sought(first: Box, second: Box, waypoints: np.ndarray, near: float = 0.01) -
         frame = int(tree.parent[frame])
     prover = Prover({"a": ordered(first.enclosure), "b": ordered(second.enclosure)}, near, BUDGET.clearance)
     bodies = [
-        PlacedBody("a", first.joint, flat(first.joint_T)),
-        PlacedBody("b", second.joint, flat(second.joint_T)),
+        SoughtBody("a", first.joint, flat(first.joint_T)),
+        SoughtBody("b", second.joint, flat(second.joint_T)),
     ]
     course = Sought(tree, np.ascontiguousarray(waypoints), bodies, np.array([[0, 1, frame]], np.int64))
     found = prover.prove(course)
