@@ -1,9 +1,12 @@
 from kabo.geometry_server.answers import MAX_EFFORT as MAX_EFFORT
+from kabo.geometry_server.answers import REASONS as REASONS
 from kabo.geometry_server.answers import Answer as Answer
-from kabo.geometry_server.answers import Failure as Failure
 from kabo.geometry_server.answers import GeometryStatistics as GeometryStatistics
 from kabo.geometry_server.answers import Pair as Pair
+from kabo.geometry_server.answers import Refusal as Refusal
 from kabo.geometry_server.answers import Success as Success
+from kabo.geometry_server.answers import owners as owners
+from kabo.geometry_server.answers import pair_text as pair_text
 from kabo.geometry_server.candidates import BATCH_SAMPLES as BATCH_SAMPLES
 from kabo.geometry_server.candidates import Candidate as Candidate
 from kabo.geometry_server.candidates import GraspStream as GraspStream
@@ -42,7 +45,6 @@ from kabo.geometry_server.situation import Situation as Situation
 from kabo.geometry_server.stretches import LINE_DEVIATION as LINE_DEVIATION
 from kabo.geometry_server.stretches import LINE_TILT as LINE_TILT
 from kabo.geometry_server.stretches import Keep as Keep
-from kabo.geometry_server.stretches import Refused as Refused
 from kabo.geometry_server.stretches import keep_constraint as keep_constraint
 from kabo.geometry_server.stretches import line as line
 from kabo.geometry_server.stretches import way_to as way_to

@@ -1,15 +1,16 @@
-"""Answers of geometric procedures: a motion and its effects, or the reason of a failure, with the bodies involved."""
+"""Answers of geometric procedures: a motion and its effects, or a refusal that says why, with the bodies involved."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import Any, Protocol
 
 from kabo.plan import Segment
 from kabo.scene import Component
 
-Reason = Literal["out_of_reach", "collision", "constraint", "no_path", "empty_family"]
 Pair = tuple[str, str]
+
+REASONS = ("out_of_reach", "collision", "constraint", "no_path", "empty_family")  # why a procedure may be refused
 
 MAX_EFFORT = 8  # levels of effort, each with four times as many samples as the one before
 
@@ -27,26 +28,69 @@ class Success:
     reads: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
-class Failure:
-    """Why a procedure found no motion.
+class Askable(Protocol):
+    """A question about geometry that an attempt asked before it was refused, and that can be asked again."""
 
-    `between` counts refusals by the pair of things (`robot.link` or a body) that came too close. `reads` names the
-    components on which the failure depends: it holds wherever they have the same values. `proof`: true if no
-    number of samples would have helped. `missing` [m]: how far out of reach. `attempts`: how many samples were
-    refused.
+    @property
+    def is_search(self) -> bool:
+        """Whether an answer takes a search for a way."""
+
+    @property
+    def streams(self) -> Sequence[Any]:
+        """The `Stream`s of candidates from which the attempt was drawn."""
+
+    def passes(self, context: Any, without: str | None = None) -> bool:
+        """Whether the answer is yes in another `Context`, or with a body out of the way; all else is the same."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why no motion was found: by one attempt of a stage, or by all those of a procedure.
+
+    Args:
+        reason: one of `REASONS`; a stage may have others. Counts are grouped by it.
+        comment: for people.
+        reads: the components on which the refusal rests: it holds wherever they have the same values.
+        pairs: how often which pair of things (`robot.link` or a body) came too close.
+        proof: no number of samples would have helped.
+        missing: how far out of reach [m].
+        attempts: how many refused attempts it sums up; 0: they were not counted.
+        question: what had been asked, so that it can be asked again elsewhere.
     """
 
-    reason: Reason
-    message: str
+    reason: str
+    comment: str = ""
     reads: frozenset[str] = frozenset()
-    between: tuple[tuple[Pair, int], ...] = ()
+    pairs: tuple[tuple[Pair, int], ...] = ()
     proof: bool = False
     missing: float | None = None
     attempts: int = 0
+    question: Askable | None = None
+
+    @classmethod
+    def collision(
+        cls,
+        pair: Pair,
+        comment: str = "",
+        *,
+        reads: frozenset[str] = frozenset(),
+        question: Askable | None = None,
+    ) -> "Refusal":
+        """The refusal of an attempt that brings two things too close."""
+        return cls("collision", comment or pair_text(pair), reads, ((pair, 1),), question=question)
 
 
-Answer = Success | Failure
+def pair_text(pair: Pair) -> str:
+    """Two things that come too close, in a message."""
+    return f"{pair[0]} – {pair[1]}"
+
+
+def owners(pair: Pair) -> tuple[str, str]:
+    """The robots or bodies that two things belong to: a link to its robot, a body to itself."""
+    return pair[0].partition(".")[0], pair[1].partition(".")[0]
+
+
+Answer = Success | Refusal
 
 
 @dataclass
@@ -71,7 +115,7 @@ class GeometryStatistics:
     def record(self, procedure: str, answer: Answer) -> None:
         """Counts one call of a procedure, and its failure if it failed."""
         self.calls[procedure] += 1
-        if isinstance(answer, Failure):
+        if isinstance(answer, Refusal):
             self.failures.setdefault(procedure, Counter())[answer.reason] += 1
 
     def copy(self) -> "GeometryStatistics":

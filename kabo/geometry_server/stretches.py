@@ -1,4 +1,4 @@
-"""Stretches of motion, all proven free: to a configuration, along a straight line, of the gripper.
+"""Stretches of motion: ways to a configuration, proven free and shortened, and straight lines of the tool.
 
 Way points are rounded as in plans *before* they are proven, so that the plan holds what was proven.
 """
@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry_server.answers import Pair
+from kabo.geometry_server.answers import Refusal, pair_text
 from kabo.geometry_server.context import ProcedureContext
 from kabo.geometry_server.frames import WORLD, Frame, carried_frame, fits, rows, tool_frame
 from kabo.geometry_server.situation import Situation
@@ -25,20 +25,6 @@ LINE_TILT = 5e-3  # [rad] of the tool on a straight stretch
 SHORTCUT_ATTEMPTS = 40  # to shorten a path; a plan's motion is refined later
 MAX_VAIN_SHORTCUTS = 8  # failed attempts in a row
 CONSTRAINT_TOLERANCE = 5e-4  # [m, rad] of a motion constraint: half of what the verifier grants
-
-
-@dataclass(frozen=True)
-class Refused:
-    """Why no stretch was found: the pairs in its way with counts, and the `waypoints` of a blocked stretch.
-
-    `unkept` counts the pieces that were not proven to keep the motion constraint, `broken` says how an end
-    violates it.
-    """
-
-    pairs: tuple[tuple[Pair, int], ...] = ()
-    waypoints: tuple[Array, ...] = ()
-    unkept: int = 0
-    broken: str = ""
 
 
 @dataclass(frozen=True)
@@ -118,34 +104,29 @@ def rounded(q: Array) -> Array:
 
 
 def line(
-    workspace: Workspace,
+    robot: Robot,
     q: Array,
     tool: Frame,
     translation: Array,
     deviation: float = LINE_DEVIATION,
     tilt: float = LINE_TILT,
-) -> list[Array] | Refused:
-    """The way points of a proven straight motion of the tool by `translation` (3,) [m] from q, without rotation.
+) -> list[Array] | None:
+    """The way points of a straight motion of the tool by `translation` (3,) [m] from q, without rotation; or None.
 
-    The tool deviates from the line by at most `deviation` [m], and rotates by at most `tilt` [rad].
+    The tool deviates from the line by at most `deviation` [m], and rotates by at most `tilt` [rad]. Collisions are not
+    checked.
     """
-    robot = workspace.robot
-    active = np.arange(robot.tree.size) < robot.planned
     found = straight_line(
         robot.tree,
         q,
         tool.joint,
         tool.joint_T_frame,
         translation,
-        active=active,
+        active=np.arange(robot.tree.size) < robot.planned,
         deviation=deviation,
         tilt=tilt,
     )
-    if isinstance(found, OffLine):
-        return Refused()
-    waypoints = [rounded(w) for w in found]
-    hit = workspace.path_hit(waypoints)
-    return waypoints if hit is None else Refused(((hit, 1),), tuple(waypoints))
+    return None if isinstance(found, OffLine) else [rounded(w) for w in found]
 
 
 def way_to(
@@ -155,7 +136,7 @@ def way_to(
     key: tuple[str | int | float, ...],
     samples: int,
     keep: Keep | None = None,
-) -> list[Array] | Refused:
+) -> list[Array] | Refusal:
     """The way points of a shortened motion from start to goal (n,), proven free and to fulfil `keep` throughout.
 
     Raises:
@@ -165,7 +146,8 @@ def way_to(
     for q, where in ((start, "where it begins"), (goal, "where it ends")):
         broken = None if keep is None else keep.broken(q)
         if keep is not None and broken is not None:
-            return Refused(broken=f"{keep.name} does not hold {where}: {broken}")
+            text = f"{keep.name} does not hold {where}: {broken}"
+            return Refusal("constraint", text, frozenset({robot.name}))
     n = robot.planned
     hand = start[n:]
 
@@ -188,11 +170,20 @@ def way_to(
     path = connect(start[:n], goal[:n], *free, *bounds, stream, samples=samples, projection=project)
     if isinstance(path, NoPath):
         workspace.surroundings.statistics.samples += path.samples
-        pairs = workspace.pairs
-        hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))
-        return Refused(hits, unkept=path.hits.get(len(pairs), 0))
+        return _blocked(workspace, path, keep)
     # No cheap look here: most shortcuts are free, so that the proof is all that is needed.
     short = shortcut(
         path, free_segment, stream, SHORTCUT_ATTEMPTS, projection=project, patience=MAX_VAIN_SHORTCUTS
     )
     return [whole(q) for q in short]
+
+
+def _blocked(workspace: Workspace, path: NoPath, keep: Keep | None) -> Refusal:
+    """No way was found: the pairs in the way with counts, or the constraint, where it was met more often than they."""
+    pairs = workspace.pairs
+    hits = tuple((pairs[i], count) for i, count in sorted(path.hits.items()) if i < len(pairs))
+    unkept = path.hits.get(len(pairs), 0)
+    text = pair_text(hits[0][0]) if hits else ""
+    if keep is not None and unkept > max((count for _, count in hits), default=0):
+        text = f"{keep.name} would not be kept on {unkept} pieces of ways"
+    return Refusal("no_path", text, frozenset({workspace.robot.name}), hits)

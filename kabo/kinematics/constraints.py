@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from kabo.arrays import Array
 from kabo.kinematics.kernels import rows as columns
+from kabo.language.constraint_kinds import CONSTRAINT_KINDS, DIMENSION, ConstraintKind
 
 Numbers = Sequence[float] | Array
 Vector = tuple[float, float, float]
@@ -21,9 +22,7 @@ Rows = Array  # (R, WIDTH): columns in kernels/rows.py
 
 LEVER_ARM = 0.15  # [m/rad] the size of objects in a gripper, so that angular rows weigh as much as the others
 ROW_TOLERANCE = 1e-6  # [m or rad] within which a row counts as fulfilled
-_SIZE = {"point": 0, "line": 1, "plane": 2}
-_BOUNDED = frozenset({"distance", "height", "angle"})
-_NEEDS_DIRECTIONS = frozenset({"parallel", "aligned", "opposed", "perpendicular", "angle", "azimuth"})
+_AZIMUTH = ConstraintKind(frozenset({("line", "line"), ("line", "plane"), ("plane", "plane")}), directed=True)
 
 
 @dataclass(frozen=True)
@@ -72,19 +71,20 @@ def rows_of(
     Raises:
         ValueError: the kind has no meaning for these shapes, or bounds are missing, needless or crossed.
     """
-    if kind not in _BOUNDED | {"azimuth"} and (lower is not None or upper is not None):
-        raise ValueError(f"{kind} takes no bounds")
-    if kind in _BOUNDED:
+    if kind not in _MAKERS:
+        raise ValueError(f"unknown constraint {kind}")
+    known = _AZIMUTH if kind == "azimuth" else CONSTRAINT_KINDS[kind]
+    if known.quantity is not None:
         if lower is None and upper is None:
             raise ValueError(f"{kind} needs a bound")
         if lower is not None and upper is not None and not lower <= upper:
             raise ValueError(f"the bounds of {kind} are crossed: {lower} > {upper}")
-    if kind in _NEEDS_DIRECTIONS and "point" in (first.kind, second.kind):
+    elif kind != "azimuth" and (lower is not None or upper is not None):
+        raise ValueError(f"{kind} takes no bounds")
+    if known.needs_directions and "point" in (first.kind, second.kind):
         raise ValueError(f"{kind} needs directions; a point has none")
-    if kind not in ("height", "azimuth") and _SIZE[first.kind] > _SIZE[second.kind]:
+    if not known.directed and DIMENSION[first.kind] > DIMENSION[second.kind]:
         first, second = second, first
-    if kind not in _MAKERS:
-        raise ValueError(f"unknown constraint {kind}")
     return np.array(_MAKERS[kind](first, second, lower, upper))
 
 

@@ -50,9 +50,9 @@ class FeatureName:
 
 @dataclass(frozen=True)
 class Constraint:
-    """A constraint between two features; `lower` and `upper` bound distance, height, angle (None: unbounded)."""
+    """A constraint between two features; `lower` and `upper` bound the quantity of its kind (None: unbounded)."""
 
-    kind: str  # coincident parallel aligned opposed perpendicular distance height angle inside
+    kind: str  # a name in CONSTRAINT_KINDS
     first: FeatureName
     second: FeatureName
     lower: float | None = None

@@ -1,7 +1,7 @@
-"""Says of every segment of a plan what grants its contacts: grasp families, supports, mates, by their names.
+"""Adds to every segment of a plan what grants its contacts: grasp families, supports and mates, by their names.
 
-It works from the plan alone, as whoever checks it will. What it says is a claim: the verifier asks the scene whether that
-family or mate really grants the contact to these bodies there.
+It works from the plan alone, as the verifier will. Each grant is a claim: the verifier asks the scene whether that family
+or mate really allows the contact of these bodies there.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ Frames = dict[str, Frame]
 
 
 def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
-    """The plan whose segments say what grants their contacts.
+    """The plan with the grants of contacts added to its segments.
 
     Args:
         plan: as it will be written, but for that.

@@ -6,7 +6,7 @@ The planner speaks to this protocol, so that only a problem with a scene loads t
 from collections.abc import Callable
 from typing import Protocol
 
-from kabo.geometry_server.answers import Answer, Failure, GeometryStatistics
+from kabo.geometry_server.answers import Answer, GeometryStatistics, Refusal
 from kabo.geometry_server.situation import Situation
 from kabo.language.formulas import GroundCall
 from kabo.scene import GeometricState, Scene
@@ -14,7 +14,7 @@ from kabo.scene import GeometricState, Scene
 Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometryStatistics] | None]
 
 
-class BoundCall(Protocol):
+class CallComponents(Protocol):
     """A call whose arguments are bound to a task: which components of the geometric state it moves and reads."""
 
     @property
@@ -61,7 +61,7 @@ class ProcedureServer(Protocol):
         """The geometric state of an identifier."""
         ...
 
-    def bind(self, call: GroundCall) -> BoundCall:
+    def bind(self, call: GroundCall) -> CallComponents:
         """The components that a call moves and reads."""
         ...
 
@@ -81,6 +81,6 @@ class ProcedureServer(Protocol):
         """
         ...
 
-    def refuted(self, call: GroundCall) -> Failure | None:
+    def refuted(self, call: GroundCall) -> Refusal | None:
         """Why a call fails wherever what it reads is as at the start, if that can be told without sampling."""
         ...

@@ -16,7 +16,7 @@ from kabo.planner.refine.legs import Leg, legs_of
 from kabo.scene import Robot
 from kabo.tasks.robots.motion.smoothing import MotionPart, TimingLimits, smoothed
 
-RAMP = 0.25  # s from rest to the velocity limit, where the scene sets no acceleration
+RAMP = 0.25  # seconds from rest to the velocity limit, where the scene sets no acceleration
 DEVIATION = 0.05  # rad, L2: how far a rounded corner passes by its way point
 MOVING = 1e-6  # rad: less is no motion
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 from kabo.errors import did_you_mean
-from kabo.geometry_server import ProcedureContext, Situation, Stream
+from kabo.geometry_server import ProcedureContext, Refusal, Situation, Stream
 from kabo.scene import Scene
-from kabo.tasks.core import PARENT, Container, Failure, InitialisationError, Property, Stage, TaskError, tree
+from kabo.tasks.core import PARENT, Container, InitialisationError, Property, Stage, TaskError, tree
 from kabo.tasks.robots import meanings
 
 ROBOT = Property(str, PARENT, "the robot that moves", meanings.name)
@@ -64,11 +64,11 @@ class RobotStage(Stage):
         """
         return ()
 
-    def refute(self, context: ProcedureContext, situation: Situation) -> Failure | None:
+    def refute(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """A proof, without sampling, that the stage fails whenever the components it reads are as in the situation."""
         return None
 
-    def foresee(self, context: ProcedureContext, situation: Situation) -> Failure | None:
+    def foresee(self, context: ProcedureContext, situation: Situation) -> Refusal | None:
         """Why the stage will probably fail, whatever stages come before it; asked once, before the search."""
         return None
 

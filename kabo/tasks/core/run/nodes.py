@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from kabo.tasks.core.model.errors import UndefinedProperty
 from kabo.tasks.core.model.flow import Flow
 from kabo.tasks.core.model.properties import PropertyResolver
-from kabo.tasks.core.model.results import Answer, Answers, Failure, Result
+from kabo.tasks.core.model.results import Answer, Answers, Failure, Refused, Result
 from kabo.tasks.core.model.solutions import LEFT, RIGHT, Solution, State
 from kabo.tasks.core.model.stages import Stage
 from kabo.tasks.core.run.graph import meet, relax
@@ -43,7 +43,7 @@ class Scheduler(Protocol):
     scene: Any
     seed: int
     pruning: bool
-    observe: Callable[[Stage, Failure], None] | None
+    observe: Callable[[Stage, Refused], None] | None
     count: Callable[[], int]  # the next number, for whatever must keep its order of arrival
     changes: int  # counts changes that may let a job run, or a solution be lifted
     asked: "set[StageNode]"  # monitoring generators that are finding out whether more may come
@@ -209,8 +209,8 @@ class StageNode:
             monitor.trigger(solution)  # type: ignore[attr-defined]
         return True
 
-    def fail(self, start: State | None, end: State | None, failure: Failure) -> None:
-        """Counts a failure, and keeps it for explanations up to a limit."""
+    def fail(self, start: State | None, end: State | None, failure: Refused) -> None:
+        """Counts a failure, and keeps it for explanations up to a limit, with its details (all of it, if it has none)."""
         self.statistics.failures[failure.reason] += 1
         if self.planning.observe is not None:
             self.planning.observe(self.stage, failure)
@@ -223,7 +223,7 @@ class StageNode:
                     INFINITE,
                     failure.comment,
                     reason=failure.reason,
-                    details=failure.details,
+                    details=failure.details if isinstance(failure, Failure) else failure,
                 )
             )
 

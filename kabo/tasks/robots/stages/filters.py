@@ -3,14 +3,13 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from kabo.geometry_server import Situation, lies_inside
+from kabo.geometry_server import Refusal, Situation, lies_inside
 from kabo.scene import Scene
 from kabo.tasks.core import Propagator, Property, Result, Solution, Wrapper
 from kabo.tasks.core.model.results import Answers
 from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import Stretch, TaskScene
 from kabo.tasks.robots.stages.letting_go import letting_go
 
@@ -126,7 +125,7 @@ def _attached(scene: TaskScene, properties: Values) -> Any:
     name, robot = properties["attached"]
     if scene.holder(name) == robot:
         return None
-    return refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
+    return Refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
 
 
 def _inside(scene: TaskScene, properties: Values) -> Any:
@@ -137,7 +136,7 @@ def _inside(scene: TaskScene, properties: Values) -> Any:
         return None
     holder = scene.holder(name)
     reads = frozenset({name} if holder is None else {name, holder})
-    return refusal("constraint", f"{name} does not stand in {region}", reads=reads, proof=True)
+    return Refusal("constraint", f"{name} does not stand in {region}", reads=reads, proof=True)
 
 
 def _free_hand(scene: TaskScene, properties: Values) -> Any:
@@ -145,14 +144,14 @@ def _free_hand(scene: TaskScene, properties: Values) -> Any:
     held = () if robot is None else scene.situation.carried(robot)
     if not held:
         return None
-    return refusal("constraint", f"{robot} holds {held[0]}", reads=frozenset(held), proof=True)
+    return Refusal("constraint", f"{robot} holds {held[0]}", reads=frozenset(held), proof=True)
 
 
 def _free(scene: TaskScene, properties: Values) -> Any:
     for robot in properties["free"]:
         hit = scene.hit(robot)
         if hit is not None:
-            return refusal("collision", hit=hit)
+            return Refusal.collision(hit)
     return None
 
 
@@ -167,5 +166,5 @@ def _predicate(scene: TaskScene, properties: Values) -> Any:
     return (
         None
         if answer is True
-        else refusal("constraint", answer if isinstance(answer, str) else "the predicate fails")
+        else Refusal("constraint", answer if isinstance(answer, str) else "the predicate fails")
     )

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kabo.geometry_server import Situation
+from kabo.geometry_server import Refusal, Situation
 from kabo.kinematics import stream_key, uniform
 from kabo.scene import GeometricState, Scene
 from kabo.tasks.core import Generator, Property, Result
@@ -14,7 +14,6 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import ROBOT, RobotStage
 from kabo.tasks.robots.motion.configurations import CLOSED, OPEN, NoConfigurationError, goal_of
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.scenes import TaskScene
 
 
@@ -83,11 +82,11 @@ class SampleConfiguration(RobotStage, Generator):
         here = scene.configuration(name)
         for q in self._candidates(scene, name, properties):
             if np.array_equal(q, here):
-                yield refusal("constraint", f"{name} is there already", reads=frozenset({name}))
+                yield Refusal("constraint", f"{name} is there already", reads=frozenset({name}))
                 continue
             there = scene.at(name, q)
             hit = there.hit(name)
-            yield Result(there) if hit is None else refusal("collision", hit=hit)
+            yield Result(there) if hit is None else Refusal.collision(hit)
 
     @staticmethod
     def _candidates(scene: TaskScene, name: str, properties: Values) -> Iterator[Any]:

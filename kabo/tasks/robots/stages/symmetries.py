@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import ScenePredicates, Situation
+from kabo.geometry_server import Refusal, ScenePredicates, Situation
 from kabo.kinematics import stream_key, uniform
 from kabo.scene import Body, Scene
 from kabo.tasks.core import Monitor, Property, Result
@@ -19,7 +19,6 @@ from kabo.tasks.core.model.stages import Values
 from kabo.tasks.robots import meanings
 from kabo.tasks.robots.declaring import OBJECT, ROBOT, RobotStage
 from kabo.tasks.robots.motion.directions import frame_of
-from kabo.tasks.robots.motion.refusals import refusal
 from kabo.tasks.robots.motion.targets import frame_for, pose_target
 from kabo.tasks.robots.scenes import TaskScene
 from kabo.tasks.robots.stages.grasps import family_faults, grasp_properties
@@ -124,7 +123,7 @@ class PlacePoses(RobotStage, Monitor):
         """The scene, once for each pose, the given pose first."""
         robot, name = properties["robot"], properties["object"]
         if scene.holder(name) != robot:
-            yield refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
+            yield Refusal("constraint", f"{robot} does not hold {name}", reads=frozenset({name}), proof=True)
             return
         if properties["support"] is not None:
             scene = scene.permitting([(name, properties["support"])])
@@ -136,7 +135,7 @@ class PlacePoses(RobotStage, Monitor):
             there = pose @ turned((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 2 * np.pi * k / turns)
             turn, support = f"turned by {360 * k / turns:g} deg", properties["support"]
             if support is not None and not stands_on(scene, support, name, there):
-                yield refusal("constraint", f"{name} {turn} is not proven to stand on {support} with all its base")
+                yield Refusal("constraint", f"{name} {turn} is not proven to stand on {support} with all its base")
                 continue
             own = {"target": pose_target(scene, robot, frame, there), "object_pose": there}
             yield Result(scene, properties=own, comment=turn)
