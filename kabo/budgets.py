@@ -25,7 +25,7 @@ class StopFlag:
     """Whether a run must stop. Once it must, the flag stays set, and `spent` names the budget that was spent first.
 
     Args:
-        seconds: from now on; may be infinite.
+        seconds: the time limit from now on; may be infinite.
         memory: the bytes that this process may hold; may be infinite.
         cancelled: asked at each look; if it returns true, the run ends as if its time were spent.
     """

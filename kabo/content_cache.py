@@ -19,7 +19,7 @@ class ContentCache(Generic[_Value]):
     """A cache that drops the least recently used values, so that all together have at most `max_bytes`.
 
     Args:
-        max_bytes: of all values together; a larger value is computed each time.
+        max_bytes: the memory limit of all values together; a larger value is computed each time.
         size: the size of a value in bytes, roughly: a value may grow later by what it computes itself.
     """
 

@@ -49,7 +49,7 @@ def solve_file(
 
     Args:
         path: the problem file.
-        options: what the caller says; what is absent or None is left to the problem and the scene.
+        options: the caller's options; those absent or None are taken from the problem and the scene.
         domain: the problem's domain file, where formats have one that the problem does not name.
         workers: processes that the planner may use; does not change the answer.
         within: if given, no file outside of this folder is opened.
@@ -134,7 +134,7 @@ def explain_file(
         geometry: whether to look for motions, too.
         timeout: seconds after which it gives up, including those for reading.
         cancelled: called periodically; true ends it soon, with what was found so far.
-        options: of `kabo.explain`.
+        options: the options of `kabo.explain`.
     """
     from kabo.explain.explain import explain, invalid_explanation  # as the planner
 

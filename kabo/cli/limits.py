@@ -79,7 +79,7 @@ def _number(text: str) -> float | None:
 
 
 class Surrounding:
-    """What surrounds a running command: the time it has left, who sees its progress, and who holds a found plan."""
+    """The environment of a running command: its remaining time, its progress display, and the keeper of a found plan."""
 
     def __init__(self) -> None:
         self.began = perf_counter()

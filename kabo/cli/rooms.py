@@ -1,4 +1,4 @@
-"""What the commands call of the rooms below; each name loads its room when it is first used, so `--help` loads none.
+"""Lazily imported names of the packages that commands call, so that `--help` imports none of them.
 
 The names stand in the stub beside this file, a line each.
 """

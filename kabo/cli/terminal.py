@@ -1,4 +1,4 @@
-"""What commands have in common at the terminal: messages, progress, Ctrl-C, and a clean standard output.
+"""Terminal output shared by all commands: messages, progress, Ctrl-C, and a standard output without noise.
 
 Standard output carries the answer only (the plan's tree, or one JSON object); all else goes to standard error.
 """

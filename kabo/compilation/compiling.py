@@ -1,4 +1,4 @@
-"""How and where array kernels are compiled: `kernel` and its relatives, the only way to numba.
+"""Compilation of array kernels: `kernel` and its variants, the only place where numba is called.
 
 numba notices changes in a kernel's own file only: a caller keeps running the old code of what it calls. So compiled code
 lies in a folder that is named after a hash of *all* kernel sources and of how they are compiled. fastmath stays off,

@@ -1,4 +1,4 @@
-"""How numba lowers what kabo adds to its language; imported once numba is configured."""
+"""Lowering of kabo's own numba intrinsics; imported after numba is configured."""
 
 from collections.abc import Callable
 from typing import Any

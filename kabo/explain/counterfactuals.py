@@ -33,7 +33,7 @@ USED_FACTOR = 4  # times what the problem itself used
 
 @dataclass(frozen=True)
 class TrialBudget:
-    """The budget for trying changes: that of the problem, what it used of it, and the seconds left for all changes."""
+    """The budget for solving changed problems: samples and expansions allowed and used, and the remaining seconds."""
 
     samples: int
     expansions: int
@@ -97,11 +97,11 @@ def tried(
     """The result of each change: those with a plan first, by their number of actions, then the others in order.
 
     Args:
-        problem: to be changed.
-        surroundings: of its scene.
-        changes: from `candidates`.
-        means: of all of them.
-        options: of `solve`, as the problem itself was solved.
+        problem: the problem to be changed.
+        surroundings: the geometry of its scene.
+        changes: the changes to try, from `candidates`.
+        means: the budget of all changes together.
+        options: the options of `solve` with which the problem itself was solved.
     """
     found = []
     for number, change in enumerate(changes):

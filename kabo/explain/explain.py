@@ -88,7 +88,7 @@ class Explanation:
         return "\n".join(lines)
 
     def nearest(self, goal: UnreachableGoal) -> str:
-        """How near the delete relaxation comes to a conjunct that it cannot reach, as text."""
+        """The facts nearest to an unreachable goal conjunct that the delete relaxation reaches, as text."""
         if not goal.layer:
             return "which nothing brings nearer"
         return f"which nothing brings nearer after layer {goal.layer} of {self.layers}"
@@ -109,8 +109,8 @@ def explain(
     """Why a problem has no plan, or that it has one, and which parts of it are useless.
 
     Args:
-        problem: whose names have been checked.
-        search: how plans are searched for if the relaxation reaches the goal; as for `solve`.
+        problem: a problem whose names have been checked.
+        search: the search algorithm if the relaxation reaches the goal; as for `solve`.
         max_expansions: nodes that this search expands at most.
         timeout: seconds after which it gives up.
         memory: bytes that this process may hold before it gives up (None: half of what there is).

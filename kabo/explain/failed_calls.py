@@ -28,7 +28,7 @@ MAX_REPEATED_PATH_SEARCHES = 2  # searches for a path that are checked again, fo
 
 
 def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Finding]:
-    """Why the calls of a run failed, the most informative first.
+    """The findings about the failed calls of a run, the most informative first.
 
     Args:
         asked: the procedures of the run; they are not changed.

@@ -1,4 +1,4 @@
-"""What an explanation says of geometry, as data: calls that failed, changes that were tried, and what came of them.
+"""The geometric part of an explanation as data: failed calls, tried changes of the scene, and their effects.
 
 Nothing here loads geometry, so that explanations of symbolic problems are quick to make.
 """
@@ -54,27 +54,27 @@ class Finding:
 
     @property
     def refused(self) -> int:
-        """How many attempts were refused."""
+        """The number of refused attempts."""
         return sum(row.count for row in self.rows)
 
     @property
     def because_of_epsilon(self) -> int:
-        """How many of them pass with exact geometry."""
+        """The number of refused attempts that succeed with exact geometry, and so fail because of epsilon."""
         return sum(row.because_of_epsilon for row in self.rows)
 
     @property
     def missing(self) -> float | None:
-        """How far out of reach [m]; None if that is not why."""
+        """The distance by which the target is out of reach [m]; None if it failed for another reason."""
         return next((row.missing for row in self.rows if row.missing is not None), None)
 
     def share(self, body: str) -> int:
-        """How many attempts a body blocked."""
+        """The number of attempts that a body blocked."""
         return sum(row.count for row in self.rows if row.between is not None and body in row.between)
 
 
 @dataclass(frozen=True)
 class BodyRemoved:
-    """A body is taken out of the scene."""
+    """A change of the scene that removes a body."""
 
     body: str
 
@@ -88,7 +88,7 @@ class BodyRemoved:
 
 @dataclass(frozen=True)
 class SmallerEpsilon:
-    """Epsilon is smaller [m]."""
+    """A change that sets a smaller epsilon [m]."""
 
     epsilon: float
 
@@ -102,7 +102,7 @@ class SmallerEpsilon:
 
 @dataclass(frozen=True)
 class BaseMoved:
-    """A robot's base is moved by a vector [m] in the world frame."""
+    """A change of the scene that moves a robot's base by a vector [m] in the world frame."""
 
     robot: str
     by: tuple[float, float, float]

@@ -48,12 +48,12 @@ def obstacles(
     """Whether a problem with a symbolic plan has one with motions, and if not, why.
 
     Args:
-        problem: with a scene.
+        problem: a problem with a scene.
         seconds: the time limit; what does not fit into it is left out.
         cancelled: called periodically; True ends the work soon.
         expansions: nodes that may be expanded; each change may use a part of as many.
-        changes: how many are tried at most.
-        options: of `solve`.
+        changes: the greatest number of changes to try.
+        options: the options of `solve`.
 
     Raises:
         InputError: the scene does not load.

@@ -16,8 +16,8 @@ def changed(problem: Problem, scene: Scene, change: Change) -> Problem:
     """The problem with one change; a changed epsilon is set in its options, which come before the scene's.
 
     Args:
-        problem: with a scene.
-        scene: that scene, loaded.
+        problem: a problem with a scene.
+        scene: the loaded scene of the problem.
         change: a body that `removable` gives, a robot of the scene.
 
     Raises:

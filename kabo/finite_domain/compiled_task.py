@@ -23,7 +23,7 @@ Never = NDArray[np.uint64]  # (words,) bit o mod 64 of word o div 64 is set if o
 
 
 def as_number(never: Never) -> int:
-    """The same bits as one Python int."""
+    """The bits of the array `never` as one Python int."""
     return int.from_bytes(never.tobytes(), "little")
 
 
@@ -36,7 +36,7 @@ class ChangingFacts:
 
 
 class CompiledTask:
-    """A task with what searches need of it; nothing here depends on a search's start or forbidden operators.
+    """A task with the tables that searches compute from it; none depends on a search's start or forbidden operators.
 
     It also counts what searches have done in plain Python, since after a while the compiled searches are quicker.
     """
@@ -46,7 +46,7 @@ class CompiledTask:
         self._plain_spent: dict[str, int] = {}
 
     def plain_left(self, search: str, most: int) -> int:
-        """The work, of at most `most`, that the search of this name may still do in plain Python, over all its runs."""
+        """The rest of the work `most` that all runs of the search of this name together may do in plain Python."""
         return max(0, most - self._plain_spent.get(search, 0))
 
     def spend(self, search: str, work: int) -> None:
@@ -163,9 +163,9 @@ class SearchBudget:
     stop: Callable[[], bool] | None = None
 
     def stopped(self) -> bool:
-        """Whether `stop` says that the search should end."""
+        """Whether the caller's `stop` asks the search to end."""
         return self.stop is not None and self.stop()
 
     def left(self, expanded: int, most: int) -> int:
-        """The number of states to expand before asking again, at most `most`; 0: the budget of expansions is spent."""
+        """The number of states, at most `most`, to expand before the next check; 0 if the budget of expansions is spent."""
         return most if self.expansions is None else max(0, min(most, self.expansions - expanded))

@@ -15,7 +15,7 @@ Tests = dict[int, tuple[int, ...]]  # variable: the values it may have
 
 @dataclass(frozen=True)
 class ValueSwitch:
-    """For each value that a variable may have before, what is set; nothing for values that are not listed."""
+    """A switch: for each previous value of one variable the effects to apply; none for values that are not listed."""
 
     variable: int
     outcomes: dict[int, Assignments]

@@ -49,13 +49,13 @@ class Refusal:
 
     Args:
         reason: one of `REASONS`; a stage may have others. Counts are grouped by it.
-        comment: for people.
+        comment: a sentence for users.
         reads: the components on which the refusal rests: it holds wherever they have the same values.
-        pairs: how often which pair of things (`robot.link` or a body) came too close.
+        pairs: for each pair of things (`robot.link` or a body) the number of times that it came too close.
         proof: no number of samples would have helped.
-        missing: how far out of reach [m].
-        attempts: how many refused attempts it sums up; 0: they were not counted.
-        question: what had been asked, so that it can be asked again elsewhere.
+        missing: the distance by which the target is out of reach [m].
+        attempts: the number of refused attempts that it sums up; 0 if they were not counted.
+        question: the refused query, so that it can be repeated in another situation.
     """
 
     reason: str

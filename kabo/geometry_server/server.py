@@ -103,7 +103,7 @@ class GeometryServer:
             it.
             names: {role: name of a thing}.
             free: bodies that may be anywhere; their six values each follow those of the robots, see `Team.poses`.
-            batches: of 64 samples each; only valid ones come back.
+            batches: the number of batches of 64 samples each; only valid samples are returned.
 
         Raises:
             ValueError: a name or feature does not exist, or a constraint has no meaning for its features.

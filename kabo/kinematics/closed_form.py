@@ -100,7 +100,7 @@ def branches(
     """All configurations within limits, up to whole turns, that bring the last joint of a structure to each pose.
 
     Args:
-        tree, structure: from `structure_of`.
+        tree, structure: the arm's tree, and its structure from `structure_of`.
         goals: (N, 12) poses world_T_joint of `structure.end`, rotation row-major, then translation.
         base: (n,) the values of the joints off the chain.
         locked: (N,) for seven axes, the value of the locked joint for each pose.

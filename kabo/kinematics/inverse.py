@@ -27,9 +27,9 @@ def solutions(
     seeds: then "out of reach" means that none was found, not that there is none.
 
     Args:
-        robot: with a tool.
+        robot: a robot with a tool.
         world_T_tool: (4, 4), a rotation within 1e-6 [m].
-        key: of the stream of random numbers, from `stream_key`.
+        key: the key of the stream of random numbers, from `stream_key`.
         number: how many values, or seeds, are tried.
         hand: the values of the gripper's joints; if empty, zeros clipped to the limits.
 

@@ -72,7 +72,7 @@ def sample(
 
     Args:
         tree, rows, lower, upper, active: as for `project`.
-        key: of the stream, from `stream_key`.
+        key: the key of the random stream, from `stream_key`.
         free: rows that spread the samples along what the constraints leave free, such as an azimuth.
         base: (n,) the values of the joints that are not active; default zero, clipped to the limits.
 

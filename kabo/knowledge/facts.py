@@ -53,7 +53,7 @@ class AtomBits:
 
     @property
     def mask(self) -> int:
-        """All bits of the atom."""
+        """The mask of all bits of the atom."""
         return self.true | self.false | self.whether
 
     @property
@@ -145,7 +145,7 @@ class ConjunctionBits:
 
     @property
     def mask(self) -> int:
-        """Its only bit."""
+        """The only bit of the conjunction."""
         return self.whether
 
     @property

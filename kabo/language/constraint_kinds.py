@@ -16,14 +16,14 @@ DIMENSION: Mapping[str, int] = {"point": 0, "line": 1, "plane": 2}  # of each sh
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a constraint measures and bounds: its unit, and the least and the largest value that it can have.
+    """A quantity that constraints measure and bound: its unit, and the least and the largest value that it can have.
 
     Args:
-        name: what messages call it, which is what its constraint is called.
+        name: its name in messages, which is also that of its constraint.
         unit: metres or radians; files may write radians in degrees.
         least, largest: bounds outside this range are refused with the sentence `outside`.
         at_least, at_largest: the constraint that fixes the quantity to that end of its range, without a bound.
-        tolerance: how near a bound is to an end of the range to count as equal to it.
+        tolerance: the distance within which a bound counts as equal to an end of the range.
     """
 
     name: str
@@ -42,7 +42,7 @@ class ConstraintKind:
 
     Args:
         shapes: the pairs of shapes that it relates, the lesser dimension first; none: it relates whole bodies.
-        quantity: what its bounds are about; None: it takes no bounds.
+        quantity: the quantity that it bounds; None if it takes no bounds.
         point_first: files must name the point first.
         directed: kinematics must not swap the features, since their order has a meaning.
     """

@@ -26,7 +26,7 @@ class Definition(Protocol):
 
     @property
     def place(self) -> Place:
-        """The place of its name."""
+        """The place of the definition's name in the file."""
 
     @property
     def wanted(self) -> tuple[str, Place] | None:

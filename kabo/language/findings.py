@@ -54,8 +54,8 @@ class Findings:
         """The remedy `did you mean "…"?` with where that was declared; None if nothing is near.
 
         Args:
-            word: what was written.
-            known: what could have been meant.
+            word: the unknown word in the file.
+            known: the words that could have been meant.
             declared: for some of `known`, its signature as text and its place.
             all_if_few: if nothing is near and there are few, name them all.
         """

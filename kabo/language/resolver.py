@@ -24,7 +24,7 @@ class Dialect:
     Attributes:
         one_namespace: variables, objects, predicates and functions share names.
         only_numbers: where a number is expected no object is looked for: its name may be a number.
-        longest_quote: how many characters of a formula are quoted at most; None: all of it.
+        longest_quote: the greatest number of characters of a formula in a quotation; None for no limit.
     """
 
     one_namespace = False
@@ -102,7 +102,7 @@ class NameResolver:
         text: the text of the file, in which a syntax may have blanked what is no formula.
         vocabulary: all names that are declared.
         where: completes "unknown predicate "p" …": `in a precondition of action "pick_up"`.
-        dialect: what the syntax permits, and its words.
+        dialect: the constructs that the syntax permits, and its words.
         scope: the variables that are bound here, by their names in the file.
         free: variables that nobody binds are collected here; without it they are unknown.
         in_update: whether this is an atom of add or del, in which no run-time variable may stand.

@@ -26,14 +26,14 @@ class Symbol:
     """The meaning of a name.
 
     Attributes:
-        role: what it is.
+        role: the part of the language to which it belongs, such as predicate or function.
         name: kabo's name of it.
         place: where it is declared.
-        kind: what its values are; of a predicate nothing.
-        arguments: what a predicate, function or procedure takes.
+        kind: the kind of its values; empty for a predicate.
+        arguments: the parameters of a predicate, function or procedure.
         value_of: the term whose value a run-time variable has.
         original: the name in the file, if it is another one.
-        type: of a variable, the nearest type that contains its kind.
+        type: for a variable the nearest type that contains its kind.
     """
 
     role: Role
@@ -74,7 +74,7 @@ class Vocabulary:
     Attributes:
         findings: where findings go.
         types: the types.
-        names: which names of kabo are taken, for what a file calls otherwise.
+        names: the map from names in kabo to the original names of the file, where they differ.
         symbols: predicates and functions by their names in the file; in YAML files all other names, too.
         objects: the objects of PDDL and PKS files.
         procedures: those of geometry; None: a broken file, which was reported.
@@ -142,7 +142,7 @@ class Vocabulary:
         return (symbol for symbol in self.symbols.values() if symbol.role in roles)
 
     def is_predicate(self, name: str) -> bool:
-        """Whether a predicate of that name is declared, which may also be a keyword."""
+        """Whether a predicate of that name is declared; names that are also keywords of the language are found too."""
         symbol = self.symbols.get(name)
         return symbol is not None and symbol.role == "predicate"
 

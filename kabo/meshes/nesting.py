@@ -82,7 +82,7 @@ def _winds_around(vertices: Vertices, outer: Shell, inner: Shell) -> bool:
 
 
 def winding_number(points: Vertices, vertices: Vertices, faces: Faces) -> Vertices:
-    """How often a surface winds around each point (P, 3): solid angles over 4 pi [van Oosterom, Strackee 1983]."""
+    """The winding number of a surface around each point (P, 3): solid angles over 4 pi [van Oosterom, Strackee 1983]."""
     result = np.zeros(len(points))
     step = max(1, _PAIRS_PER_CHUNK // max(1, len(faces)))
     for start in range(0, len(points), step):

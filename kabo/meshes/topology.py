@@ -90,14 +90,14 @@ def _corners(sides: Faces, edges: Edges, low: bool) -> Faces:
 
 
 def fans_around(faces: Faces, fan: Faces) -> Faces:
-    """(V,) how many fans (3F,) there are around each vertex."""
+    """(V,) the number of fans around each vertex, given the fan (3F,) of each corner."""
     vertex = np.zeros(int(fan.max()) + 1 if len(fan) else 0, dtype=np.int64)
     vertex[fan] = faces.reshape(-1)
     return np.bincount(vertex)
 
 
 def pinched(faces: Faces, edges: Edges) -> int:
-    """How many vertices belong to several fans of faces, which share no edge there."""
+    """The number of vertices that belong to several fans of faces, which share no edge there."""
     fan = fans(faces, edges, *neighbours(edges, np.ones(len(edges.ends), dtype=bool)))
     return int((fans_around(faces, fan) > 1).sum())
 
@@ -117,7 +117,7 @@ def repeating(faces: Faces) -> Mask:
 
 
 def holes(edges: Edges) -> int:
-    """How many loops (or chains) the border edges form."""
+    """The number of loops (or chains) that the border edges form."""
     border = edges.ends[edges.border]
     if not len(border):
         return 0

@@ -19,7 +19,7 @@ RESTART_SAMPLES = 3000  # after so many samples both trees start anew, since run
 
 @dataclass(frozen=True)
 class NoPath:
-    """No path was found within the budget: how often each pair was hit, and the samples spent."""
+    """The result if no path was found within the budget: the hits of each pair, and the samples spent."""
 
     hits: Counter[int]
     samples: int
@@ -80,8 +80,8 @@ def connect(
         is hit.
         free_configurations: checks (N, n) configurations before the proof, which is cheaper; the same numbers.
         lower, upper: (n,) finite bounds of the samples.
-        key: of the random numbers.
-        samples: how many may be drawn in all.
+        key: the key of the random numbers.
+        samples: the number of samples that may be drawn in all.
         projection: moves a configuration onto the constraint that the path keeps; None if there is no constraint.
         restart: samples after which new trees are started.
 

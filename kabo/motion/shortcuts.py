@@ -28,10 +28,10 @@ def shortcut(
     Args:
         waypoints: (k, n), each segment proven free.
         free_segment, projection: as for `connect`.
-        key: of the random numbers; attempt i depends on (key, i) and the path before it only.
-        attempts: how many pairs are tried.
+        key: the key of the random numbers; attempt i depends on (key, i) and the path before it only.
+        attempts: the number of pairs of points to try.
         free_configurations: as for `connect`; None: no check before the proof.
-        patience: how many attempts in a row may fail; None: any number.
+        patience: the number of attempts in a row that may fail; None for no limit.
     """
     path = np.array(waypoints, np.float64)
     space, vain = FreeSpace(free_segment, free_configurations, projection), 0

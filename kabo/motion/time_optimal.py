@@ -18,16 +18,16 @@ class Path(Protocol):
 
     @property
     def length(self) -> float:
-        """The parameter of its end."""
+        """The parameter at the end of the path."""
         ...
 
     @property
     def borders(self) -> Array:
-        """The parameters where its second derivative jumps, with both ends."""
+        """The parameters where the path's second derivative jumps, and those of both ends."""
         ...
 
     def at(self, places: ArrayLike, order: int = 0) -> Array:
-        """The path (…, n) at parameters, or its derivative of an order."""
+        """The points (…, n) of the path at parameters, or its derivative of the given order."""
         ...
 
 
@@ -37,7 +37,7 @@ def fastest(
     """Parameters along a path and their times [s], from rest to rest, as fast as the limits allow.
 
     Args:
-        path: of n joints.
+        path: a path of n joints.
         velocity, acceleration: (n,) limits of the absolute values, positive for joints that move.
         through: parameters that the result shall contain.
 

@@ -1,4 +1,4 @@
-"""What planning answers: a plan, a proof that there is none, or the budget that ended the search.
+"""The result of planning: a plan, a proof that there is none, or the budget that ended the search.
 
 All three are results, not errors. `result_to_json` is the one object that `kabo solve --json`, the service and
 the schema `kabo-result-1` speak of (docs/plans.md#the-result), whichever door the request came through.
@@ -46,7 +46,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far planning has come; sent periodically, never part of a result.
+    """The progress of planning; sent periodically, never part of a result.
 
     `doing` describes the present step in two or three words. `fraction` (0 to 1) is None where the total is unknown.
     """
@@ -75,7 +75,7 @@ def result_to_json(
     """The result as a JSON object of the schema `kabo-result-1`.
 
     Args:
-        result: what planning answered.
+        result: the result of planning.
         plan_path: where the plan file was written; None if it was not.
         diagnostics: warnings about a problem that is nevertheless valid.
     """

@@ -25,15 +25,15 @@ Variants = tuple[Variant, ...]
 
 
 class Rounds(Protocol):
-    """What a round asks, and how it goes on; `geometry` is what the search sees of it at the time."""
+    """The planning rounds of one kind of problem: the geometry for each search, and the evaluation of its skeleton."""
 
     @property
     def geometry(self) -> Geometry | None:
-        """What the search takes into account; None: every procedure succeeds."""
+        """The geometry that the next search uses; None if every procedure succeeds."""
         ...
 
     def prepare(self) -> None:
-        """Called before each search."""
+        """Prepares the next search, before which it is called."""
         ...
 
     def evaluated(self, skeleton: Skeleton) -> Variants | None:
@@ -41,7 +41,7 @@ class Rounds(Protocol):
         ...
 
     def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
-        """How planning ends after a search, or a skeleton that was refused; None if there is more to try."""
+        """The final result after a search, or after a refused skeleton; None if there is more to try."""
         ...
 
 
@@ -62,7 +62,7 @@ class SymbolicRounds:
         return symbolic_variants(skeleton.root, in_order(skeleton.root))
 
     def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
-        """The answer of the one search."""
+        """The final result if the only search found no skeleton."""
         return None if isinstance(found, FoundSkeleton) else found
 
 
@@ -74,7 +74,7 @@ class ExternalRounds:
         self._seconds = 0.0  # spent in procedures before the present search
 
     def prepare(self) -> None:
-        """Asks all calls of procedures that are due to be asked at once."""
+        """Makes all calls of the procedures that are to be evaluated in advance."""
         self._run.report_progress("asking", sum(counted.calls for counted in self.geometry.counted.values()))
         self.geometry.prepare(self._task)
         self._seconds = self.geometry.seconds
@@ -87,7 +87,7 @@ class ExternalRounds:
         )
 
     def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
-        """The answer of a search without a skeleton; or that the run is to stop."""
+        """The final result if a search found no skeleton, or if the run has to stop."""
         if isinstance(found, FoundSkeleton):
             return Exhausted(self._run.searched, self._run.stop.spent or "time") if self._run.stop() else None
         self._leave_out_procedures()
@@ -122,7 +122,7 @@ class GeometricRounds:
         return self.geometry is self.refusals
 
     def prepare(self) -> None:
-        """Before the first search records what is refuted without samples; turns to eager asking where lazy fails often."""
+        """Records calls refuted without samples (first search only); switches to eager geometry if lazy often fails."""
         if not self._begun and self._is_lazy:
             self._record_proofs()
         self._begun = True
@@ -146,7 +146,7 @@ class GeometricRounds:
         return None
 
     def ending(self, found: SearchResult) -> Unreachable | Exhausted | None:
-        """How planning ends: a proof, or a budget; None where other answers, or more samples, can still be tried."""
+        """The final result, a proof or a spent budget; None if other answers or more samples can still be tried."""
         if isinstance(found, FoundSkeleton):
             return self._after_refusal(found)
         proof = self._proof() if isinstance(found, Unreachable) else None

@@ -60,7 +60,7 @@ class SolveRun:
 
     @property
     def began(self) -> float:
-        """When it began [s, of `perf_counter`]."""
+        """The start of the run on the clock of `perf_counter` [s]."""
         return self.stop.began
 
     @property
@@ -69,7 +69,7 @@ class SolveRun:
         return self.options.certificate and self.options.geometry == "bounding"
 
     def note_cut(self, doing: str, lacks: str) -> None:
-        """Records what the plan lacks because `doing` was cut off."""
+        """Records that the step `doing` was cut off, so that the plan lacks its result."""
         why = "it was interrupted" if self.stop.interrupted else f"{self.stop.spent} exhausted"
         self.cut_off.append(f"{doing} was cut off ({why}): {lacks}")
 
@@ -80,7 +80,7 @@ class SolveRun:
 
 
 def search_once(run: SolveRun, task: GroundedTask, geometry: Geometry | None) -> SearchResult:
-    """A skeleton, the proof that there is none, or what ended the search; `run` counts and times it."""
+    """The outcome of one search: a skeleton, a proof that there is none, or a spent budget; `run` counts and times it."""
     began = perf_counter()
     left = run.options.max_expansions - run.searched.expanded
     most = left if geometry is None else int(min(left, geometry.most_expansions(run.options.search)))
@@ -106,9 +106,9 @@ def without_plan(
     """The result of a run that has found no plan, with the reason.
 
     Args:
-        run, task: what was planned.
-        found: how the search ended.
-        statistics: of the run.
+        run, task: the run, and the task that it planned.
+        found: the outcome of the search.
+        statistics: the statistics of the run.
         failures: calls that were refused, each with one failure.
         proved: whether all of these are proofs.
     """
@@ -124,7 +124,7 @@ def without_plan(
 
 
 def statistics_of(run: SolveRun, server: ProcedureServer | None = None) -> dict[str, Any]:
-    """What the run did, in figures (docs/plans.md#the-result)."""
+    """The statistics of a run (docs/plans.md#the-result)."""
     figures: dict[str, Any] = {
         "total_s": perf_counter() - run.began,
         "symbolic_s": run.symbolic_s,

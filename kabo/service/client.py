@@ -65,7 +65,7 @@ class Client:
     """A zenoh session that watches which servers are alive, and sends requests to them.
 
     Args:
-        config: of the zenoh session.
+        config: the configuration of the zenoh session.
         patience_s: how long to wait for a server, or for one that is not busy.
     """
 
@@ -119,7 +119,7 @@ class Client:
 
         Args:
             problem_for: the `problem` of the request for a server with this status (its files, or a path).
-            options: of `solve`.
+            options: the options of `solve`.
             deadline_s: after this time the server answers with the error `deadline`.
             identifier: the request's id; a new one if None. The same id and request is worked on only once.
             on_progress: called with every progress message, from another thread.

@@ -63,8 +63,8 @@ class JobStore:
     """All jobs by their ids: the unfinished ones, and the latest finished ones with their outcomes.
 
     Args:
-        max_bytes: of stored outcomes.
-        max_request_bytes: of the unfinished requests; a single one is let in, however large.
+        max_bytes: the memory limit of stored outcomes.
+        max_request_bytes: the memory limit of unfinished requests; a single one is accepted, however large.
     """
 
     def __init__(self, max_bytes: int = 64 << 20, max_request_bytes: int = 128 << 20) -> None:

@@ -49,7 +49,7 @@ class ServerSettings:
 
     Args:
         workers: the number of worker processes.
-        bound: how many requests may wait.
+        bound: the number of requests that may wait.
         queue_bytes: the size of all unfinished requests; a single one is let in, however large.
         store_bytes: the size of the outcomes that are kept for clients that ask again.
         root: if it is given, requests may name paths below this folder.

@@ -30,7 +30,7 @@ class Refusals:
     missing: float | None = None
 
     def observe(self, stage: Stage, failure: Refused) -> None:
-        """One attempt of a stage was refused."""
+        """Counts one refused attempt of a stage."""
         refusal = refusal_of(failure)
         self.reasons[stage.name, refusal.reason] += 1
         if len(self.comments) < 2:
@@ -43,7 +43,7 @@ class Refusals:
             self.missing = refusal.missing
 
     def count(self, reason: str) -> int:
-        """How many attempts were refused for a reason."""
+        """The number of attempts that were refused for a reason."""
         return sum(n for (_, other), n in self.reasons.items() if other == reason)
 
     def movable(self, scene: Scene) -> frozenset[str]:
@@ -55,10 +55,10 @@ class Refusals:
         """The refusal of a call whose attempts were all refused.
 
         Args:
-            what: the beginning of the sentence: `right cannot pick bottle_4`.
-            reads: the components that its samples depend on.
-            scene: every movable thing of it that was in the way is read as well.
-            again: there were successes before.
+            what: the beginning of the message: `right cannot pick bottle_4`.
+            reads: the components that the call's samples depend on.
+            scene: the scene; its movable things that blocked an attempt are added to what the refusal depends on.
+            again: whether the call had succeeded before, so that only another answer is refused.
         """
         counts = Counter[str]()
         for (_, reason), count in self.reasons.items():

@@ -51,7 +51,7 @@ class BranchClearance:
 
 @dataclass(frozen=True)
 class CertificateReport:
-    """The figures of what the certificate alone proves.
+    """The figures of a certificate check: the number of proven claims, and the clearances of objects.
 
     The counts are those of `stretches` of motion, of `pairs` that needed a proof, of `axes` that were evaluated, and of
     `meshes` whose parts were proven to cover them. No clearance above `near` [m] is reported. `branches` is None where

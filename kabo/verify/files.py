@@ -1,4 +1,4 @@
-"""Whether the plan was made for these very files: compares every hash that it records with the file as it is now."""
+"""Checks that the input files are those of the plan, by comparing every recorded hash with the current file."""
 
 import hashlib
 from collections.abc import Iterator, Mapping

@@ -58,7 +58,7 @@ class WorldReport:
 
     Attributes:
         findings: the faults, each with a world that shows it.
-        worlds: how many initial worlds were tried.
+        worlds: the number of initial worlds that were tried.
         exhaustive: whether these are all worlds, with every value that the actions leave open.
         shortest, mean, longest: the numbers of actions from a world's start to the goal.
         ruled_out: runs that ended because an action adds an entry that is false in their world.

@@ -49,7 +49,7 @@ class LandmarkBound:
         )
 
     def below(self, true: NDArray[Any]) -> int | None:
-        """The least that the goal costs if these facts are true; None if it is out of reach."""
+        """A lower bound of the goal's cost when these facts are true; None if the goal is unreachable."""
         self._holding[:] = 0
         self._holding[true] = 1
         bound = int(_kernel()(self._table, self._prices, self._holding, *self._scratch, False))

@@ -35,7 +35,7 @@ def landmark_tables(
 
     Args:
         task: the task with its effects sorted.
-        packing: how its states are packed.
+        packing: the packing of its states.
         relaxed: its delete relaxation.
         facts_of_task: its operators over facts.
         goals: for each condition of the goal the facts of which one must hold.

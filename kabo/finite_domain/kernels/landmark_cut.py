@@ -226,9 +226,10 @@ def _lower(lm, price, operator, cost, heap, place, cut, count):
 def bound_of_facts(lm, prices, holding, price, operator, cost, heap, place, mark, stack, cut, nearest_first):
     """A lower bound of the cost from the facts that hold (all others 0) to the goal; INFINITE_COST: it is out of reach.
 
-    `prices` are the costs of the relaxation's operators, INFINITE_COST for those that must not be used. The first
-    landmark is that of the dearest goal, or of the nearest with `nearest_first`: its landmarks are small and leave costs
-    for those of the others. Either way may give the better bound.
+    `prices` are the costs of the relaxation's operators, INFINITE_COST for those that must not be used. Each
+    landmark is taken for the goal of highest h_max value, or with `nearest_first` for that of lowest positive value:
+    landmarks of near goals contain few operators, so more cost remains for the other goals. Either order may give the
+    better bound.
     """
     for o in range(lm[OPERATORS]):
         price[o] = prices[o]

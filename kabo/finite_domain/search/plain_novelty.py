@@ -21,12 +21,12 @@ def pair_words(facts: int) -> int:
 
 
 def pair_partitions(facts: int) -> int:
-    """The number of partitions for which there is memory to remember the pairs of facts seen."""
+    """The number of novelty partitions whose tables of seen fact pairs fit into the memory limit."""
     return tuning.NOVELTY_PAIR_BYTES // max(8, 8 * pair_words(facts))
 
 
 class PlainNovelty:
-    """The search in plain Python; row i of several lists is what is kept of the i-th state."""
+    """The novelty search in plain Python; entry i of its lists belongs to the i-th state."""
 
     def __init__(self, compiled: CompiledTask, never: Never, work: int) -> None:
         self.compiled, self.work, self.banned = compiled, work, as_number(never)
@@ -87,7 +87,7 @@ class PlainNovelty:
         return SearchResult("solved", path, self.compiled.cost(path), expanded, self.generated, len(self.states))
 
     def enter(self, state: int, parent: int, operator: int) -> bool:
-        """Keeps a new state, and queues it unless the goal is out of its reach. True if it fulfils the goal."""
+        """Stores a new state and queues it unless the goal is unreachable from it; returns whether it fulfils the goal."""
         row, values = len(self.states), self.compiled.packing.values(state)
         offset = self.compiled.relaxed.offset
         done = [values[v] in allowed for v, allowed in self.compiled.normal.goal.items()]

@@ -57,7 +57,7 @@ class Solid:
         return distances
 
     def winding_number(self, point: Array) -> float:
-        """How often the mesh winds around a point (3,)."""
+        """The winding number of the mesh around a point (3,)."""
         return float(winding_number(self.tree[2], float(point[0]), float(point[1]), float(point[2])))
 
     @cached_property

@@ -254,7 +254,7 @@ class Links:
             self.sets = [*apart, whole | union(each for each in self.sets if each & whole)]
 
     def closed(self, names: int) -> int:
-        """The groups together with all groups in their sets."""
+        """The groups and all groups that may depend on them, as a mask of `whether` bits."""
         return names | union(each for each in self.sets if each & names)
 
 

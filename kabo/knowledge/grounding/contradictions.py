@@ -90,7 +90,7 @@ def has_world(state: int, entries: Iterable[tuple[Entry, tuple[Claim, ...]]]) ->
     """Whether some world agrees with entries that share members; True, too, if there are too many worlds to try.
 
     Args:
-        state: what is known.
+        state: the known bits.
         entries: each entry with its members that are not known to be false.
     """
     waiting = list(entries)

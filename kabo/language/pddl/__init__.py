@@ -1,1 +1,1 @@
-"""PDDL and contingent PDDL: forms with places, and what their sections say in kabo's formulas."""
+"""PDDL and contingent PDDL: parses forms, and translates their sections into kabo's formulas with source places."""

@@ -24,7 +24,7 @@ class ConflictContext:
     Attributes:
         types: the types of the domain.
         sorts: the type of every object.
-        assumed: what the action's preconditions say.
+        assumed: the action's preconditions.
         known: tells conditions of which nothing can be unknown.
         report: called with a deletion that may meet an addition while nobody knows whether it does; True: it
             cannot be expressed, False: it is left as it is.

@@ -37,7 +37,7 @@ def typed_list(here: NameResolver, nodes: list[Node]) -> Iterator[tuple[Token, N
 
 
 def read_types(here: NameResolver, section: Form | None) -> None:
-    """Declares the types of `(:types …)`; `object` is there always, and the parent of what has none."""
+    """Declares the types of `(:types …)`; `object` always exists, and is the supertype of types declared without one."""
     types = here.vocabulary.types
     written = [] if section is None else list(typed_list(here, section.rest))
     types.declare(OBJECT, None)

@@ -31,7 +31,7 @@ class ConditionalEffect:
 
     Attributes:
         variables: the outcome and its condition hold for every instance of them.
-        condition: what must hold before.
+        condition: the condition in the state before the action.
         outcome: a literal, or `f = v`.
         changes: the outcome is `f = f + v`, f - v, f * v or f / v.
         place: where it stands.

@@ -1,7 +1,8 @@
 """PDDL's initial states as initial knowledge: what is not mentioned is false, and known to be.
 
-The falsehoods come first, for all instances at once; then what is unknown is forgotten, then facts are added, then
-what is known of the unknown: exactly one of these (oneof), at least one of these (or).
+The initial effects are ordered: first all instances of every predicate become false, then the knowledge of the atoms
+declared unknown is removed, then facts are added, and last the disjunctions about unknown atoms: exactly one of them
+holds (oneof), or at least one (or).
 """
 
 from collections.abc import Iterator, Sequence

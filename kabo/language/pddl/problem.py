@@ -47,7 +47,7 @@ def read_pddl(
         domain: the domain's definition.
         problem: the problem's, if there is one.
         findings: where everything that is wrong goes; if there are errors, the result is of no use.
-        files: what `Problem.files` is to be.
+        files: the value for `Problem.files`.
     """
     vocabulary = Vocabulary(findings)
     _declare(vocabulary, domain)

@@ -1,1 +1,1 @@
-"""PKS XML: markup and expressions with places, and what they say in kabo's formulas."""
+"""PKS XML files: parses markup and expressions, and translates them into kabo's formulas with source places."""

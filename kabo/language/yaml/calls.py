@@ -14,7 +14,7 @@ _FORMS = {"name": "a name", "number": "a number", "boolean": "true or false"}
 
 
 def read_test(here: NameResolver, node: Expression, symbol: Symbol) -> f.External | None:
-    """A call of an external procedure inside a formula, where only tests stand by themselves."""
+    """A call of an external test inside a formula; a procedure that returns a value is reported as an error."""
     if symbol.kind != TEST:
         hint = f"compare it: K({here.quote(node)} = …)"
         here.report(node.name, f'the procedure "{node.text}" has a value: it is no test', hint)

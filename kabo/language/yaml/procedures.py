@@ -23,8 +23,8 @@ class ProcedureSignatures(Mapping[str, Signature | None]):
     """The signature of each procedure by its name; None for a task file that is broken, which was reported.
 
     Args:
-        folder: of the domain, as messages have it; None: the library alone.
-        findings: what is wrong in the task files that are called.
+        folder: the domain's folder as messages name it; None for the library alone.
+        findings: the faults of the task files that are called.
         within: if given, no file outside of this folder is opened.
     """
 

@@ -12,7 +12,7 @@ Numbers = list[tuple[int, int]]  # of two things
 
 
 class Thing(NamedTuple):
-    """A body at one of its places; moving ones hang on a joint of a robot that is under way."""
+    """A body at one of its possible poses; a moving body is attached to a joint of a moving robot."""
 
     name: str
     place: int
@@ -36,10 +36,10 @@ class PairChoice:
         """The pairs to prove: their numbers, and with the joint in whose frame each is looked at (P, 3).
 
         Args:
-            things: what moves, and then what stands.
-            moving: how many of them move.
+            things: the moving bodies, then those that stand still.
+            moving: the number of moving bodies.
             permitted: pairs of names that may touch.
-            tree: whose joints carry them.
+            tree: the kinematic tree whose joints carry the moving bodies.
         """
         key = moving, len(tree.parent), tuple((thing.name, thing.joint) for thing in things)
         if key not in self._known:
@@ -71,7 +71,7 @@ class PairChoice:
         return numbers, np.array(rows, np.int64).reshape(-1, 3), by_names
 
     def across(self, first: Sequence[Thing], second: Sequence[Thing]) -> tuple[Numbers, Integers]:
-        """The pairs of one of the first and one of the second things, which have no joint in common."""
+        """All pairs of one of the first and one of the second things, which share no joint."""
         numbers = [
             (i, k)
             for i, thing in enumerate(first)

@@ -91,10 +91,10 @@ def certified(
 def certify(
     plan: Plan, surroundings: SceneSurroundings, near: float | None = None, look: Callable[[], None] = never
 ) -> Certificate | list[UnprovenPair]:
-    """The certificate of a plan, or what of it cannot be proven.
+    """The certificate of a plan, or the pairs of bodies that are not proven apart.
 
     Args:
-        plan: as it will be written.
+        plan: the plan as it will be written.
         surroundings: the scene with the parts that the plan was made with.
         near: pairs farther apart than this need no axis [m]; epsilon if None.
         look: called periodically; an exception that it raises ends the work.

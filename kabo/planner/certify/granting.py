@@ -1,4 +1,4 @@
-"""Adds to every segment of a plan what grants its contacts: grasp families, supports and mates, by their names.
+"""Adds to every segment of a plan the reasons for its contacts: names of grasp families, supports and mates.
 
 It works from the plan alone, as the verifier will. Each grant is a claim: the verifier asks the scene whether that family
 or mate really allows the contact of these bodies there.
@@ -25,9 +25,9 @@ def granted(plan: Plan, scene: Scene, models: Mapping[str, str | None]) -> Plan:
     """The plan with the grants of contacts added to its segments.
 
     Args:
-        plan: as it will be written, but for that.
-        scene: its scene.
-        models: body -> its model, which mates speak of.
+        plan: the plan as it will be written, still without grants.
+        scene: the scene of the plan.
+        models: body -> the name of its model, to which mates refer.
 
     Raises:
         ValueError: the plan moves what may be in several places.

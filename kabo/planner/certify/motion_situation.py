@@ -1,4 +1,4 @@
-"""Where everything is while the motion of a node goes on: robots, what hangs on what, and what stands at several places.
+"""The poses of all things during the motion of a node: robots, attached objects, and objects with several places.
 
 Objects that hang together move as one: whoever is taken becomes the root of its group, the others hang on it.
 """
@@ -18,7 +18,7 @@ from kabo.scene.transforms import inverse, transform, unflat
 
 
 class Mounted(NamedTuple):
-    """Where an object hangs on a robot: the joint of its tree, and the pose (4, 4) there."""
+    """The attachment of an object to a robot: a joint of the robot's tree, and the pose (4, 4) in its frame."""
 
     robot: str
     joint: int
@@ -60,7 +60,7 @@ class MotionSituation:
         return made
 
     def end(self, segment: Segment) -> None:
-        """What happens at the end of a segment: it lets go, then it takes, or puts together."""
+        """Applies the changes at the end of a segment: objects are released, then taken or joined."""
         for name in segment.detach:
             if self._root_parent(name).partition(".")[0] == segment.robot:
                 self._hang(name, "world")
@@ -68,7 +68,7 @@ class MotionSituation:
             self._hang(name, to)
 
     def mounted(self, name: str) -> Mounted | None:
-        """Where an object hangs on a robot; None if it hangs on none."""
+        """The attachment of an object to a robot; None if no robot carries it."""
         parent, parent_T = self.hung[name]
         robot, dot, link = parent.partition(".")
         if dot:
@@ -78,7 +78,7 @@ class MotionSituation:
         return None if below is None else below._replace(joint_T=below.joint_T @ parent_T)
 
     def pose(self, name: str) -> Array:
-        """Where an object is now (4, 4)."""
+        """The present pose (4, 4) of an object in the world."""
         parent, parent_T = self.hung[name]
         return np.asarray(self._frame(parent) @ parent_T)
 
@@ -124,7 +124,7 @@ def joint_pose(robot: Robot, q: Array, joint: int) -> Array:
 
 
 def key_of(name: str, state: Mapping[str, Value]) -> tuple[object, ...]:
-    """What decides where an object is, in numbers of the plan."""
+    """A key that determines an object's pose: its parent and relative pose in the plan, and the same of the parent."""
     pose = state[name]
     assert isinstance(pose, ObjectPose)
     parent, dot, _ = pose.parent.partition(".")

@@ -77,7 +77,7 @@ def _whole(segment: Segment, robot: Robot, start: Array, rows: Array) -> Array:
 
 
 def joined(trees: Sequence[KinematicTree]) -> tuple[list[int], KinematicTree]:
-    """Several trees as one whose configuration is theirs one after the other; by how much the joints of each shift."""
+    """Several kinematic trees as one with their configurations concatenated, and the offset of each tree's joints."""
     if len(trees) == 1:
         return [0], trees[0]
     shifts, parents, sources = [], [np.zeros(1, np.int64)], [np.zeros(1, np.int64)]

@@ -1,4 +1,4 @@
-"""Two motions whose times are not tied to each other, as one path that visits every pair of their pieces.
+"""Two motions with unknown relative timing, as one path that visits every pair of their pieces.
 
 What is proven of a whole piece of that path holds for any moment of the one motion beside any moment of the other.
 """

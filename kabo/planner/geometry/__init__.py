@@ -1,1 +1,1 @@
-"""What the search knows of motions: refusals of geometric procedures, evaluation of skeletons, workers that ask ahead."""
+"""Geometry for the search: refused procedure calls, evaluation of skeletons, and workers that make calls in advance."""

@@ -30,7 +30,7 @@ class DeferredState:
 
 @dataclass
 class EagerGeometry:
-    """Geometry as the contingent search sees it when calls are made during the search.
+    """Geometry for a contingent search that makes procedure calls during the search.
 
     A trace is a geometric state, computed or deferred. At first a call has one answer in each state (a geometric
     branching factor of one); if no plan is found, more answers are asked for, with more samples [K 6.1.2].

@@ -28,7 +28,7 @@ Function = Callable[..., Any]  # true or false of tests, a value of others
 
 @dataclass
 class CallCounts:
-    """How often one procedure was called, and how often it failed."""
+    """The number of calls of one procedure, and of those that failed."""
 
     calls: int = 0
     failures: int = 0
@@ -70,7 +70,7 @@ class ExternalProcedures:
         return trace
 
     def confirm(self, trace: Trace) -> bool:
-        """True: calls are made when their options are asked for."""
+        """True: calls have already been made when the search generated their options."""
         return True
 
     def test(self, call: GroundCall, trace: Trace) -> bool:
@@ -78,14 +78,14 @@ class ExternalProcedures:
         return self.ask(call)
 
     def refused_everywhere(self) -> "tuple[frozenset[GroundCall], bool]":
-        """The refused calls: each depends on its arguments alone, and there are no other refusals."""
+        """The refused calls, and True: external answers depend on arguments alone, so every refusal holds in all states."""
         return frozenset(self.failed()), True
 
     def learnt(self) -> None:
-        """None: `refused_everywhere` says all."""
+        """None: `refused_everywhere` returns all refusals."""
 
     def most_expansions(self, search: Search) -> float:
-        """Unlimited."""
+        """Infinity: the search runs until it has a skeleton or a proof."""
         return inf
 
     # -------------------------------------------------------------------------------------------------- asking

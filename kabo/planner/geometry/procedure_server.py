@@ -1,4 +1,4 @@
-"""What the planner asks of the procedures of geometry; `kabo.tasks.procedures` answers it, and scripts do in tests.
+"""The interface of geometric procedures to the planner, implemented by `kabo.tasks.procedures`, and by fakes in tests.
 
 The planner speaks to this protocol, so that only a problem with a scene loads the procedures and their kernels.
 """
@@ -15,16 +15,16 @@ Elsewhere = Callable[[GroundCall, Situation, int, int], tuple[Answer, GeometrySt
 
 
 class CallComponents(Protocol):
-    """A call whose arguments are bound to a task: which components of the geometric state it moves and reads."""
+    """The components of the geometric state that a call with bound arguments moves and reads."""
 
     @property
     def moves(self) -> tuple[str, ...]:
-        """The components that it changes, as far as is known."""
+        """The components that the call changes, as far as is known."""
         ...
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """The components that its answer depends on besides, as far as is known."""
+        """The other components that the call's answer depends on, as far as is known."""
         ...
 
 
@@ -35,7 +35,7 @@ class ProcedureServer(Protocol):
 
     @property
     def scene(self) -> Scene:
-        """The scene."""
+        """The scene in which calls are answered."""
         ...
 
     @property
@@ -82,5 +82,5 @@ class ProcedureServer(Protocol):
         ...
 
     def refuted(self, call: GroundCall) -> Refusal | None:
-        """Why a call fails wherever what it reads is as at the start, if that can be told without sampling."""
+        """The failure of a call, proven without sampling, wherever its components have their start values; or None."""
         ...

@@ -39,7 +39,7 @@ class LearntRefusal:
 
 @dataclass
 class RefusalTable:
-    """Geometry as the contingent search sees it when calls are made along finished skeletons only."""
+    """The refused procedure calls of lazy geometry, which evaluates calls only along finished skeletons."""
 
     server: ProcedureServer
     effort: int = 0
@@ -115,7 +115,7 @@ class RefusalTable:
         )
 
     def most_expansions(self, search: Search) -> float:
-        """Unlimited."""
+        """Infinity: the search runs until it has a skeleton or a proof."""
         return inf
 
     def learnt(self) -> LearntRefusals:
@@ -237,7 +237,7 @@ class RefusalTable:
     def record_refusal(
         self, call: GroundCall, attempt: int, refusal: Refusal, traces: Iterable[Provenances]
     ) -> None:
-        """Records that a call fails wherever the components that the failure depends on are as in one of the traces."""
+        """Records that a call fails wherever the components it depends on have the provenances of one of the traces."""
         self._options.clear()
         for trace in traces:
             pattern = frozenset((self._index[name], trace[self._index[name]]) for name in refusal.reads)
@@ -267,9 +267,9 @@ class RefusalTable:
     def responsible_attempt(
         self, call: GroundCall, refusal: Refusal, trace: Provenances
     ) -> tuple[GroundCall, int] | None:
-        """The earlier call, with its attempt, to try otherwise, because it made what a failed call was to move.
+        """The earlier call and its attempt to replace, because it produced a component that the failed call was to move.
 
-        If it has no other answer, the call that made what it was given is considered, and so on; None at the end.
+        If that call has no other answer, the call that produced its input is considered, and so on; None if there is none.
         """
         bound, objects = self.server.bind(call), self.server.scene.movable
         own = (name for name in (*bound.moves, *bound.reads) if name in refusal.reads and name in objects)
@@ -288,7 +288,7 @@ class RefusalTable:
         return attempt >= self._max_attempts or any(0 < row.attempt <= attempt for row in refusals)
 
     def fails_too_often(self) -> bool:
-        """Whether so many calls along finished skeletons failed that making them while searching is better."""
+        """Whether calls along finished skeletons fail so often that eager geometry is expected to be faster."""
         counted = self.server.statistics
         calls = sum(counted.calls.values())
         failures = sum(sum(reasons.values()) for reasons in counted.failures.values())

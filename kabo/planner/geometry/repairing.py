@@ -19,9 +19,9 @@ def repaired(skeleton: Skeleton, refused: Collection[RefusedCall], ledger: Refus
     A refused call itself restarts at its first attempt, because its input is another one now.
 
     Args:
-        skeleton: whose evaluation was refused.
-        refused: the calls, recorded already.
-        ledger: knows which call made what a refusal depends on.
+        skeleton: the skeleton in which calls were refused.
+        refused: these calls, already recorded in the table.
+        ledger: the refusal table, which knows the call that produced each component.
     """
     responsible_attempt: set[tuple[GroundCall, int]] = set()
     failed = {(each.call, each.attempt) for each in refused}

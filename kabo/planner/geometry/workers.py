@@ -1,4 +1,4 @@
-"""Worker processes that make calls ahead of the planner; their answers are those that it would have computed itself.
+"""Worker processes that make calls in advance; their answers equal those that the planner would compute itself.
 
 A procedure is a pure function of its call, the situation, the attempt and the effort, and its random samples come from
 counted streams; so it does not matter in which process it runs, nor when. The planner announces early which calls it
@@ -40,7 +40,7 @@ class SituatedCall:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """The identity of a call."""
+        """The key of a call: calls with equal keys have equal answers."""
         return *self.resumed, self.attempt
 
 

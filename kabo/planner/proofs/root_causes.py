@@ -55,7 +55,7 @@ class RootCauses:
         self._rank: dict[MissingFact, int] = {}  # distance of a fact from its root causes; circular ones have none
 
     def reasons(self, query: Query) -> Reasons:
-        """What keeps an impossible query from ever holding, the nearest causes first."""
+        """The reasons why an impossible query can never hold, the nearest causes first."""
         first = list(dict.fromkeys(missing_facts(query, self.achievers.ones, self.achievers.zeros)))
         self._rank_all(first)
         queue, seen, reads = list(first), set(first), query.reads
@@ -74,7 +74,7 @@ class RootCauses:
         return Reasons(list(cases.values()), self._circular(queue), self._layer(reads))
 
     def lacking(self, blocker: Query) -> tuple[str, list[MissingFact]]:
-        """What a blocked query lacks, as text and as facts: of a conjunction only the fact nearest to a root cause."""
+        """The missing facts of a blocked query, also as text; of a conjunction only the fact nearest to a root cause."""
         parts = blocker.parts if isinstance(blocker, All) else (blocker,)
         for part in parts:
             if isinstance(part, AllOf) and not part.possible(self.achievers.ones, self.achievers.zeros):

@@ -19,7 +19,7 @@ SHOWN_ITEMS = 3  # items that a list in a sentence shows
 
 @dataclass(frozen=True)
 class Meaning:
-    """What one bit means: its text in the language's spelling, and what it is about."""
+    """The meaning of one bit: its text in the language's spelling, and the atom, term or entry that it concerns."""
 
     text: str
     role: Role

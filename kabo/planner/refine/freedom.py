@@ -23,7 +23,7 @@ from kabo.tasks.robots.stages.strokes import MoveRelative
 
 @dataclass(frozen=True)
 class Freedom:
-    """Of one stage's motion; `least` [m] is what must stay of a stroke."""
+    """The permitted changes of one stage's motion; `least` [m] is the length of a stroke that must be kept."""
 
     kind: Literal["way", "stroke", "fixed"]
     least: float = 0.0
@@ -34,13 +34,13 @@ FIXED, WAY = Freedom("fixed"), Freedom("way")
 
 @dataclass(frozen=True)
 class Freedoms:
-    """Of the stages of a call, by their paths; `anywhere`: the robot may end wherever nothing needs it to be."""
+    """The permitted changes of a call's stages, by path; `anywhere`: the robot may end in any configuration."""
 
     by_stage: Mapping[str, Freedom]
     anywhere: bool = False
 
     def of(self, stage: str | None) -> Freedom:
-        """Of a stage; what is not known is fixed."""
+        """The permitted changes of a stage's motion; unknown stages permit none."""
         return FIXED if stage is None else self.by_stage.get(stage, FIXED)
 
 
@@ -48,9 +48,9 @@ NONE = Freedoms({})
 
 
 def freedoms(stages: Sequence[RobotStage], bodies: Iterable[Body]) -> Freedoms:
-    """What may be changed of the motion of a task's stages, which is about some bodies.
+    """The permitted changes of the motion of a task's stages; `bodies` are those that the task is about.
 
-    A task that adds geometry, or times its motion itself, is left alone.
+    The motion of a task that adds geometry, or sets its own times, is not changed.
     """
     if any(isinstance(stage, (AddGeometry, Pad, Reparameterise)) for stage in stages):
         return NONE

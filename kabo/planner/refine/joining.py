@@ -37,7 +37,7 @@ class ActMotion:
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is tried for each run: shortcuts, and new paths where the straight one is not free."""
+    """The effort for each run: the number of shortcuts, and of new paths where the straight one is not free."""
 
     shortcuts: int = 150
     ways: int = 3
@@ -60,13 +60,13 @@ Run = list[_RunPiece]
 def joined(
     context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
 ) -> list[ActMotion]:
-    """The acts with shorter motion; ends, grasps and releases stay, and everything is proven.
+    """The acts with shorter motion; start, end, grasps and releases are kept, and all new motion is proven free.
 
     Args:
-        context: of the geometry server.
+        context: the context of the geometry server.
         start: the situation in which the first act begins.
         acts: one after the other, with nothing in between.
-        effort: how much to try.
+        effort: the number of attempts for each run.
         pinned: whether the robots have to end where they do; else strokes at the very end are as short as may be.
     """
     made = list(acts)

@@ -1,4 +1,4 @@
-"""Legs: the motion of a plan's node walked once more, each segment with the scene in which it runs and its proof.
+"""Legs: the segments of a node's motion, each with the scene in which it is executed, to be proven again.
 
 What was planned in one situation may be asked about in another one: with other robots elsewhere, with what nobody here
 moves in more or other places.
@@ -48,9 +48,9 @@ class Leg:
 
 
 def legs_of(context: ProcedureContext, situation: Situation, motion: Sequence[Segment]) -> list[Leg] | None:
-    """The legs of a motion from a situation on.
+    """The legs of a motion that begins in a situation, or None if legs cannot represent it.
 
-    None where this walk does not follow: several robots, things that hang on things, a start elsewhere.
+    That is so for several robots, objects attached to objects, and a motion that starts elsewhere than the situation.
     """
     if situation.nested or len({segment.robot for segment in motion}) > 1:
         return None

@@ -1,4 +1,4 @@
-"""How much earlier a motion may begin than the previous one ends, so that the two can never meet.
+"""The time by which a motion may begin before the previous one has ended, so that the two can never collide.
 
 The sweeps of the last segments of the one and of the whole other one are proven apart whatever the times [K Def. 1.3]:
 an arm that is late does no harm. That everything else stays apart was proven for each of them already.
@@ -37,9 +37,9 @@ def greatest_overlap(
     """The greatest time [s] by which the second motion may begin before the first ends: a sum of whole segments.
 
     Args:
-        context: of the geometry server.
-        first, second: by different robots and with different objects.
-        most: the greatest time that may be; less than whole segments is possible then.
+        context: the context of the geometry server.
+        first, second: motions of different robots with different objects.
+        most: the greatest permitted time; the sum is cut to it, possibly inside a segment.
     """
     legs, others = legs_of(context, *_of(first)), legs_of(context, *_of(second))
     if legs is None or others is None:

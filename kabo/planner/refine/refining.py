@@ -42,7 +42,7 @@ class RefinementFigures:
     seconds: float
 
     def written(self) -> dict[str, float]:
-        """As statistics keep them."""
+        """The figures under the keys of the plan's statistics."""
         return {
             "path_length_found": self.length_found,
             "path_length": self.length,
@@ -56,12 +56,12 @@ class RefinementFigures:
 def refine(
     variants: tuple[Variant, ...], server: GeometricProcedures, *, samples: int = SAMPLES
 ) -> RefinementFigures:
-    """Improves the motion of the variants of a plan, in place; returns by how much.
+    """Shortens the motion of the variants of a plan, in place; returns the figures before and after.
 
     Args:
-        variants: of an evaluation in which every call succeeded; the first is the root.
-        server: that answered them; when its run is to stop, the remaining motion stays as it is.
-        samples: how many may be drawn for other solutions.
+        variants: the variants of an evaluation in which every call succeeded; the first is the root.
+        server: the server that answered the calls; when its run has to stop, the remaining motion is kept.
+        samples: the number of samples that may be drawn for other solutions.
     """
     began = perf_counter()
     stops = stops_of(variants, server)
@@ -190,17 +190,17 @@ def _moves(stop: Stop) -> bool:
 
 # --------------------------------------------------------------------------------------------------------- figures
 def length_of(stop: Stop) -> float:
-    """The length of what a node moves [rad or m, L2]."""
+    """The length of a node's motion [rad or m, L2]."""
     return 0.0 if stop.answer is None else sum(map(segment_length, stop.answer.motion))
 
 
 def seconds_of(stop: Stop) -> float:
-    """By how much a node ends after the one before it [s]."""
+    """The time between the end of the previous node and the end of this one [s]."""
     return 0.0 if stop.answer is None else duration(stop.answer.motion) - stop.first.overlap
 
 
 def longest(stops: Sequence[Stop], own: Callable[[Stop], float]) -> float:
-    """The greatest sum along a branch."""
+    """The greatest sum of the nodes' values along any branch."""
     total: dict[Stop, float] = {}
     for stop in reversed(stops):
         total[stop] = own(stop) + max((total[after] for after in stop.following), default=0.0)

@@ -22,27 +22,27 @@ class Stop:
 
     @property
     def first(self) -> Variant:
-        """The first of its variants; they differ in nothing that matters here."""
+        """The first variant of the stop; variants differ in nothing that refinement reads."""
         return self.variants[0]
 
     @property
     def answer(self) -> Success | None:
-        """The answer of its call, if it has one that succeeded."""
+        """The successful answer to the stop's call; None if there is none."""
         return self.first.answer if isinstance(self.first.answer, Success) else None
 
     @property
     def call(self) -> GroundCall | None:
-        """Its call of a procedure, or None."""
+        """The procedure call of the stop's action; None if it has none."""
         action = self.first.node.action
         return None if action is None else action.call
 
     @property
     def is_goal(self) -> bool:
-        """Whether it is the goal node: no action, no branch."""
+        """Whether the stop is the goal node, which has neither action nor successors."""
         return self.first.node.action is None and not self.following
 
     def keep(self, situation: Situation, answer: Success | None) -> None:
-        """Sets the situation of its variants, and their answer unless that is None."""
+        """Sets the situation of all variants, and their answer unless `answer` is None."""
         self.situation = situation
         for variant in self.variants:
             variant.situation = situation
@@ -50,7 +50,7 @@ class Stop:
                 variant.answer = answer
 
     def let_begin_early(self, overlap: float) -> None:
-        """Sets by how much [s] its motion begins before the previous one has ended."""
+        """Sets the time [s] by which the stop's motion begins before the previous one has ended."""
         for variant in self.variants:
             variant.overlap = overlap
 

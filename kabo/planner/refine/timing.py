@@ -1,4 +1,4 @@
-"""Times of a plan's motion within limits of velocity and acceleration: as fast as they allow, at rest where it must be.
+"""Retimes a plan's motion as fast as velocity and acceleration limits allow, at rest where it has to stop.
 
 With toppra (the extra `timing`) phases that follow each other are passed without a stop and corners are rounded, as
 `Reparameterise` does it. Without it, or where a rounded motion is not proven, the motion rests at every way point.
@@ -33,16 +33,16 @@ def limits_of(robot: Robot) -> TimingLimits:
 def timed(
     context: ProcedureContext, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
 ) -> list[Segment]:
-    """A motion with new times, and denser way points; what cannot be timed so keeps its own times.
+    """A motion with recomputed times and more way points; parts that cannot be retimed keep their times.
 
     Args:
-        context: of the geometry server.
-        situation: in which it begins.
-        motion: of one robot.
+        context: the context of the geometry server.
+        situation: the situation in which the motion begins.
+        motion: the segments of one robot.
         round_corners: whether to use toppra.
 
     Raises:
-        ImportError: toppra is wanted and not installed.
+        ImportError: `round_corners` is set and toppra is not installed.
     """
     legs = legs_of(context, situation, motion)
     if legs is None:
@@ -55,7 +55,7 @@ def timed(
 
 
 def duration(motion: Sequence[Segment]) -> float:
-    """How long a motion takes [s]."""
+    """The duration of a motion [s]."""
     return max((segment.times[-1] for segment in motion), default=0.0)
 
 

@@ -1,4 +1,4 @@
-"""What a run with a scene does before and after its rounds: it loads geometry; then it refines and certifies the plan.
+"""Steps of a run with a scene before and after its rounds: loads geometry, then refines and certifies the plan.
 
 This file, and what it imports, loads the kernels: `solve` imports it when a problem has a scene, and not before.
 """
@@ -44,7 +44,7 @@ def load_procedures(run: SolveRun) -> GeometricProcedures:
 
 
 def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Result:
-    """The result with the plan of an evaluation: its motion refined, and its certificate made, as far as asked for.
+    """The result with the plan of an evaluation, whose motion is refined and certified if the options ask for that.
 
     `run.on_found` is called with the plan as it is first, if either is still to be done.
     """
@@ -66,9 +66,9 @@ def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProc
 def unsuccessful_calls(
     geometry: RefusalTable | EagerGeometry, server: GeometricProcedures
 ) -> list[tuple[GroundCall, Refusal]]:
-    """Every call that was refused, with its first failure; also those that no refusal is recorded of any more.
+    """Every call that was refused, with its first failure, including calls whose refusal was discarded.
 
-    These were refused with few samples, and the run was cut off before they were asked with more.
+    A refusal is discarded before the call is repeated with more samples; the run may end in between.
     """
     found = geometry.failures()
     known = {call for call, _ in found}

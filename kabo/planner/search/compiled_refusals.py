@@ -21,7 +21,7 @@ Allowed = dict[int, frozenset[int]]  # variable: the values that it may have
 
 @dataclass(frozen=True)
 class LearntTask:
-    """A task with what was learnt: the attempt of each operator, and whether no alternative was left out."""
+    """A task with the compiled refusals: the attempt of each operator, and whether every alternative is included."""
 
     compiled: CompiledTask
     attempts: tuple[int, ...]
@@ -33,7 +33,7 @@ def learnt_task(base: FiniteTask, actions: Sequence[GroundAction], book: LearntR
 
     Args:
         base: the task without geometry.
-        actions: of the knowledge task, by index: operators name their owner by it.
+        actions: the actions of the knowledge task; operators name their owner by its index in this list.
         book: the refusals, suspicions and provenances.
     """
     return _Learnt(base, actions, book).made()

@@ -56,12 +56,12 @@ def find_skeleton(
 
     Args:
         task: the grounded problem.
-        search: how weak plans are found, a word of `Search`; None for the default of `Options`.
-        geometry: which calls are refused, and which attempts remain; None for purely symbolic planning.
+        search: the algorithm for weak plans, a word of `Search`; None for the default of `Options`.
+        geometry: the refused calls, and the remaining attempts; None for purely symbolic planning.
         limits: the budget; None is unlimited.
         on_progress: called periodically with the statistics so far.
         packed: the same task prepared for packed searches by an earlier call; None prepares it where it is needed.
-        heuristic: what estimates states of knowledge, a key of `HEURISTICS`.
+        heuristic: the heuristic for states of knowledge, a key of `HEURISTICS`.
 
     Raises:
         KeyError: there is no search of that name.

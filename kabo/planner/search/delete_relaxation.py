@@ -21,7 +21,7 @@ from kabo.language.formulas import GroundCall
 
 
 class Relaxation:
-    """Estimates of how far a goal is from a knowledge state, and which actions seem to lead there."""
+    """Estimates of the cost from a knowledge state to a goal, with preferred actions."""
 
     def __init__(self, task: GroundedTask, refused: frozenset[GroundCall] = frozenset()) -> None:
         """The relaxation without the actions whose calls are `refused`."""

@@ -1,4 +1,4 @@
-"""What a heuristic has to answer, and which there are. A new one is a file with a class, and a row in `HEURISTICS`."""
+"""The interface of heuristics, and their table. To add one: a file with a class, and a row in `HEURISTICS`."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -12,7 +12,7 @@ class Heuristic(Protocol):
     """Estimates for one task, from states of knowledge."""
 
     def estimate(self, state: int, parts: Sequence[int]) -> HeuristicValue:
-        """How far some conjuncts of the goal seem from a state, by their numbers."""
+        """The estimated cost from a state to some conjuncts of the goal, given by their numbers."""
         ...
 
     def lower_bound(self, state: int) -> float | None:

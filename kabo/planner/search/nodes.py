@@ -99,7 +99,7 @@ class SearchSpace:
         return optimistic if self.geometry is None else _Oracle(self.geometry, trace)
 
     def is_goal(self, node: Node) -> bool:
-        """Whether the goal holds; with what was sensed still open, whether it holds however that turns out.
+        """Whether the goal holds; while sensed results are still open, whether it holds for all of them.
 
         An exclusive-or of queries may hold only as long as an open result is not branched on [K Table 6.1: a full
         bottle must not be washed]. Where branching may wait, the state as it is counts.
@@ -216,7 +216,7 @@ class SearchSpace:
         return [] if branching is None else [branching]
 
     def geometry_key(self, node: Node) -> Hashable:
-        """The part of the key that comes from geometry."""
+        """The part of a node's key that identifies its geometric state."""
         return None if self.geometry is None else self.geometry.key(node[1])
 
     def delivered(self, node: Node, step: Act, after: Node) -> tuple[str, ...]:

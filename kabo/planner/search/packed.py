@@ -44,7 +44,7 @@ class PackedTask:
 
         Args:
             search: `best`, `astar` or `breadth-first`.
-            geometry: what is refused.
+            geometry: the refused calls.
             limits: the budget.
         """
         compiled = self.compiled

@@ -54,7 +54,7 @@ class Regression:
         return state
 
     def goal(self, node: Node) -> int:
-        """The bits by which a node fulfils the goal."""
+        """The bits of a node's state that make the goal hold."""
         oracle = self._space.oracle(node[1])
         return self._goal | union(query.support(node[0], oracle) for query in self._tested)
 

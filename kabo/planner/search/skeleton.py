@@ -1,4 +1,4 @@
-"""What the search is given and what it returns: limits, geometry as it sees it, skeletons and results.
+"""Inputs and outputs of the search: limits, the interface to geometry, skeletons and results.
 
 A skeleton is a contingent plan without motions: a DAG whose equal continuations are one object, shared from the
 leaves, with a single goal node [docs/plans.md#sharing].
@@ -21,7 +21,7 @@ Pattern = frozenset[Provenance]
 
 @dataclass(frozen=True)
 class Origin:
-    """How a component got its value: by an attempt at a call, whose samples depended on components of these provenances."""
+    """The origin of a component's value: an attempt at a call, and the provenances of the components it depended on."""
 
     call: GroundCall
     attempt: int
@@ -30,7 +30,7 @@ class Origin:
 
 @dataclass(frozen=True)
 class LearntRefusals:
-    """What lazy geometry has learnt [nogoods]: by call, the attempt from which on it is refused, and where.
+    """The nogoods of lazy geometry: for each call the attempt from which on it is refused, and in which situations.
 
     `named` are the provenances that refusals and suspicions name, and those from which they derive; `origins` says
     which calls make them. `suspicions`: patterns in which something was in the way of a call, all else left open.
@@ -46,7 +46,7 @@ class LearntRefusals:
 
 
 class Geometry(Protocol):
-    """Geometry as the search sees it: it looks up what is known, and is optimistic about what was not evaluated."""
+    """The interface of geometry to the search: known answers are looked up, calls not yet made are assumed to succeed."""
 
     @property
     def start(self) -> Trace:
@@ -74,7 +74,7 @@ class Geometry(Protocol):
         ...
 
     def learnt(self) -> LearntRefusals | None:
-        """All that is known of geometry, for compiling it into the task; None if that is not possible."""
+        """All recorded refusals, to be compiled into the finite-domain task; None if they cannot be compiled."""
         ...
 
     def most_expansions(self, search: Search) -> float:
@@ -92,7 +92,7 @@ class SearchLimits:
 
 @dataclass(frozen=True)
 class SearchStatistics:
-    """What a search did; `solved` counts the nodes for which a continuation was found."""
+    """The figures of a search; `solved` counts the nodes for which a continuation was found."""
 
     expanded: int = 0
     generated: int = 0

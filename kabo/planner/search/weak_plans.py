@@ -104,7 +104,7 @@ class WeakGraph:
         """Every node that one action may lead to, with one outcome assumed for all that it senses.
 
         Args:
-            node: what is expanded.
+            node: the node to expand.
             among: only the actions with these indices, if given, and branching.
             without: skip the actions with these indices; the expansion is then not counted again.
         """
@@ -141,7 +141,7 @@ class WeakGraph:
         return self._space.heuristic.estimate(node[0], parts)
 
     def cost(self, move: Move) -> float:
-        """What the action costs; branching costs nothing."""
+        """The cost of the action; branching costs nothing."""
         return 0.0 if move[0] is None else move[0][0].cost
 
     def bound(self, node: Node) -> float | None:
@@ -174,5 +174,5 @@ def steps_of(path: list[tuple[Move, Node]]) -> list[Step]:
 
 
 def choice_of(step: Step) -> Choice:
-    """What a step chooses at its node, as a key."""
+    """The key of the choice that a step makes at its node."""
     return step.branching.entry if isinstance(step, Assume) else (step.action.index, step.attempt)

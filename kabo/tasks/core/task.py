@@ -30,15 +30,15 @@ class Task(Serial):
     """A whole task. Planning can be stopped and continued: `plan` goes on where it left off, `reset` starts over.
 
     Args:
-        name: of the task.
+        name: the name of the task.
         children: its stages, in order of time.
-        seed: of all random choices.
+        seed: the seed of all random choices.
         pruning: whether jobs wait while their states cannot become part of a solution.
         lazy: plan depth first; else round robin.
         depth_first: how many jobs are planned depth first before round robin begins, unless there is a solution before.
         observe: called with every failure and its stage.
         audit: called with the run after every job, for tests.
-        properties: of the task, for the stages to inherit.
+        properties: properties of the task, which its stages can inherit.
     """
 
     def __init__(

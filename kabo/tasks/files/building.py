@@ -58,7 +58,7 @@ class TaskFile:
 
         Args:
             arguments: values by the names of declared properties.
-            seed: of all random choices.
+            seed: the seed of all random choices.
             partly: whether required properties may be missing, as for showing the task.
 
         Raises:

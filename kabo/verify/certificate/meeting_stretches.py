@@ -1,4 +1,4 @@
-"""Two motions that may be under way at any two moments of theirs, as one path that visits every pair of their pieces.
+"""Two motions with unknown relative timing, as one path that visits every pair of their pieces.
 
 A claim about whole pieces of that path is about the hulls of all poses of each body in them; so it holds for any moment
 of the one motion together with any moment of the other.

@@ -92,7 +92,7 @@ class Side:
         return self._stretches[s0, s1]
 
     def deviation(self, s0: int, s1: int) -> float:
-        """The greatest distance of its points from their chords between two positions [m]."""
+        """The greatest distance of any point of the body from its chord between two positions of the path [m]."""
         if s1 - s0 < POSITIONS_PER_PIECE:
             return float(self.deviations[s0 // POSITIONS_PER_PIECE]) * ((s1 - s0) / POSITIONS_PER_PIECE) ** 2
         return float(self.deviations[s0 // POSITIONS_PER_PIECE : s1 // POSITIONS_PER_PIECE].max())
@@ -151,7 +151,7 @@ class ProvenPair:
 
     @property
     def moves(self) -> bool:
-        """Whether the two move against each other at all."""
+        """Whether the two bodies move relative to each other."""
         return any(side.moves for side in self.sides)
 
     def apart(self) -> float:

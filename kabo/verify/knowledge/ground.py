@@ -113,7 +113,7 @@ def read_observable(text: str, problem: Problem) -> Observable | None:
 
 
 def is_symbol(thing: Observable) -> bool:
-    """Whether it is an atom or term, not a conjunction."""
+    """Whether an observable is an atom or term, not a conjunction."""
     return isinstance(thing[0], str)
 
 

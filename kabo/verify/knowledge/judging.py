@@ -19,7 +19,7 @@ class KnowledgeReport:
 
     Attributes:
         findings: the faults.
-        states: how many states of knowledge were examined.
+        states: the number of examined states of knowledge.
         worlds: the report of the run through all worlds; None if worlds could not judge the plan.
         why_replay: why worlds could not judge the plan; None if they could.
     """

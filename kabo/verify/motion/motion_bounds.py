@@ -1,4 +1,4 @@
-"""Closer bounds of the relative motion of two bodies than the sum over joints, for pairs that nearly touch.
+"""Tighter bounds of the relative motion of two bodies than the sum over joints, for pairs that nearly touch.
 
 Between two way points the velocity of a point differs from that of its chord by no more than four times the bound of its
 deviation from the chord [K Eq. 4.19]; the points of a body move no farther than the corners of the box around it.
@@ -13,7 +13,7 @@ from kabo.verify.motion.sweep import Intervals, Pair, Path, SweptBody
 
 
 def closer(pair: Pair, intervals: Intervals) -> tuple[Pair, Intervals]:
-    """The pair with closer bounds of its motion, and the same intervals measured by them."""
+    """The pair with tighter motion bounds, and its open intervals converted to these bounds."""
     lengths = np.diff(pair.ends)
     bounds = np.minimum(lengths, _lengths(pair.path, pair.first) + _lengths(pair.path, pair.second))
     made = Pair(pair.path, pair.first, pair.second, np.zeros(pair.path.steps.shape[1]))

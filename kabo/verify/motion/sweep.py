@@ -34,13 +34,13 @@ class SweptBody:
 
     @property
     def lever(self) -> float:
-        """The greatest distance of its points from the joint that carries it [m]."""
+        """The greatest distance of any point of the body from the joint that carries it [m]."""
         assert self.mount is not None
         placed = self.mount.joint_T_body
         return float(np.linalg.norm(placed[:3, :3] @ self.surface.centre + placed[:3, 3])) + self.surface.radius
 
     def pose(self, joint_poses: Poses) -> Array:
-        """Its pose in the world, given the poses of the robots' joints."""
+        """The body's pose in the world, given the poses of the robots' joints."""
         if self.mount is None:
             assert self.world_T is not None
             return self.world_T

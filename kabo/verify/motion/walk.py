@@ -105,7 +105,7 @@ class Walk:
             yield Finding(self.node, text, time, pair)
 
     def motion(self) -> Motion:
-        """The motion as it was checked."""
+        """The sweeps and objects of the checked motion, for the check of overlapping motions."""
         objects = {thing.name for sweep in self.sweeps for thing in sweep.things} & self.holding.hung.keys()
         changed = {name for name, hung in self.holding.hung.items() if hung is not self.before.hung[name]}
         return Motion(tuple(self.sweeps), frozenset(objects | changed), frozenset(self.call.bodies))
@@ -216,7 +216,7 @@ class Walk:
 def check_end(
     node: str, call: Call, world: SceneModel, changes: AttachmentChanges, time: float
 ) -> Iterator[Finding]:
-    """The findings unless a motion has done what its procedure must do."""
+    """The findings unless a motion has achieved the result that its procedure requires."""
     spec, holding = call.spec, changes.holding
     if spec is None:
         return

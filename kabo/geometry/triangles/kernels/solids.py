@@ -61,7 +61,7 @@ def nearest_triangle(boxes, children, triangles, x, y, z, best, stack):
 
 @lean_kernel  # (T, 3, 3) f8, f8 x 3 -> f8
 def winding_number(triangles, px, py, pz):
-    """How often the mesh winds around a point: the sum of solid angles over 4 pi [van Oosterom 1983]."""
+    """The winding number of the mesh around a point: the sum of solid angles over 4 pi [van Oosterom 1983]."""
     total = 0.0
     for t in range(triangles.shape[0]):
         ax, ay, az = triangles[t, 0, 0] - px, triangles[t, 0, 1] - py, triangles[t, 0, 2] - pz

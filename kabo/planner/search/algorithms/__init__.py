@@ -1,4 +1,4 @@
-"""Weak search: one way to an end, assuming the outcomes of sensing; one file for each search [K 6.2].
+"""Algorithms of weak search: one path to an end node, with assumed sensing outcomes; a file for each [K 6.2].
 
 Each takes a start and a graph and returns the path to an end, or None with everything that it visited when there is
 none. All are deterministic: successors are taken in the order in which the graph gives them.

@@ -1,4 +1,4 @@
-"""A*: a way of least cost to an end."""
+"""A*: a path of least cost to an end node."""
 
 from collections.abc import Hashable
 from heapq import heappop, heappush
@@ -14,11 +14,11 @@ _Waiting = tuple[float, float, int, bool, float, Hashable, Node]
 
 
 def astar(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """A way of least cost to an end.
+    """A path of least cost to an end node.
 
-    Nodes are bounded when their turn comes; until then what bounds their parents bounds them, as in the compiled
-    search of tasks without sensing. A node that is met at less cost than before is taken up again, for bounds need
-    not fall evenly along a way.
+    Evaluation is lazy: a node has the bound of its parent until it is taken from the queue, as in the compiled search
+    of tasks without sensing. A node that is reached again at less cost is reopened, since the bounds need not be
+    consistent.
     """
     root, numbers = graph.key(start), count(1)
     parents: Parents[Move, Node] = {root: None}

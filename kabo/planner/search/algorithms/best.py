@@ -1,4 +1,4 @@
-"""The search that does best all round: greedily for one conjunct of the goal after the other."""
+"""The default search: greedily for one conjunct of the goal after the other."""
 
 from collections.abc import Callable
 
@@ -8,9 +8,9 @@ from kabo.planner.search.algorithms.greedy import best_first, greedy
 
 
 def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchOutcome[Node, Move]:
-    """Greedy search for one conjunct of the goal after the other, in a fixed order; then for what is left at once.
+    """Greedy search for one goal conjunct after the other, in a fixed order; then for all remaining ones at once.
 
-    The rest of a contingent plan after one conjunct is then the same in all branches. Conjuncts that hold are
+    The rest of a contingent plan after one conjunct is thus the same in all branches. Conjuncts that hold are
     protected where possible; where a further one cannot be reached soon without losing one of them for good, all
     conjuncts are searched for at once.
     """
@@ -35,7 +35,7 @@ def best(start: Node, graph: Graph[Node, Move], newest: bool = False) -> SearchO
 
 
 def newest_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """As `best`, but among nodes with equal estimates it takes the newest, not the oldest."""
+    """Greedy search as `best`, but among nodes with equal estimates the newest is expanded first, not the oldest."""
     return best(start, graph, newest=True)
 
 

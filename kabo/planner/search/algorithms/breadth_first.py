@@ -1,4 +1,4 @@
-"""Breadth-first search: a shortest way to an end."""
+"""Breadth-first search: a shortest path to an end node."""
 
 from collections import deque
 from collections.abc import Hashable

@@ -1,4 +1,4 @@
-"""Depth-first search: the first way to an end that following first successors meets."""
+"""Depth-first search; the successors of a node are visited in their given order."""
 
 from collections import Counter
 from collections.abc import Hashable, Iterator
@@ -8,10 +8,10 @@ from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcom
 
 
 def depth_first(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """The first path that following first successors meets.
+    """The first path to an end node in depth-first order.
 
-    Each state of knowledge is visited once, whatever its geometry; if that finds nothing, the search starts over with
-    more visits. So paths do not run in circles along which only the geometry changes [K 6.2.3].
+    Each knowledge state is visited at most once, whatever its geometry; if no path is found, the search restarts with
+    more visits permitted. This keeps it out of cycles along which only the geometry changes [K 6.2.3].
     """
     most = 1
     while True:
@@ -53,7 +53,7 @@ def _depth_first(start: Node, graph: Graph[Node, Move], most: int) -> tuple[Sear
 def first_new(
     steps: Iterator[tuple[Hashable, Move, Node]], visited: set[Hashable]
 ) -> tuple[Hashable, Move, Node] | None:
-    """The first step to a node that was not visited, which now is; None if there is none."""
+    """The first step to an unvisited node, which is marked as visited; None if there is none."""
     for key, move, node in steps:
         if key not in visited:
             visited.add(key)

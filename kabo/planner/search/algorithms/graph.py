@@ -1,4 +1,4 @@
-"""The graph that a search for one way to an end walks, and what the search returns."""
+"""The graph that weak searches explore for a path to an end node, and the outcome that they return."""
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ Parents = dict[Hashable, tuple[Hashable, Move, Node] | None]
 
 
 class HeuristicValue(NamedTuple):
-    """How far a goal seems (None: it is out of reach), and the indices of the actions that seem to lead there."""
+    """The estimated cost of a goal (None if unreachable), and the indices of preferred actions."""
 
     value: int | None
     preferred: frozenset[int]
 
 
 class Graph(Protocol[Node, Made]):
-    """What a search asks of its graph; `successors` counts the expansion and raises when the budget is spent."""
+    """The interface of graphs to searches; `successors` counts expansions and raises when the budget is spent."""
 
     def key(self, node: Node) -> Hashable:
         """The identity of a node."""
@@ -54,15 +54,15 @@ class Graph(Protocol[Node, Made]):
         ...
 
     def estimate(self, node: Node, parts: Sequence[int]) -> HeuristicValue:
-        """How far these conjuncts seem, and which actions seem to lead there."""
+        """The estimated cost of these conjuncts of the goal, and the preferred actions."""
         ...
 
     def cost(self, move: Made) -> float:
-        """What the move costs."""
+        """The cost of the move."""
         ...
 
     def bound(self, node: Node) -> float | None:
-        """A lower bound of the cost from a node to an end; None if there is no way."""
+        """A lower bound of the cost from a node to an end node; None if there is no path."""
         ...
 
 
@@ -80,7 +80,7 @@ Algorithm = Callable[[Node, Graph[Node, Move]], SearchOutcome[Node, Move]]
 def expanded(
     waiting: Hashable, node: Node, graph: Graph[Node, Move], parents: Parents[Move, Node], done: set[Hashable]
 ) -> Hashable | None:
-    """The key of a node that is expanded now; None if geometry refuses it, or if that was done before."""
+    """The key of a node to be expanded now; None if geometry refuses it, or if it was expanded before."""
     key = graph.confirmed_key(node)
     if key is None or key in done:
         return None

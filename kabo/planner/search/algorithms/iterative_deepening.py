@@ -1,4 +1,4 @@
-"""Iterative deepening: a shortest way to an end, by depth-first searches with growing limits."""
+"""Iterative deepening: a shortest path to an end node, by depth-first searches with growing depth limits."""
 
 from collections.abc import Hashable
 
@@ -6,7 +6,7 @@ from kabo.planner.search.algorithms.graph import Graph, Move, Node, SearchOutcom
 
 
 def iterative_deepening(start: Node, graph: Graph[Node, Move]) -> SearchOutcome[Node, Move]:
-    """A shortest path, by depth-first searches with growing limits; ends when a limit has cut nothing off."""
+    """A shortest path, by depth-first searches with growing depth limits; ends when a search reached no limit."""
     limit = 1
     while True:
         path, depths = _depth_limited(start, graph, limit)

@@ -99,7 +99,7 @@ def references(value: Any, name: str) -> Iterator[Reference]:
 
 
 class PropertyOwner(Protocol):
-    """What properties know of the stage that they belong to."""
+    """The attributes of a stage that its properties read."""
 
     @property
     def name(self) -> str:

@@ -26,8 +26,8 @@ class Result:
         scene: the scene on the side that the stage computes: after it (forward), before it (backward), on both sides
             (generator); None keeps the scene that is there (connectors, wrappers).
         cost: the stage's own cost; an infinite cost turns the result into a failure.
-        comment: for people.
-        motion: what moves, in order of time; the core does not look inside.
+        comment: a text for users, which no code interprets.
+        motion: the motion in order of time; the core does not interpret it.
         properties: interface properties that are added to those inherited by the new state.
         start: for wrappers of generators, the scene before, if it is not `scene`.
     """
@@ -42,7 +42,7 @@ class Result:
 
 @runtime_checkable
 class Refused(Protocol):
-    """What a stage function gives for a refused attempt: a `Failure`, or a value of the program with these two."""
+    """The protocol of refused attempts that stage functions return: `Failure`, or any object with these two attributes."""
 
     @property
     def reason(self) -> str:
@@ -50,7 +50,7 @@ class Refused(Protocol):
 
     @property
     def comment(self) -> str:
-        """For people."""
+        """A comment for users, which no code interprets."""
 
 
 @dataclass(frozen=True)

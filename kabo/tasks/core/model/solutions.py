@@ -88,7 +88,7 @@ class State:
 
 
 class SolvedStage(Protocol):
-    """What a solution knows of the stage that found it: in its own process the `Stage`, elsewhere a `NamedStage`."""
+    """The stage as its solutions refer to it: the `Stage` in its own process, a `NamedStage` in others."""
 
     TRANSPARENT: ClassVar[bool]  # whether parts of its solutions are found without its name
 

@@ -63,7 +63,7 @@ class Generator(Stage):
 
     @property
     def flows(self) -> Flows:
-        """Only GENERATE."""
+        """The only flow of a generator, GENERATE."""
         return frozenset((Flow.GENERATE,))
 
     def generate(self, scene: Any, properties: Values, seed: int) -> Answers:
@@ -133,7 +133,7 @@ class Connector(Stage):
 
     @property
     def flows(self) -> Flows:
-        """Only CONNECT."""
+        """The only flow of a connector, CONNECT."""
         return frozenset((Flow.CONNECT,))
 
     def mismatch(self, start: Any, end: Any, properties: Values) -> str | None:

@@ -20,7 +20,7 @@ from kabo.tasks.core.run.nodes import StageNode
 
 
 class FallbacksNode(ParallelNode):
-    """Fallbacks that generate: the next child starts when the one before has ended without any solution."""
+    """The node of generating fallbacks: the next child starts when the one before has ended without any solution."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -67,7 +67,7 @@ class FallbacksNode(ParallelNode):
         return True
 
     def may_pass_on(self, child: StageNode) -> bool:
-        """Whether the child has not started but may still do so."""
+        """Whether the child has not been started but may still be."""
         left = self._index >= 0 and not (self._solved or self.closed or self.asking)
         return left and self.children.index(child) > self._index
 
@@ -85,7 +85,7 @@ class FallbacksNode(ParallelNode):
 
 
 class PropagatingFallbacksNode(FallbacksNode):
-    """Fallbacks that propagate: they decide for each state."""
+    """The node of propagating fallbacks: each state tries the children one after another."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -118,14 +118,14 @@ class PropagatingFallbacksNode(FallbacksNode):
         heappush(self._heap, (order, state.number, state))
 
     def rekey(self, state: State, side: int) -> None:
-        """Queues a waiting state again at its better priority; or passes the change on to the children that have it."""
+        """Requeues a waiting state at its better priority, or passes the change on to the children that have it."""
         if state in self._waiting:
             self._queue(state)
         else:
             super().rekey(state, side)
 
     def revived(self, state: State) -> None:
-        """Queues a waiting state again; or tells the children that have it."""
+        """Requeues a state that is alive again if it waits, else notifies the children that have it."""
         if state in self._waiting:
             self._queue(state)
         else:
@@ -226,7 +226,7 @@ class Lane:
 
 
 class ConnectingFallbacksNode(Joining, FallbacksNode):
-    """Fallbacks that connect: they decide for each pair of states."""
+    """The node of fallbacks that connect two states: each pair of states tries the children one after another."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)

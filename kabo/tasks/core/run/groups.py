@@ -115,12 +115,12 @@ class ParallelNode(StageNode):
             child.take(state, side, lane)
 
     def rekey(self, state: State, side: int) -> None:
-        """Tells all children."""
+        """Passes the better priority of the state on to all children."""
         for child in self.children:
             child.rekey(state, side)
 
     def revived(self, state: State) -> None:
-        """Tells all children."""
+        """Notifies all children that the state is alive again."""
         for child in self.children:
             child.revived(state)
 
@@ -137,7 +137,7 @@ class ParallelNode(StageNode):
         return not self.closed and any(child.may_join(start, end, lane) for child in self.children)
 
     def partners(self, state: State, side: int) -> Iterable[State]:
-        """The states that any child might join it with."""
+        """The states with which any child may join the given one."""
         return [partner for child in self.children for partner in child.partners(state, side)]
 
     def busy(self) -> bool:

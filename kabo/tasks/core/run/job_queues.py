@@ -96,7 +96,7 @@ class Leaf(StageNode):
         return None
 
     def put_back(self, job: StageJob) -> None:
-        """Queues a job again that an error broke off; when called anew it skips the answers that it has given already."""
+        """Requeues a job that an error interrupted; the next call skips the answers that were already recorded."""
         job.source = None
         self.planning.changes += 1
         self.push(job)
@@ -125,5 +125,5 @@ class Leaf(StageNode):
         return None, None
 
     def solve(self, job: StageJob, result: Result) -> None:
-        """Makes a solution of a result."""
+        """Turns a job's result into a solution."""
         raise NotImplementedError

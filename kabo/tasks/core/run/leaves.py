@@ -25,7 +25,7 @@ class GeneratorNode(Leaf):
             self.queue(StageJob(None, self.arguments((self.planning.scene,))))
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
-        """How often the job has run; there is only one."""
+        """The number of times that the node's only job has run."""
         return (job.asked,)
 
     def runnable(self, job: StageJob) -> bool:
@@ -158,15 +158,15 @@ class PropagatorNode(Leaf):
         return self.works_on(state, side) and state not in self.parked
 
     def done(self, job: StageJob) -> None:
-        """Has the state rechecked: nothing more leads on from it through this stage."""
+        """Rechecks whether the job's state is alive, since this stage adds no more solutions to it."""
         self.planning.recheck(job.subject, self._far)
 
     def function(self) -> Callable[..., Answers]:
-        """The stage's `forward` or `backward`."""
+        """The method that a job calls: the stage's `forward` or `backward`."""
         return self.stage.forward if self._forward else self.stage.backward
 
     def ends(self, job: StageJob) -> tuple[State | None, State | None]:
-        """The state that the job was given, on its side."""
+        """The job's state at the end where the stage reads it, None at the other end."""
         return (job.subject, None) if self._forward else (None, job.subject)
 
     def solve(self, job: StageJob, result: Result) -> None:

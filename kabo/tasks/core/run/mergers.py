@@ -32,13 +32,13 @@ class MergerNode(Leaf):
     )
 
     def rekey(self, state: State, side: int) -> None:
-        """Tells the children, and queues the state's combinations again at their better priority."""
+        """Passes the state's better priority to the children, and requeues the state's combinations at it."""
         for child in self.children:
             child.rekey(state, side)
         self.rekey_jobs([job for subject, job in self.jobs.items() if subject[0] is state])
 
     def revived(self, state: State) -> None:
-        """Tells the children, and queues those of the state's combinations again that were parked."""
+        """Notifies the children that the state is alive again, and requeues its parked combinations."""
         for child in self.children:
             child.revived(state)
         self.unpark([job for subject, job in self.parked.items() if subject[0] is state])

@@ -37,7 +37,7 @@ class StageStatistics:
 
 
 class Scheduler(Protocol):
-    """What a node may ask of the scheduler of its planning run, and what it reports to it."""
+    """The interface of the scheduler to the nodes of its planning run."""
 
     flows: Mapping[Stage, Flow]
     scene: Any
@@ -321,7 +321,7 @@ class Level:
         return state.position == (0 if side == LEFT else len(self.children))
 
     def complete(self, state: State, side: int) -> bool:
-        """Whether a path leads from the border on that side to the state."""
+        """Whether solutions of the children form a path between the container's border on that side and the state."""
         needed = state.position if side == LEFT else len(self.children) - state.position
         return state.best[side][0] == needed
 
@@ -349,7 +349,7 @@ class Level:
         return any(inner.level.owner.may_lead(inner, side) for inner in written)
 
     def may_extend(self, state: State, side: int) -> bool:
-        """Whether anything may still be added to the paths that lead on from a state, in its lane."""
+        """Whether a child may still extend the paths on that side of the state, within the state's lane."""
         seen, waiting = {state}, [state]
         while waiting:
             here = waiting.pop()

@@ -168,7 +168,7 @@ class Planning:
         return lifted
 
     def lift_complete(self) -> bool:
-        """Lifts one complete path of each container, when a run is to end; returns whether there was any."""
+        """Turns one complete path of each container into its solution before a run ends; returns whether there was any."""
         self._begin()
         lifted = [self.lift_inside(node) for node in self.order if isinstance(node, SerialNode)]
         self._inconsistent = False

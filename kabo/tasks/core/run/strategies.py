@@ -26,7 +26,7 @@ USELESS = 3  # the rank of jobs whose states nothing could join
 
 
 class JobSource(Protocol):
-    """What a strategy may ask of its planning run."""
+    """The interface of a planning run to its search strategy."""
 
     order: list[StageNode]  # children before their containers, else in order of time
     root: StageNode

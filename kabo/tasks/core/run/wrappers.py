@@ -57,7 +57,7 @@ class WrapperNode(Holder, Leaf):
         return (solution.start if self.flow is Flow.BACKWARD else solution.end,)
 
     def rekey(self, state: State, side: int) -> None:
-        """Does nothing: the child orders its jobs by their states inside."""
+        """Does nothing: the child orders its jobs by the states inside the wrapper, not by this one."""
 
     def key(self, job: StageJob) -> tuple[Any, ...]:
         """How often the job has run, then length and cost of the paths to states that came in, and the solution's cost."""
@@ -70,7 +70,7 @@ class WrapperNode(Holder, Leaf):
         return job.asked, depth, cost
 
     def runnable(self, job: StageJob) -> bool:
-        """Whether the states that came in are alive outside."""
+        """Whether the states outside the wrapper from which the solution starts can still be part of a whole solution."""
         solution: Solution = job.subject
         start, end = solution.start, solution.end
         left = not self.reads[LEFT] or start is None or start.alive[LEFT]

@@ -11,7 +11,7 @@ def keep_of(scene: TaskScene, robot: str, given: Any) -> Keep | None:
     """The constraint that a motion must keep, for whatever the robot holds or for one held object; None if there is none.
 
     Args:
-        scene: in which the robot holds what the constraint is about.
+        scene: the scene, in which the robot holds the object of the constraint.
         robot: the robot that moves.
         given: the name of a motion constraint of the scene, or {object, constraint}; None or "": no constraint.
 

@@ -26,11 +26,11 @@ class MateTarget:
             number += 1
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: nothing is known, because a mate does not determine one pose."""
+        """None: no blocking pair can be found before sampling, because a mate permits many poses."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: a configuration only has to satisfy the constraints."""
+        """None: every configuration that satisfies the constraints is acceptable."""
         return None
 
 

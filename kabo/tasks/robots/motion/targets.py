@@ -67,11 +67,11 @@ class GraspTarget:
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: nothing is known, because a family does not determine one pose."""
+        """None: no blocking pair can be found before sampling, because a family permits many poses."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: a configuration only has to satisfy the constraints."""
+        """None: every configuration that satisfies the constraints is acceptable."""
         return None
 
 
@@ -89,7 +89,7 @@ class PlacementTarget:
         return iter(self.stream)
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: nothing is known, because a family does not determine one pose."""
+        """None: no blocking pair can be found before sampling, because a family permits many poses."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
@@ -144,7 +144,7 @@ class PoseTarget:
         return tool_hit(scene, self.robot, self.frame, self.world_T_frame)
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """None: a configuration only has to satisfy the constraints."""
+        """None: every configuration that satisfies the constraints is acceptable."""
         return None
 
 

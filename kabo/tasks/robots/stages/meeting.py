@@ -81,11 +81,11 @@ class MeetingTarget:
         return home
 
     def blocked(self, scene: TaskScene) -> Pair | None:
-        """None: nothing is known, because meeting does not determine one pose."""
+        """None: no blocking pair can be found before sampling, because the robots can meet in many poses."""
         return None
 
     def refused(self, scene: TaskScene, at: Candidate) -> str | None:
-        """Why the configuration is not acceptable: the second robot would collide at its own."""
+        """The collision of the second robot's configuration that rules out this meeting; None if it is free."""
         assert isinstance(at, Meeting)
         there = scene.permitting(tuple(sorted(pair)) for pair in self.touching)  # type: ignore[misc]
         hit = there.at(self.robot, at.q).at(self.partner, at.other).hit(self.partner)

@@ -53,7 +53,7 @@ class SamplePlacement(RobotStage, Monitor):
     }
 
     def generate(self, scene: TaskScene, properties: Values, seed: int) -> Answers:
-        """The scene, once for each family; inverse kinematics finds out where the object goes."""
+        """One result for each placement family, with the family as target; inverse kinematics chooses the pose later."""
         robot, name = scene.robot(properties["robot"]), properties["object"]
         if scene.holder(name) != robot.name:
             text = f"{robot.name} does not hold {name}"
@@ -76,7 +76,7 @@ class SamplePlacement(RobotStage, Monitor):
         return results
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """No region and no support, or a placement family that the object does not have."""
+        """Messages for a stage with neither region nor support, or with a placement family that the object lacks."""
         if all(self.known(key) is None and not self.undecided(key) for key in ("region", "support")):
             yield "there is no place: it says neither a region nor a support"
         yield from family_faults(self, scene, "placements")

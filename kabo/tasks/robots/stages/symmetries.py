@@ -63,7 +63,7 @@ class GraspPoses(RobotStage, Monitor):
     }
 
     def faults(self, scene: Scene, start: Situation | None = None) -> Iterator[str]:
-        """A family, or an axis to turn about, that the object does not have."""
+        """Messages for a grasp family or a rotation axis that the object lacks."""
         yield from family_faults(self, scene, "grasps")
         name, about = self.known("object"), self.known("about")
         lines = (

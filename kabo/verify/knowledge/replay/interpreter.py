@@ -216,7 +216,7 @@ class Interpreter:
         return read_observable(text, self.problem)
 
     def can_branch(self, state: Facts, thing: Observable) -> bool:
-        """Whether the truth or value will be known at run time."""
+        """Whether the observable's truth or value will be known at run time, so that a plan can branch on it."""
         if is_symbol(thing):
             return will_be_known(thing, state)  # type: ignore[arg-type]
         if isinstance(state, Knowledge) and thing in state.conjunctions:
@@ -228,7 +228,7 @@ class Interpreter:
         return False in truths or None not in truths or all(will_be_known(claim[0], state) for claim in claims)
 
     def outcomes_of(self, thing: Observable, state: Knowledge) -> tuple[Value, ...] | None:
-        """All values that it could have if nothing were known of it; None if they cannot be listed."""
+        """All values of the observable, regardless of knowledge; None if they cannot be listed."""
         if not is_symbol(thing):
             return (False, True)
         symbol: Symbol = thing  # type: ignore[assignment]

@@ -103,7 +103,7 @@ class Relevance:
 
     # ----------------------------------------------------------------------------------------------- what is kept
     def mattering(self, name: str) -> list[Symbol]:
-        """The atoms and terms that matter at a node or after it, in a fixed order."""
+        """The atoms and terms that a node or its successors read, in a fixed order."""
         kept = self._at(name, 0)
         return [thing for thing in self._bits if not isinstance(thing, str) and kept(thing)]
 
@@ -135,7 +135,7 @@ class Relevance:
             del self._kept[key]
 
     def kept_by(self, mask: int) -> "Kept":
-        """The atoms and terms of a mask."""
+        """The set of atoms and terms whose bits are in the mask."""
         names = frozenset(str(thing) for thing, bit in self._names if bit & mask)
         return Kept(self, mask, frozenset(compress(self._bits, map(int, f"{mask:b}"[::-1]))), names)
 
@@ -149,7 +149,7 @@ class Relevance:
 
 @dataclass(frozen=True)
 class Kept:
-    """The atoms and terms that matter at a node; called as a function it says whether one does."""
+    """The atoms and terms that a node or its successors read; calling it tests one for membership."""
 
     relevance: Relevance
     mask: int
@@ -160,12 +160,12 @@ class Kept:
         return symbol in self.symbols or symbol[0] in self.names
 
     def tied_to(self, symbols: Iterable[Symbol]) -> "Kept":
-        """The same with the atoms and terms that update rules relate to these symbols."""
+        """This set, extended by the atoms and terms that update rules relate to these symbols."""
         wide = self.relevance.tied(self.mask | self.relevance.bits_of(symbols))
         return self if wide == self.mask else self.relevance.kept_by(wide)
 
     def only(self, known: Mapping[Symbol, Value]) -> dict[Symbol, Value]:
-        """Those known values that matter."""
+        """The known values of atoms and terms that are relevant."""
         if self.names:
             return {symbol: value for symbol, value in known.items() if self(symbol)}
         symbols = self.symbols

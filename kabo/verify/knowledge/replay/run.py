@@ -37,7 +37,7 @@ TOO_MANY = f"more than {MAX_STATES} different states of knowledge arise up to he
 
 @dataclass
 class Replay:
-    """The outcome: findings, and how many knowledge states were examined."""
+    """The outcome of a replay: findings, and the number of examined knowledge states."""
 
     findings: list[Finding] = field(default_factory=list)
     states: int = 0

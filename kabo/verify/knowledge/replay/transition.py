@@ -95,7 +95,7 @@ def assign(draft: MutableKnowledge, add: Assignment) -> None:
 
 
 def note(draft: MutableKnowledge, updates: Updates) -> None:
-    """Applies the updates of all databases except Kf: deletions, then additions."""
+    """Applies the updates of all knowledge databases except Kf: deletions, then additions."""
     for symbol in updates.no_run_time:
         if symbol in draft.whether:
             draft.whether.discard(symbol)
@@ -143,7 +143,7 @@ def infer(draft: MutableKnowledge, updates: Updates) -> None:
 
 
 def settle(draft: MutableKnowledge, rules: UpdateRules, *, everything: bool = False) -> None:
-    """Closure and update rules in turn, until nothing changes.
+    """Alternates closure and update rules until nothing changes.
 
     Args:
         draft: the state.

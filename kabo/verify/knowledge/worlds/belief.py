@@ -68,16 +68,16 @@ class ExplicitBelief:
         return self.about or self
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
-        """See `Knower`."""
+        """Whether the claim follows from the explicit facts; nothing is known of the state at the start."""
         return not at_start and claim(self)
 
     def will_know(self, name: Symbol | Namer | None, at_start: bool) -> bool:
-        """See `Knower`."""
+        """Whether the symbol's value is an explicit fact; False for the state at the start."""
         symbol = named(name, self)
         return not at_start and symbol is not None and symbol in self.known
 
     def always_held(self, number: int) -> bool:
-        """See `Knower`."""
+        """False: explicit facts do not record how `always` goals held in earlier states."""
         return False
 
 
@@ -123,7 +123,7 @@ class Belief:
         return sum(world.share for world in self.worlds)
 
     def knows(self, claim: Question, at_start: bool, compared: frozenset[Symbol]) -> bool:
-        """See `Knower`; a claim is known if it holds in every world."""
+        """Whether the claim holds in every world, in the present state or in that at the start."""
         if at_start:
             return all(claim(world.first) for world in self.worlds)
         if len(compared) > 1:

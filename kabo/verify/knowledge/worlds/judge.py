@@ -84,7 +84,7 @@ class _Arrival:
 
 @dataclass
 class Judgement:
-    """The verdict of all worlds on a plan: the report, and how many beliefs were examined."""
+    """The result of following a plan through all worlds: the report, and the number of examined beliefs."""
 
     report: WorldReport
     states: int

@@ -39,7 +39,7 @@ class Permits:
     refused: tuple[tuple[str, tuple[str, str]], ...] = ()
 
     def joined(self, other: "Permits") -> "Permits":
-        """The contacts that either of the two permits."""
+        """The union of two sets of permitted contacts."""
         return Permits(self.loose | other.loose, {**self.shifted, **other.shifted}, self.refused + other.refused)
 
     @property
@@ -48,7 +48,7 @@ class Permits:
         return self.loose | frozenset(self.shifted)
 
     def shift(self, first: str, second: str) -> Array | None:
-        """The vector by which the first of two bodies is shifted before distances are measured; None: it is not."""
+        """The vector by which the first of two bodies is shifted before distances are measured; None for no shift."""
         found = self.shifted.get(frozenset((first, second))) if self.shifted else None
         return None if found is None else found[1] if found[0] == first else -found[1]
 
@@ -79,7 +79,7 @@ def _exists(scene: Scene, name: str) -> bool:
 def touching(
     moved: SweptBody, pose: Array, others: Sequence[SweptBody], away: Array, depths: Sequence[float]
 ) -> float | None:
-    """The least of `depths` by which a standing body must be shifted to be clear of its supports; None: it is deeper in.
+    """The least of `depths` by which a standing body must be shifted to be clear of its supports; None if none suffices.
 
     Args:
         moved: the body.

@@ -41,7 +41,7 @@ class Unfounded(Exception):
 
 @dataclass
 class Grants:
-    """The claims of a node's segments, each judged when its segment begins.
+    """The contact claims of a node's segments, each checked when its segment begins.
 
     `holding` is shared with the walk, which changes it; `standing` are all bodies that do not move in the node;
     `unmoved` are the objects that are where they were when the node began or when they were taken. `holds` maps robot
@@ -92,7 +92,7 @@ class Grants:
         return Permits(found.loose, found.shifted, tuple(refused))
 
     def ended(self, i: int) -> Iterator[tuple[str, tuple[str, str]]]:
-        """The unconfirmed claims about objects that segment i has taken, judged now that it has ended."""
+        """The unconfirmed claims about objects that segment i has taken, checked at the segment's end."""
         segment = self.segments[i]
         taken = {name for name, to in segment.attach if to.partition(".")[0] == segment.robot}
         self.unmoved |= taken

@@ -21,7 +21,7 @@ class Fitting:
 
 
 def fittings(call: Call, world: SceneModel, first: str, second: str) -> list[Fitting]:
-    """The mates that fit two bodies, with either as the moving one; only the mate that the call names, if it names one."""
+    """The scene's mates between two bodies, either moving; restricted to the mate that the call names, if any."""
     models = world.models.get(first), world.models.get(second)
     result = []
     for mate in world.scene.mates.values():

@@ -95,7 +95,7 @@ class Stroke:
     _known: dict[tuple[int, float], tuple[Array, Array, float]] = field(default_factory=dict)
 
     def fault(self) -> Fault | None:
-        """The first fault from the near end on; None if the motion is such a stroke."""
+        """The first fault, searched from the near end; None if the motion satisfies the stroke's conditions."""
         pieces = range(len(self.path.steps))
         bends, turning = self._bounds()
         if self.beside is not None and self._turns(self.beside).max() > 1e-9:
@@ -204,7 +204,7 @@ def box_corners(lower: Array, upper: Array) -> Array:
 
 
 def first_fault(strokes: Sequence[tuple[str, Stroke]]) -> tuple[str, Fault] | None:
-    """The fault of the first of several strokes, of which one must have none; None if one has none."""
+    """The fault of the first stroke if every stroke has a fault; None if at least one has none."""
     faults = list(_faults(strokes))
     return None if len(faults) < len(strokes) else faults[0]
 
