@@ -39,6 +39,16 @@ class SolveOptions(TypedDict, total=False):
     certificate: bool
 
 
+class ExplainOptions(TypedDict, total=False):
+    """What somebody says to an explanation about looking for motions: as to a solve, and how many changes are tried."""
+
+    seed: int | None
+    epsilon: float | None
+    geometry_order: GeometryOrder
+    max_samples: int | None
+    changes: int
+
+
 @dataclass(frozen=True)
 class Option:
     """One row of the table: what an option means, which values it takes, and where it may be said.

@@ -23,7 +23,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 def _sources_digest() -> str:
     """A hash of the sources of all kernels and of the code that compiles them."""
     digest, here = hashlib.sha256(), Path(__file__).parent
-    for source in (here / "compiling.py", here / "linking.py", *sorted(here.parent.glob("**/kernels/*.py"))):
+    for source in (*sorted(here.glob("*.py")), *sorted(here.parent.glob("**/kernels/*.py"))):
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -35,10 +35,12 @@ def _numba() -> Any:
     os.environ.setdefault("NUMBA_CPU_NAME", os.environ.get("KABO_CPU", "host"))
     if os.environ["NUMBA_CPU_NAME"] == "host":
         del os.environ["NUMBA_CPU_NAME"]
-    import numba
+    import numba  # here, as it takes most of a second, and reads these settings when it is imported
 
     setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010  the module makes its names at run time
-    _teach_window()
+    from kabo.compilation.lowering import teach_window  # after numba
+
+    teach_window(window)
     return numba
 
 
@@ -50,32 +52,6 @@ def window(flat: Any, start: int, shape: tuple[int, ...]) -> Any:
     return flat[start : start + math.prod(shape)].reshape(shape)
 
 
-def _teach_window() -> None:
-    """Teaches numba to make a `window` in kernels; its own slices and reshapes are calls that count references."""
-    from numba.core import cgutils, types
-    from numba.extending import lower_builtin, type_callable
-    from numba.np.arrayobj import make_array, populate_array
-
-    @type_callable(window)
-    def _(_: Any) -> Any:
-        return lambda flat, start, shape: types.Array(flat.dtype, len(shape), "C")
-
-    @lower_builtin(window, types.Array, types.Integer, types.BaseTuple)  # type: ignore[untyped-decorator]
-    def _(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        source = make_array(signature.args[0])(context, builder, arguments[0])
-        made = make_array(signature.return_type)(context, builder)
-        lengths = cgutils.unpack_tuple(builder, arguments[2])
-        step = context.get_constant(
-            types.intp, context.get_abi_sizeof(context.get_data_type(signature.return_type.dtype))
-        )
-        strides = [step]
-        for length in reversed(lengths[1:]):
-            strides.insert(0, builder.mul(strides[0], length))
-        data = builder.gep(source.data, [arguments[1]])
-        populate_array(made, data, lengths, strides, step, None)
-        return made._getvalue()
-
-
 def _compiled(function: _Function, **options: Any) -> _Function:
     numba = _numba()
     if numba.config.DISABLE_JIT:
@@ -84,7 +60,7 @@ def _compiled(function: _Function, **options: Any) -> _Function:
     if not _links():
         compiled: _Function = numba.njit(cache=True, **options)(function)
         return compiled
-    from kabo.compilation.linking import linked
+    from kabo.compilation.linking import linked  # after numba
 
     whole: _Function = linked(function, options, stored=True)
     return whole
@@ -100,7 +76,7 @@ def _links() -> bool:
     tried = Path(numba.config.CACHE_DIR) / f"numba-{numba.__version__}-links"
     if tried.exists():
         return True
-    from kabo.compilation.linking import linking_works
+    from kabo.compilation.linking import linking_works  # after numba
 
     works = linking_works(_OPTIONS)
     if works:

@@ -14,13 +14,17 @@ import warnings
 from functools import cache
 from typing import Any
 
+import numba
 import numpy as np
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.errors import NumbaError
+from numba.core.types import unliteral
 
 
 @cache
 def whole_compiler() -> Any:
     """A compiler that runs without collections of garbage: its millions of objects live until it ends."""
-    from numba.core.compiler import Compiler
 
     class WholeCompiler(Compiler):
         def compile_extra(self, function: Any) -> Any:
@@ -38,8 +42,6 @@ def whole_compiler() -> Any:
 @cache
 def part_compiler() -> Any:
     """A compiler that stops before optimising."""
-    from numba.core.codegen import JITCodeLibrary
-    from numba.core.compiler import Compiler
 
     class WithoutEnvironment:
         """A code generator that sets no environment, for libraries without machine code."""
@@ -84,9 +86,6 @@ def linked(function: Any, options: dict[str, Any], *, stored: bool) -> Any:
 
     Calls with constants use the code for any number; otherwise each combination of constants would be compiled.
     """
-    import numba
-    from numba.core.types import unliteral
-
     njit: Any = numba.njit  # its types know nothing of its private options
     whole = njit(cache=stored, pipeline_class=whole_compiler(), **options)(function)
     part = njit(no_cpython_wrapper=True, pipeline_class=part_compiler(), **options)(function)
@@ -106,7 +105,6 @@ def linking_works(options: dict[str, Any]) -> bool:
 
     The trial is a kernel that calls one with arrays and one without, as kabo's kernels do.
     """
-    from numba.core.errors import NumbaError
 
     def scaled(values: Any, factor: Any) -> Any:
         return values * factor
@@ -127,11 +125,9 @@ def linking_works(options: dict[str, Any]) -> bool:
         reason = "a kernel that calls two others computes something else"
     except (NumbaError, AttributeError, TypeError, ValueError, LookupError, RuntimeError, AssertionError) as error:
         reason = f"{type(error).__name__}: {error}"
-    from numba import __version__
-
     warnings.warn(
-        f"numba {__version__} does not link kernels as kabo asks it to ({reason.splitlines()[0]}): plans are the same, "
-        "but kernels take longer to compile when kabo runs for the first time",
+        f"numba {numba.__version__} does not link kernels as kabo asks it to ({reason.splitlines()[0]}): plans are the "
+        "same, but kernels take longer to compile when kabo runs for the first time",
         RuntimeWarning,
         stacklevel=2,
     )

@@ -17,7 +17,7 @@ from kabo.explain.findings import (
     SmallerEpsilon,
 )
 from kabo.explain.scene_changes import changed, removable
-from kabo.geometry_server import Situation, Surroundings, supports
+from kabo.geometry_server import SceneSurroundings, Situation, supports
 from kabo.language.problem import Problem
 from kabo.plan import plan_statistics
 from kabo.planner.solve import solve
@@ -52,7 +52,7 @@ class TrialBudget:
 
 
 def candidates(
-    problem: Problem, surroundings: Surroundings, findings: Sequence[Finding], most: int = MAX_CHANGES
+    problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding], most: int = MAX_CHANGES
 ) -> list[Change]:
     """The changes that the failures suggest, the most promising first."""
     needed = [finding for finding in findings if not finding.dispensable] or list(findings)
@@ -60,7 +60,7 @@ def candidates(
     return found[:most]
 
 
-def _suggested(problem: Problem, surroundings: Surroundings, findings: Sequence[Finding]) -> Iterator[Change]:
+def _suggested(problem: Problem, surroundings: SceneSurroundings, findings: Sequence[Finding]) -> Iterator[Change]:
     for finding in findings[:MAX_BLAMED_CALLS]:
         freed = [name for name, count in finding.freed if count and removable(problem, name)]
         yield from (BodyRemoved(name) for name in freed if not _carries(surroundings, name))
@@ -80,7 +80,7 @@ def _moved(robot: str, by: Any, margin: float) -> BaseMoved:
     return BaseMoved(robot, (x, y, z))
 
 
-def _carries(surroundings: Surroundings, name: str) -> bool:
+def _carries(surroundings: SceneSurroundings, name: str) -> bool:
     """Whether something stands on a body at the start."""
     scene = surroundings.scene
     start = Situation.of(scene.start)
@@ -88,7 +88,11 @@ def _carries(surroundings: Surroundings, name: str) -> bool:
 
 
 def tried(
-    problem: Problem, surroundings: Surroundings, changes: Sequence[Change], means: TrialBudget, **options: Any
+    problem: Problem,
+    surroundings: SceneSurroundings,
+    changes: Sequence[Change],
+    means: TrialBudget,
+    **options: Any,
 ) -> list[Counterfactual]:
     """The result of each change: those with a plan first, by their number of actions, then the others in order.
 

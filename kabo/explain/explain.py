@@ -9,7 +9,7 @@ the problem would do.
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from time import perf_counter
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from kabo.budgets import StopFlag, default_memory
 from kabo.errors import InputError
@@ -20,7 +20,7 @@ from kabo.knowledge import Verdict as Judged
 from kabo.knowledge import ground, verdict_of
 from kabo.knowledge.grounding.problem import ground_whole
 from kabo.language.problem import Problem
-from kabo.options import Options, Search
+from kabo.options import ExplainOptions, Options, Search
 from kabo.planner.geometry.external_procedures import ExternalProcedures
 from kabo.planner.proofs.dead_ends import dead_ends
 from kabo.planner.proofs.reasons import beyond_reasoning
@@ -29,6 +29,9 @@ from kabo.planner.proofs.wording import counted, listed
 from kabo.planner.result import Reason
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.skeleton import Exhausted, FoundSkeleton, SearchLimits
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack  # Python 3.11 has it itself
 
 SECONDS = 60.0
 
@@ -101,7 +104,7 @@ def explain(
     cancelled: Callable[[], bool] | None = None,
     procedures: Mapping[str, Callable[..., Any]] | None = None,
     geometry: bool = True,
-    **options: Any,
+    **options: "Unpack[ExplainOptions]",
 ) -> Explanation:
     """Why a problem has no plan, or that it has one, and which parts of it are useless.
 
@@ -115,8 +118,8 @@ def explain(
         procedures: functions that answer for what formulas ask of external procedures, as for `solve`; every action's
             procedure is then taken to succeed.
         geometry: whether to ask for motions as well, if the problem has a scene; else calls are assumed to succeed.
-        options: `seed`, `epsilon`, `max_samples` and `geometry_order` of solving with geometry; `changes`: the
-            greatest number of changes that are tried.
+        options: `kabo.options.ExplainOptions`: `seed`, `epsilon`, `max_samples` and `geometry_order` of solving with
+            geometry; `changes`: the greatest number of changes that are tried.
 
     Raises:
         InputError: the problem uses what the planner does not support, or its initial knowledge contradicts itself.
@@ -145,8 +148,7 @@ def explain(
             from kabo.explain.geometry import obstacles
 
             left = max(0.0, seconds - (perf_counter() - stop.began))
-            options |= {"search": search, "memory": bytes_}
-            found = obstacles(problem, left, cancelled, expansions, **options)
+            found = obstacles(problem, left, cancelled, expansions, search=search, memory=bytes_, **options)
             verdict, summary = found.verdict, list(found.summary)
     said = (verdict, tuple(summary), not goals, whole.reach.layers, tuple(goals), idle, unknown)
     more = ((), ()) if found is None else (found.findings, found.counterfactuals)

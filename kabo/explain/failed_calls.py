@@ -12,13 +12,12 @@ from typing import Any
 
 from kabo.errors import CutOff
 from kabo.explain.findings import Finding, LeastMove, Row
-from kabo.geometry_server import GeometryServer, Pair, Stream, shortfall_of
+from kabo.geometry_server import GeometryServer, Pair, Refusal, shortfall_of
 from kabo.language.formulas import GroundCall
 from kabo.scene import Scene
 from kabo.tasks.procedures import GeometricProcedures
 from kabo.tasks.records import FORESEEN, Record, Where
-from kabo.tasks.refusals import reason_of
-from kabo.tasks.robots import Details
+from kabo.tasks.refusals import refusal_of
 
 MAX_CALLS = 12  # failed calls that are examined
 MAX_BODIES = 3  # bodies that are taken out, for each call
@@ -50,8 +49,8 @@ def examined(asked: GeometricProcedures, stop: Callable[[], bool]) -> list[Findi
 def _rank(call: GroundCall, record: Record, asked: GeometricProcedures) -> tuple[bool, bool, int, int, float]:
     """The order of findings: calls that never succeeded for any robot first; sampled ones before proofs and forecasts."""
     where = record.places[0]
-    told = 1 if where.failure.proof else 2 if where.effort == FORESEEN else 0
-    return _dispensable(call, asked), record.successes > 0, told, -record.failures, where.failure.missing or 0.0
+    told = 1 if where.refusal.proof else 2 if where.effort == FORESEEN else 0
+    return _dispensable(call, asked), record.successes > 0, told, -record.failures, where.refusal.missing or 0.0
 
 
 def _dispensable(call: GroundCall, asked: GeometricProcedures) -> bool:
@@ -68,19 +67,16 @@ def _unmanned(call: GroundCall, scene: Scene) -> tuple[object, ...]:
 
 @dataclass
 class _Seen:
-    """Collects the refused attempts of one call: reason, pair, and the details of the failure."""
+    """Collects the refused attempts of one call, and counts those that found no path."""
 
-    attempts: list[tuple[str, Pair | None, Details | None]] = field(default_factory=list)
+    attempts: list[Refusal] = field(default_factory=list)
     ways: int = 0
 
     def observe(self, stage: Any, failure: Any) -> None:
         """Records a refused attempt."""
-        details = failure.details if isinstance(failure.details, Details) else None
-        pairs = () if details is None else details.pairs
-        pair = max(pairs, key=lambda each: each[1])[0] if pairs else None
-        reason = reason_of(failure)
-        self.attempts.append((reason, pair, details))
-        self.ways += reason == "no_path"
+        refusal = refusal_of(failure)
+        self.attempts.append(refusal)
+        self.ways += refusal.reason == "no_path"
 
 
 class _Examiner:
@@ -102,13 +98,13 @@ class _Examiner:
         if where.effort != FORESEEN:
             self.procedures.again(call, where.situation, where.attempt, 0, seen.observe, self.enough)
         if not seen.attempts:  # there was nothing to try
-            seen.attempts.append((where.failure.reason, None, None))
+            seen.attempts.append(Refusal(where.refusal.reason))
         nearer, robot = self._nearer(call, where, seen)
-        missing = min((found.metres for found in nearer), default=where.failure.missing) or None
+        missing = min((found.metres for found in nearer), default=where.refusal.missing) or None
         rows = tuple(self._rows(seen, missing))
         freed = self._freed(call, rows, seen)
         successes, attempts = record.successes, len(seen.attempts) + record.successes
-        message, proof = where.failure.message, where.failure.proof
+        message, proof = where.refusal.comment, where.refusal.proof
         others = _dispensable(call, self.asked)
         return Finding(call, attempts, successes, rows, message, proof, others, freed, robot, nearer)
 
@@ -117,26 +113,24 @@ class _Examiner:
         return self.seen.ways >= MAX_PATH_SEARCHES or self.stop()
 
     def _rows(self, seen: _Seen, missing: float | None) -> Iterator[Row]:
-        counts = Counter((reason, pair) for reason, pair, _ in seen.attempts)
-        passing = Counter((seen.attempts[i][0], seen.attempts[i][1]) for i in self._passing(seen, self.exact))
+        counts = Counter((each.reason, _worst(each)) for each in seen.attempts)
+        passing = Counter((each.reason, _worst(each)) for each in self._passing(seen, self.exact))
         for (reason, pair), count in sorted(counts.items(), key=lambda item: (-item[1], str(item[0]))):
             far = missing if reason == "out_of_reach" else None
             yield Row(reason, pair, count, far, passing[reason, pair])
 
-    def _passing(self, seen: _Seen, context: Any, without: str | None = None) -> list[int]:
-        """The numbers of the blocked attempts that pass in another context, or without a body."""
+    def _passing(self, seen: _Seen, context: Any, without: str | None = None) -> list[Refusal]:
+        """The blocked attempts that pass in another context, or without a body."""
         found, ways, asked = [], 0, 0
-        for i, (reason, _, details) in enumerate(seen.attempts):
-            question = None if details is None else details.question
-            if question is None or context is None or reason not in ("collision", "no_path") or self.stop():
+        for each in seen.attempts:
+            question = each.question
+            if question is None or context is None or each.reason not in ("collision", "no_path") or self.stop():
                 continue
-            ways, asked = ways + (question.search is not None), asked + 1
-            if asked > MAX_REPEATED_ATTEMPTS or (
-                question.search is not None and ways > MAX_REPEATED_PATH_SEARCHES
-            ):
+            ways, asked = ways + question.is_search, asked + 1
+            if asked > MAX_REPEATED_ATTEMPTS or (question.is_search and ways > MAX_REPEATED_PATH_SEARCHES):
                 continue
             if question.passes(context, without):
-                found.append(i)
+                found.append(each)
         return found
 
     def _freed(self, call: GroundCall, rows: Sequence[Row], seen: _Seen) -> tuple[tuple[str, int], ...]:
@@ -153,10 +147,10 @@ class _Examiner:
 
     def _nearer(self, call: GroundCall, where: Where, seen: _Seen) -> tuple[tuple[LeastMove, ...], str | None]:
         """For a target out of reach, the least move of the base and the least one at its height; and the robot."""
-        if all(reason != "out_of_reach" for reason, _, _ in seen.attempts):
+        if all(each.reason != "out_of_reach" for each in seen.attempts):
             return (), None
-        questions = [details.question for _, _, details in seen.attempts if details and details.question]
-        streams = [each for question in questions for each in _streams(question.target)]
+        questions = [each.question for each in seen.attempts if each.question is not None]
+        streams = [stream for question in questions for stream in question.streams]
         streams = streams or self.procedures.wanted(call, where.situation)
         robot = streams[0].robot.name if streams else None
         found = []
@@ -168,8 +162,6 @@ class _Examiner:
         return tuple(found), robot
 
 
-def _streams(target: Any) -> list[Stream]:
-    """The stream of a target, if it has one."""
-    stream = getattr(target, "stream", None)
-    stream = getattr(stream, "stream", stream)
-    return [stream] if isinstance(stream, Stream) else []
+def _worst(refusal: Refusal) -> Pair | None:
+    """The pair that came too close most often; None if none did."""
+    return max(refusal.pairs, key=lambda each: each[1])[0] if refusal.pairs else None

@@ -210,7 +210,7 @@ class GeometricRounds:
         evaluation = evaluator.evaluate(skeleton.root, geometry.start)
         if isinstance(geometry, RefusalTable):
             for refused in evaluation.refused:
-                geometry.record_refusal(refused.call, refused.attempt, refused.failure, refused.traces)
+                geometry.record_refusal(refused.call, refused.attempt, refused.refusal, refused.traces)
         self._run.geometric_s += perf_counter() - began
         if not evaluation.whole:
             raise CutOff

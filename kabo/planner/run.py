@@ -6,7 +6,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from kabo.budgets import StopFlag
-from kabo.geometry_server.answers import Failure
+from kabo.geometry_server.answers import Refusal
 from kabo.knowledge import GroundedTask, verdict_of
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
@@ -99,7 +99,7 @@ def without_plan(
     task: GroundedTask,
     found: Unreachable | Exhausted,
     statistics: Mapping[str, Any],
-    failures: Sequence[tuple[GroundCall, Failure]] = (),
+    failures: Sequence[tuple[GroundCall, Refusal]] = (),
     *,
     proved: bool = True,
 ) -> Result:

@@ -14,8 +14,8 @@ import numpy as np
 from kabo.arrays import Array
 from kabo.children import never
 from kabo.errors import CutOff
-from kabo.geometry.collision.certificate import Course, Parts, Placed, Prover, Unproven, Witness, ordered
-from kabo.geometry_server.surroundings import Surroundings
+from kabo.geometry.collision.separation_proofs import Course, Parts, PlacedBody, Prover, Unproven, Witness, ordered
+from kabo.geometry_server.surroundings import SceneSurroundings
 from kabo.plan import (
     BodyParts,
     Certificate,
@@ -67,7 +67,7 @@ class UnprovenPair:
 
 
 def certified(
-    plan: Plan, surroundings: Surroundings, look: Callable[[], None] = never
+    plan: Plan, surroundings: SceneSurroundings, look: Callable[[], None] = never
 ) -> tuple[Plan, dict[str, Any]]:
     """The plan with its certificate, and statistics: how long that took, and which pairs are not proven.
 
@@ -89,7 +89,7 @@ def certified(
 
 
 def certify(
-    plan: Plan, surroundings: Surroundings, near: float | None = None, look: Callable[[], None] = never
+    plan: Plan, surroundings: SceneSurroundings, near: float | None = None, look: Callable[[], None] = never
 ) -> Certificate | list[UnprovenPair]:
     """The certificate of a plan, or what of it cannot be proven.
 
@@ -106,7 +106,7 @@ def certify(
 
 
 class _Certifying:
-    def __init__(self, plan: Plan, surroundings: Surroundings, near: float, look: Callable[[], None]) -> None:
+    def __init__(self, plan: Plan, surroundings: SceneSurroundings, near: float, look: Callable[[], None]) -> None:
         self.look = look
         order = topological_order(plan)
         if order is None:
@@ -226,7 +226,7 @@ class _Certifying:
         things = [*moving, *standing]
         permitted = frozenset(frozenset(p) for i in stretch.segments for p in node.motion[i].allowed_contacts)
         waypoints = np.hstack([stretch.waypoints[robot.name] for robot in robots])
-        bodies = [Placed(thing.mesh, thing.joint, thing.pose) for thing in things]
+        bodies = [PlacedBody(thing.mesh, thing.joint, thing.pose) for thing in things]
         if name in self._moved:
             alone = Course(
                 tree, np.ascontiguousarray(waypoints), bodies[: len(moving)], np.empty((0, 3), np.int64)

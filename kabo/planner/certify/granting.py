@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from kabo.geometry_server import HELD_EXACTLY, Frame, fits, rows, standing_frame, tool_frame
+from kabo.geometry_server import HOLD_TOLERANCE, Frame, fits, rows, standing_frame, tool_frame
 from kabo.kinematics import satisfied
 from kabo.language.scene_description import Constraint
 from kabo.plan import Grant, Node, Plan, Segment, topological_order
@@ -107,7 +107,7 @@ class _Granting:
             return False
         wanted = rows(constraints, roles)
         tree = self.scene.robots[robot].tree
-        return bool(satisfied(wanted, np.asarray(situation.q[robot]), tree, HELD_EXACTLY))
+        return bool(satisfied(wanted, np.asarray(situation.q[robot]), tree, HOLD_TOLERANCE))
 
     def _mate(self, situation: MotionSituation, name: str, to: str) -> str | None:
         """The mate as which two bodies are put together; the first that holds, or that their models have."""

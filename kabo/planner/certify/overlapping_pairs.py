@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from kabo.arrays import Array, Integers
-from kabo.geometry.collision.certificate import Course
+from kabo.geometry.collision.separation_proofs import Course
 from kabo.planner.certify.motion_stretches import joined
 
 

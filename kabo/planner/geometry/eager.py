@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from kabo import tuning
-from kabo.geometry_server import MAX_EFFORT, Failure, Situation, Success
+from kabo.geometry_server import MAX_EFFORT, Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.geometry.evaluation import answered
@@ -38,7 +38,7 @@ class EagerGeometry:
 
     server: ProcedureServer
     effort: int = 0
-    failed: dict[GroundCall, Failure] = field(default_factory=dict)
+    failed: dict[GroundCall, Refusal] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.start = DeferredState(None, None, 0, self.server.identify(self.server.scene.start))
@@ -100,7 +100,7 @@ class EagerGeometry:
         self._awaited, self._refused = {}, {}
         return self.effort <= MAX_EFFORT
 
-    def failures(self) -> list[tuple[GroundCall, Failure]]:
+    def failures(self) -> list[tuple[GroundCall, Refusal]]:
         """Every call that failed in some state, with its first failure."""
         return list(self.failed.items())
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from kabo.errors import CutOff
-from kabo.geometry_server import Failure, Situation, Success
+from kabo.geometry_server import Refusal, Situation, Success
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.procedure_server import ProcedureServer
 from kabo.planner.geometry.workers import SituatedCall
@@ -27,18 +27,18 @@ class Variant:
     node: SkeletonNode
     situation: Situation
     traces: frozenset[Trace]
-    answer: Success | Failure | None = None  # None: the node has no call
+    answer: Success | Refusal | None = None  # None: the node has no call
     following: dict[str | None, "Variant"] = field(default_factory=dict)
     overlap: float = 0.0  # [s] by which its motion begins before the one before it has ended
 
 
 @dataclass(frozen=True)
-class Refused:
+class RefusedCall:
     """A call of the skeleton that failed, and the traces in which it did."""
 
     call: GroundCall
     attempt: int
-    failure: Failure
+    refusal: Refusal
     traces: frozenset[Trace]
 
 
@@ -50,7 +50,7 @@ class Evaluation:
     """
 
     variants: tuple[Variant, ...]
-    refused: tuple[Refused, ...]
+    refused: tuple[RefusedCall, ...]
     whole: bool = True
 
 
@@ -78,7 +78,7 @@ class Evaluator:
     def evaluate(self, root: SkeletonNode, trace: Trace) -> Evaluation:
         """Calls every procedure of the skeleton, except those behind a refusal."""
         variants: list[Variant] = []
-        refused: list[Refused] = []
+        refused: list[RefusedCall] = []
         whole = True
         try:
             self._walk(root, trace, variants, refused)
@@ -86,7 +86,7 @@ class Evaluator:
             whole = False
         return Evaluation(tuple(variants), tuple(refused), whole)
 
-    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[Refused]) -> None:
+    def _walk(self, root: SkeletonNode, trace: Trace, variants: list[Variant], refused: list[RefusedCall]) -> None:
         order = in_order(root)
         live = self._live(order)
         arrivals: dict[SkeletonNode, list[_Arrival]] = {node: [] for node in order}
@@ -100,7 +100,7 @@ class Evaluator:
                     for arrival in came:
                         if arrival.origin is not None:
                             arrival.origin.following[arrival.outcome] = variant
-                    if isinstance(variant.answer, Failure):
+                    if isinstance(variant.answer, Refusal):
                         refused.append(self._refusal(variant, variant.answer))
                     else:
                         self._depart(variant, arrivals)
@@ -156,7 +156,7 @@ class Evaluator:
     def _ask(self, node: SkeletonNode, group: list[_Arrival]) -> list[tuple[Variant, list[_Arrival]]]:
         """One variant for the group; one for each arrival where the call is refused for the group as a whole."""
         together = self._variant(node, group)
-        if len(group) == 1 or not isinstance(together.answer, Failure):
+        if len(group) == 1 or not isinstance(together.answer, Refusal):
             return [(together, group)]
         return [(self._variant(node, [arrival]), [arrival]) for arrival in group]
 
@@ -179,11 +179,11 @@ class Evaluator:
             situation, traces = situation.union(arrival.situation), traces | arrival.traces
         return situation, traces
 
-    def _refusal(self, variant: Variant, failure: Failure) -> Refused:
+    def _refusal(self, variant: Variant, refusal: Refusal) -> RefusedCall:
         action = variant.node.action
         if action is None or action.call is None:
             raise ValueError("only calls are refused")
-        return Refused(action.call, variant.node.attempt, failure, variant.traces)
+        return RefusedCall(action.call, variant.node.attempt, refusal, variant.traces)
 
     def _depart(self, variant: Variant, arrivals: Mapping[SkeletonNode, list[_Arrival]]) -> None:
         situation, traces, node = variant.situation, variant.traces, variant.node
@@ -218,7 +218,7 @@ def in_order(root: SkeletonNode) -> list[SkeletonNode]:
 
 def answered(
     server: ProcedureServer, call: GroundCall, situation: Situation, attempt: int, effort: int
-) -> Success | Failure:
+) -> Success | Refusal:
     """The answer to a call at the least effort at which it succeeds, else at the given effort."""
     answer, reads = server.call(call, situation, attempt, 0), frozenset[str]()
     for more in range(1, effort + 1):

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from kabo import tuning
-from kabo.geometry_server import MAX_EFFORT, Failure, Success
+from kabo.geometry_server import MAX_EFFORT, Refusal, Success, owners
 from kabo.language.formulas import GroundCall
 from kabo.options import Search
 from kabo.planner.geometry.procedure_server import ProcedureServer
@@ -29,12 +29,12 @@ Provenances = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Refusal:
+class LearntRefusal:
     """A call that fails from `attempt` on, wherever the components have these provenances."""
 
     attempt: int
     pattern: Pattern
-    failure: Failure
+    refusal: Refusal
 
 
 @dataclass
@@ -43,7 +43,7 @@ class RefusalTable:
 
     server: ProcedureServer
     effort: int = 0
-    refusals: dict[GroundCall, list[Refusal]] = field(default_factory=dict)
+    refusals: dict[GroundCall, list[LearntRefusal]] = field(default_factory=dict)
     suspicions: dict[GroundCall, dict[Pattern, None]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -235,44 +235,44 @@ class RefusalTable:
                     waiting.extend(sorted(origin.reads))
 
     def record_refusal(
-        self, call: GroundCall, attempt: int, failure: Failure, traces: Iterable[Provenances]
+        self, call: GroundCall, attempt: int, refusal: Refusal, traces: Iterable[Provenances]
     ) -> None:
         """Records that a call fails wherever the components that the failure depends on are as in one of the traces."""
         self._options.clear()
         for trace in traces:
-            pattern = frozenset((self._index[name], trace[self._index[name]]) for name in failure.reads)
+            pattern = frozenset((self._index[name], trace[self._index[name]]) for name in refusal.reads)
             rows = self.refusals.setdefault(call, [])
             if any(row.pattern == pattern and row.attempt <= attempt for row in rows):
                 # Recorded before, and called all the same: refuse it at least in exactly this trace.
                 pattern = frozenset(enumerate(trace))
-            rows.append(Refusal(attempt, pattern, failure))
+            rows.append(LearntRefusal(attempt, pattern, refusal))
             self._mark_relevant(pattern)
-            suspected = None if failure.proof or attempt else self._suspects(call, failure, trace)
+            suspected = None if refusal.proof or attempt else self._suspects(call, refusal, trace)
             if suspected is not None:
                 self.suspicions.setdefault(call, {})[suspected] = None
                 self._mark_relevant(suspected)
 
-    def _suspects(self, call: GroundCall, failure: Failure, trace: Provenances) -> Pattern | None:
+    def _suspects(self, call: GroundCall, refusal: Refusal, trace: Provenances) -> Pattern | None:
         """The provenances of what was in the way; empty (so everywhere) if it was out of reach; None: no suspicion."""
         counts: Counter[int] = Counter()
-        for pair, count in failure.between:
-            owners = {self._index.get(name.partition(".")[0]) for name in pair} - {None, *self.moves(call)}
-            counts.update(dict.fromkeys((i for i in owners if i is not None), count))
-        total = sum(count for _, count in failure.between)
+        for pair, count in refusal.pairs:
+            met = {self._index.get(name) for name in owners(pair)} - {None, *self.moves(call)}
+            counts.update(dict.fromkeys((i for i in met if i is not None), count))
+        total = sum(count for _, count in refusal.pairs)
         blockers = [i for i, count in sorted(counts.items()) if count >= tuning.BLOCKING_SHARE * total]
         if blockers:
             return frozenset((i, trace[i]) for i in blockers)
-        return frozenset() if failure.reason == "out_of_reach" else None
+        return frozenset() if refusal.reason == "out_of_reach" else None
 
     def responsible_attempt(
-        self, call: GroundCall, failure: Failure, trace: Provenances
+        self, call: GroundCall, refusal: Refusal, trace: Provenances
     ) -> tuple[GroundCall, int] | None:
         """The earlier call, with its attempt, to try otherwise, because it made what a failed call was to move.
 
         If it has no other answer, the call that made what it was given is considered, and so on; None at the end.
         """
         bound, objects = self.server.bind(call), self.server.scene.movable
-        own = (name for name in (*bound.moves, *bound.reads) if name in failure.reads and name in objects)
+        own = (name for name in (*bound.moves, *bound.reads) if name in refusal.reads and name in objects)
         waiting = [(self._index[name], trace[self._index[name]]) for name in own]
         for entry in waiting:  # grows while it is read
             for origin in self._origins.get(entry, ()):
@@ -297,11 +297,11 @@ class RefusalTable:
     def proved(self) -> bool:
         """Whether every refusal is a proof that does not depend on a sample: more samples would not help."""
         rows = [row for each in self.refusals.values() for row in each]
-        return all(row.failure.proof and not any(number for _, number in row.pattern) for row in rows)
+        return all(row.refusal.proof and not any(number for _, number in row.pattern) for row in rows)
 
-    def failures(self) -> list[tuple[GroundCall, Failure]]:
+    def failures(self) -> list[tuple[GroundCall, Refusal]]:
         """Every call that was refused, with its first failure; proofs first, else in order of refusal."""
-        firsts = [(call, rows[0].failure) for call, rows in self.refusals.items()]
+        firsts = [(call, rows[0].refusal) for call, rows in self.refusals.items()]
         return sorted(firsts, key=lambda item: not item[1].proof)
 
     def try_harder(self) -> bool:
@@ -310,7 +310,7 @@ class RefusalTable:
             return False
         self.effort += 1
         self._options.clear()
-        kept = {call: [r for r in rows if r.failure.proof] for call, rows in self.refusals.items()}
+        kept = {call: [r for r in rows if r.refusal.proof] for call, rows in self.refusals.items()}
         self.refusals = {call: rows for call, rows in kept.items() if rows}
         self.suspicions, self._relevant = {}, {}
         self._numbers, self._value_reads, self._origins = {}, {}, {}

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from kabo.children import end_with_parent
-from kabo.geometry_server import Answer, Situation, Statistics
+from kabo.geometry_server import Answer, GeometryStatistics, Situation
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.procedure_server import ProcedureServer
 
@@ -73,7 +73,7 @@ class ProcedureWorkers:
         self._ended: list[_ProcedureWorker] = []
         self._whose: dict[tuple[object, ...], _ProcedureWorker] = {}
         self._expected: set[tuple[object, ...]] = set()
-        self._found: dict[tuple[object, ...], tuple[Answer, Statistics]] = {}
+        self._found: dict[tuple[object, ...], tuple[Answer, GeometryStatistics]] = {}
 
     def __enter__(self) -> "ProcedureWorkers":
         self._procedures.elsewhere = self.take
@@ -117,7 +117,7 @@ class ProcedureWorkers:
 
     def take(
         self, call: GroundCall, situation: Situation, attempt: int, effort: int
-    ) -> tuple[Answer, Statistics] | None:
+    ) -> tuple[Answer, GeometryStatistics] | None:
         """The answer to an announced call, and its statistics; None if it was not announced, or the run stops."""
         key = SituatedCall(call, situation, attempt, effort).key
         if key not in self._expected:

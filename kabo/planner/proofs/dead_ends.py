@@ -8,7 +8,7 @@ from kabo.planner.proofs.wording import listed
 from kabo.planner.search.algorithms import ALGORITHMS
 from kabo.planner.search.contingent import find_skeleton
 from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
-from kabo.planner.search.nogoods import Failures
+from kabo.planner.search.nogoods import Nogoods
 from kabo.planner.search.skeleton import SearchLimits, Unreachable
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, WeakGraph, steps_of
 
@@ -39,7 +39,7 @@ class _DeadEnds:
 
     def lucky(self, is_end: Callable[[Node], bool]) -> list[Step]:
         """A weak plan to an end, with the outcomes of sensing assumed; empty if there is none."""
-        graph = WeakGraph(self.space, Failures(), self.counter, is_end)
+        graph = WeakGraph(self.space, Nogoods(), self.counter, is_end)
         found = ALGORITHMS["best"](self.space.start, graph)
         return [] if found.path is None else steps_of(found.path)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from itertools import islice
 
 from kabo.knowledge.grounding.problem import Grounding
-from kabo.knowledge.grounding.schemas import free_variables
+from kabo.knowledge.grounding.schemas import variables_in
 from kabo.knowledge.grounding.symbols import pieces_of
 from kabo.knowledge.queries import FALSE
 from kabo.knowledge.runtime import without_runtime_variables
@@ -164,18 +164,6 @@ def _facts(fact: Fact, role: str) -> Iterator[Spoken]:
 def _variables(formula: Formula) -> Iterator[Variable]:
     """The variables of a formula, each once."""
     found: dict[str, Variable] = {}
-    for variable in _every_variable(formula):
+    for variable in variables_in(formula):
         found.setdefault(variable.name, variable)
-    yield from (found[name] for name in free_variables(formula))
-
-
-def _every_variable(tree: object) -> Iterator[Variable]:
-    if isinstance(tree, Variable):
-        yield tree
-    elif isinstance(tree, tuple):
-        for part in tree:
-            yield from _every_variable(part)
-    elif hasattr(tree, "__dataclass_fields__"):
-        for name in tree.__dataclass_fields__:
-            if name != "place":
-                yield from _every_variable(getattr(tree, name))
+    yield from found.values()

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from kabo.geometry_server.answers import Failure
+from kabo.geometry_server.answers import Refusal
 from kabo.knowledge import GroundedTask, Verdict, unreachable_goals
 from kabo.language.formulas import GroundCall
 from kabo.language.problem import Problem
@@ -32,7 +32,7 @@ _SPENT = {
 def no_plan(
     problem: Problem,
     task: GroundedTask,
-    failures: Sequence[tuple[GroundCall, Failure]],
+    failures: Sequence[tuple[GroundCall, Refusal]],
     deadline: Callable[[], bool] | None = None,
 ) -> Reason:
     """The reason of a proof: the goal is out of reach of all actions, or every refusal is a proof."""
@@ -61,7 +61,7 @@ def _dead_end(task: GroundedTask, deadline: Callable[[], bool] | None) -> Reason
     return Reason("knowledge", None, text, tuple(dead_ends(task, deadline)))
 
 
-def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Failure]] = ()) -> Reason | None:
+def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Refusal]] = ()) -> Reason | None:
     """The reason where everything was tried, but kabo's reasoning is incomplete here; None if it is complete: a proof.
 
     The details name the constructs that make it incomplete, each with its place.
@@ -74,17 +74,17 @@ def beyond_reasoning(verdict: Verdict, failures: Sequence[tuple[GroundCall, Fail
     return Reason(None, "reasoning", BEYOND, (*told, *_told(failures)))
 
 
-def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Failure]], why: str | None = None) -> Reason:
+def exhausted(budget: str, failures: Sequence[tuple[GroundCall, Refusal]], why: str | None = None) -> Reason:
     """The reason of a spent budget (`why`, if that says it better), with the calls that were refused until then."""
     return Reason(None, budget, f"no plan was found: {_SPENT[why or budget]}", _told(failures))  # type: ignore[arg-type]
 
 
-def _telling(item: tuple[GroundCall, Failure]) -> tuple[bool, int]:
+def _telling(item: tuple[GroundCall, Refusal]) -> tuple[bool, int]:
     """The order in which refused calls are listed: those with many attempts first, proofs last."""
     return item[1].proof, -item[1].attempts
 
 
-def _told(failures: Sequence[tuple[GroundCall, Failure]]) -> tuple[str, ...]:
+def _told(failures: Sequence[tuple[GroundCall, Refusal]]) -> tuple[str, ...]:
     ordered = sorted(failures, key=_telling)
     told = [refused(call, failure) for call, failure in ordered[:SHOWN_REFUSALS]]
     if len(failures) > SHOWN_REFUSALS:

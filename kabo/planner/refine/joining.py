@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kabo.arrays import Array
-from kabo.geometry_server import Context, Refused, Situation, candidate, tool_frame, way_to
+from kabo.geometry_server import ProcedureContext, Refusal, Situation, candidate, tool_frame, way_to
 from kabo.kinematics import stream_key
 from kabo.motion import shortcut
 from kabo.plan import Segment
@@ -58,7 +58,7 @@ Run = list[_RunPiece]
 
 
 def joined(
-    context: Context, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
+    context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], effort: Effort, *, pinned: bool = True
 ) -> list[ActMotion]:
     """The acts with shorter motion; ends, grasps and releases stay, and everything is proven.
 
@@ -102,7 +102,7 @@ def _situations(start: Situation, acts: Sequence[ActMotion]) -> list[Situation]:
     return found
 
 
-def _runs(context: Context, start: Situation, acts: Sequence[ActMotion], robot: str) -> list[Run]:
+def _runs(context: ProcedureContext, start: Situation, acts: Sequence[ActMotion], robot: str) -> list[Run]:
     """The runs of loose pieces of a robot in which there is something to choose, in order of time."""
     runs: list[Run] = [[]]
     for number, (act, situation) in enumerate(zip(acts, _situations(start, acts), strict=False)):
@@ -176,7 +176,7 @@ def _cut(leg: Leg, path: Array, least: float) -> tuple[Array, Array]:
 
 # --------------------------------------------------------------------------------------------------- replacing
 def _replaced(
-    context: Context, start: Situation, acts: list[ActMotion], run: Run, robot: str, effort: Effort
+    context: ProcedureContext, start: Situation, acts: list[ActMotion], run: Run, robot: str, effort: Effort
 ) -> list[ActMotion]:
     """The acts with a shorter way along a run; as they were, if none is found, or none is proven for all of them."""
     path = _joint(run)
@@ -192,7 +192,7 @@ def _replaced(
     return acts
 
 
-def _trimmed(context: Context, start: Situation, acts: list[ActMotion], robot: str) -> list[ActMotion]:
+def _trimmed(context: ProcedureContext, start: Situation, acts: list[ActMotion], robot: str) -> list[ActMotion]:
     """The acts without what a robot's last stroke has beyond the least, where nothing follows that needs it."""
     number = max(k for k, act in enumerate(acts) if any(segment.robot == robot for segment in act.motion))
     legs = legs_of(context, _situations(start, acts)[number], acts[number].motion)
@@ -212,7 +212,9 @@ def _length(path: Array) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def _shorter(context: Context, path: Array, ways: Sequence[MotionPart], robot: str, effort: Effort) -> Array:
+def _shorter(
+    context: ProcedureContext, path: Array, ways: Sequence[MotionPart], robot: str, effort: Effort
+) -> Array:
     """A path with the same ends, proven in the scenes of all ways, no longer than the one given."""
     part = ways[0]
     n, hand = part.scene.robot(robot).planned, path[0, part.scene.robot(robot).planned :]
@@ -233,7 +235,7 @@ def _shorter(context: Context, path: Array, ways: Sequence[MotionPart], robot: s
     for number in range(effort.ways if keep is None else min(1, effort.ways)):  # keeping one is slow
         samples = context.path_samples
         other = way_to(part.scene.workspace(robot), path[0], path[-1], (*key, number), samples, keep)
-        if not isinstance(other, Refused):
+        if not isinstance(other, Refusal):
             found.append(np.array(other))
     proven_ones = [p for p in found if p is path or all(free(a[:n], b[:n]) < 0 for a, b in _pairs(p))]
     best = min(proven_ones, key=_length)
@@ -286,7 +288,7 @@ def _point(path: Array, passed: Array, at: float) -> Array:
 
 
 def _with(
-    context: Context,
+    context: ProcedureContext,
     start: Situation,
     acts: list[ActMotion],
     run: Run,
@@ -326,7 +328,7 @@ def _rebuilt(legs: Sequence[Leg], freedoms: Freedoms, run: Run, act: int, portio
     return tuple(motion)
 
 
-def _end(motion: Sequence[Segment], robot: str, context: Context, before: Situation) -> Component:
+def _end(motion: Sequence[Segment], robot: str, context: ProcedureContext, before: Situation) -> Component:
     """Where a robot is after a motion."""
     names, q = context.scene.robots[robot].joint_names, list(before.configuration(robot))
     for segment in motion:

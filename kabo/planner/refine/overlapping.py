@@ -11,7 +11,7 @@ import numpy as np
 
 from kabo.arrays import Array
 from kabo.geometry import Motion, MovingGroup
-from kabo.geometry_server import Context, ScenePredicates, Situation
+from kabo.geometry_server import ProcedureContext, ScenePredicates, Situation
 from kabo.plan import Segment
 from kabo.planner.refine.legs import Leg, legs_of
 from kabo.planner.refine.timing import duration
@@ -31,7 +31,9 @@ class SituatedMotion:
     motion: tuple[Segment, ...]
 
 
-def greatest_overlap(context: Context, first: SituatedMotion, second: SituatedMotion, most: float) -> float:
+def greatest_overlap(
+    context: ProcedureContext, first: SituatedMotion, second: SituatedMotion, most: float
+) -> float:
     """The greatest time [s] by which the second motion may begin before the first ends: a sum of whole segments.
 
     Args:
@@ -99,7 +101,7 @@ def _box(swept: Any) -> Array:
     return np.array([low, high])
 
 
-def _may_meet(context: Context, first: _Body, second: _Body) -> bool:
+def _may_meet(context: ProcedureContext, first: _Body, second: _Body) -> bool:
     """Whether what moves on two legs may meet, each anywhere on its own way."""
     shape = first.low.shape[:2], second.low.shape[:2]
     mine, theirs = (body.low.reshape(-1, 3) for body in (first, second))
@@ -114,7 +116,9 @@ def _may_meet(context: Context, first: _Body, second: _Body) -> bool:
     return len(close) > MAX_CLOSE_PAIRS or any(_meet(context, first, second, *each) for each in close)
 
 
-def _meet(context: Context, first: _Body, second: _Body, mine: tuple[int, int], theirs: tuple[int, int]) -> bool:
+def _meet(
+    context: ProcedureContext, first: _Body, second: _Body, mine: tuple[int, int], theirs: tuple[int, int]
+) -> bool:
     predicates = ScenePredicates(context.surroundings, context.scene.start)
     alone = [
         Motion(body.motion.tree, (body.motion.bodies[number],), body.motion.waypoints[piece : piece + 2])

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from kabo.geometry_server import Context, Situation
-from kabo.motion import passed
+from kabo.geometry_server import ProcedureContext, Situation
+from kabo.motion import from_rest_to_rest
 from kabo.plan import Segment
 from kabo.planner.refine.legs import Leg, legs_of
 from kabo.scene import Robot
@@ -31,7 +31,7 @@ def limits_of(robot: Robot) -> TimingLimits:
 
 
 def timed(
-    context: Context, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
+    context: ProcedureContext, situation: Situation, motion: Sequence[Segment], *, round_corners: bool
 ) -> list[Segment]:
     """A motion with new times, and denser way points; what cannot be timed so keeps its own times.
 
@@ -109,7 +109,7 @@ def _rested(group: Sequence[Leg], robot: Robot) -> list[Segment]:
     """The segments with a rest at every way point."""
     found, limits = list[Segment](), limits_of(robot)
     for leg in group:
-        rows, times = passed(leg.segment.waypoints, limits.velocity, limits.acceleration)
+        rows, times = from_rest_to_rest(leg.segment.waypoints, limits.velocity, limits.acceleration)
         way = tuple(tuple(round(float(v), 9) + 0.0 for v in q) for q in rows)
         found.append(replace(leg.segment, waypoints=way, times=tuple(map(float, times))))
     return found

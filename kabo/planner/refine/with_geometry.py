@@ -7,7 +7,7 @@ from dataclasses import replace
 from time import perf_counter
 
 from kabo.geometry_server import GeometryServer
-from kabo.geometry_server.answers import Failure
+from kabo.geometry_server.answers import Refusal
 from kabo.language.formulas import GroundCall
 from kabo.plan import Plan
 from kabo.planner.certify.certifying import UNFINISHED, certified
@@ -65,7 +65,7 @@ def finished(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProc
 
 def unsuccessful_calls(
     geometry: RefusalTable | EagerGeometry, server: GeometricProcedures
-) -> list[tuple[GroundCall, Failure]]:
+) -> list[tuple[GroundCall, Refusal]]:
     """Every call that was refused, with its first failure; also those that no refusal is recorded of any more.
 
     These were refused with few samples, and the run was cut off before they were asked with more.
@@ -73,7 +73,7 @@ def unsuccessful_calls(
     found = geometry.failures()
     known = {call for call, _ in found}
     more = ((call, record) for call, record in server.records.of.items() if call not in known)
-    return [*found, *((call, each.places[0].failure) for call, each in more if each.places and not each.successes)]
+    return [*found, *((call, each.places[0].refusal) for call, each in more if each.places and not each.successes)]
 
 
 def _assembled(run: SolveRun, variants: tuple[Variant, ...], server: GeometricProcedures) -> Plan:

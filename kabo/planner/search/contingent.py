@@ -22,9 +22,9 @@ from kabo.planner.search.fixpoint import Fixpoint
 from kabo.planner.search.heuristics import DEFAULT_HEURISTIC
 from kabo.planner.search.late_sensing import delay_sensing
 from kabo.planner.search.nodes import Assume, Node, SearchSpace, Step
-from kabo.planner.search.nogoods import Failure, Failures
+from kabo.planner.search.nogoods import Nogood, Nogoods
 from kabo.planner.search.packed import PackedTask
-from kabo.planner.search.regression import Explanation
+from kabo.planner.search.regression import Regression
 from kabo.planner.search.skeleton import (
     Exhausted,
     FoundSkeleton,
@@ -38,7 +38,7 @@ from kabo.planner.search.skeleton import (
 from kabo.planner.search.solved import Memo, Solved
 from kabo.planner.search.weak_plans import BudgetSpent, Counter, Move, OnProgress, WeakGraph, choice_of, steps_of
 
-Outcome = Solved | Failure
+Outcome = Solved | Nogood
 Solving = Generator["Solving", Outcome, Outcome]  # asks for other nodes to be solved, returns its own outcome
 
 
@@ -100,7 +100,7 @@ def _attempts(
             )
         except _TooManyDeadEnds:
             continue
-        return outcome if isinstance(outcome, Failure) else _smaller(outcome, space, counter)
+        return outcome if isinstance(outcome, Nogood) else _smaller(outcome, space, counter)
     space = SearchSpace(task, geometry, may_wait, heuristic=heuristic)
     looking = _ExhaustiveCheck(task, may_wait, counter, takes_plans=geometry is None)
     try:
@@ -161,7 +161,7 @@ class _ExhaustiveCheck:
         self._nodes = self._nodes or Fixpoint(SearchSpace(self._task, None, self._may_wait), self._counter)
         found = self._nodes.solve(max(tuning.MIN_FIXPOINT_NODES, self._counter.expanded))
         if found is False:
-            raise _OutcomeKnown(Failure(frozenset()))
+            raise _OutcomeKnown(Nogood(frozenset()))
         if isinstance(found, Solved):
             if self._takes_plans:
                 raise _OutcomeKnown(found)
@@ -175,7 +175,7 @@ def _give_up() -> int | None:
 
 
 class _Contingent:
-    """One contingent search: its memo of solved continuations, its failures, and the nodes being solved."""
+    """One contingent search: its memo of solved continuations, its nogoods, and the nodes being solved."""
 
     def __init__(
         self,
@@ -190,38 +190,38 @@ class _Contingent:
         self.space = space
         self.search = search
         self.counter = counter
-        self.explanation = Explanation(space)
+        self.regression = Regression(space)
         self.memo = Memo(space.task.functional)
-        self.failures = Failures(less_is_less=space.geometry is None and space.task.less_is_less)
+        self.nogoods = Nogoods(less_is_less=space.geometry is None and space.task.less_is_less)
         self.builder = SkeletonBuilder()
         self.first: dict[Hashable, list[int]] = {}  # node -> conjuncts of the goal to plan for first
 
     def solve(self, node: Node, plan: list[Step]) -> Solving:
         """Solves a node; `plan` is a weak plan from it that is followed first, or empty."""
         key = self.space.key(node)
-        outcome: Outcome | None = self.known(node) or self.failures.of_node(key, node[0])
+        outcome: Outcome | None = self.known(node) or self.nogoods.of_node(key, node[0])
         if outcome is not None:
             return outcome
-        self.failures.path.add(key)
+        self.nogoods.path.add(key)
         while True:
             weak = plan or self.weak_plan(node)
-            if isinstance(weak, Failure):
+            if isinstance(weak, Nogood):
                 outcome = weak
                 break
             outcome = yield self.follow(node, weak)
             if isinstance(outcome, Solved):
                 self.remember(node, outcome)
                 break
-            self.failures.add_choice(key, choice_of(weak[0]), outcome)
+            self.nogoods.add_choice(key, choice_of(weak[0]), outcome)
             if self.is_doomed(node):
-                outcome = self.failures.add_nodes(key, node[0], [key], set())
+                outcome = self.nogoods.add_nodes(key, node[0], [key], set())
                 break
             if self.dead_ends is not None:
                 self.dead_ends -= 1
                 if self.dead_ends < 0:
                     self.dead_ends = self.when_spent()
             plan = []
-        self.failures.path.discard(key)
+        self.nogoods.path.discard(key)
         return outcome
 
     def follow(self, node: Node, plan: list[Step]) -> Solving:
@@ -231,11 +231,11 @@ class _Contingent:
             return (yield self.branch(node, step, rest))
         after = self.space.after(node, step)
         if self.space.confirmed_key(after) is None:
-            return Failure(frozenset())
+            return Nogood(frozenset())
         outcome = yield self.solve(after, rest)
-        if isinstance(outcome, Failure) or (step.action.call is None and self.also_solves(node, after, outcome)):
+        if isinstance(outcome, Nogood) or (step.action.call is None and self.also_solves(node, after, outcome)):
             return outcome
-        needed = self.explanation.before_action(node, step, after, outcome.needed)
+        needed = self.regression.before_action(node, step, after, outcome.needed)
         delivered = self.space.delivered(node, step, after)
         made = self.builder.act(step.action, step.attempt, delivered, outcome.node)
         return Solved(needed, made, outcome.length + 1)
@@ -250,26 +250,26 @@ class _Contingent:
             if child is not assumed:
                 self.first[self.space.key(child)] = self.lost(assumed, child)
             solved = yield self.solve(child, rest if outcome == step.outcome else [])
-            if isinstance(solved, Failure):
+            if isinstance(solved, Nogood):
                 return solved
-            needless = not children and self.explanation.ignores(branching, child, solved.needed)
+            needless = not children and self.regression.ignores(branching, child, solved.needed)
             if needless and self.also_solves(node, child, solved):
                 return solved  # whatever is sensed: no branch at all
-            needed |= self.explanation.before_branching(node, branching, outcome, child, solved.needed)
+            needed |= self.regression.before_branching(node, branching, outcome, child, solved.needed)
             children[outcome] = solved
         if not children:
-            return Failure(frozenset())
+            return Nogood(frozenset())
         branches = tuple((outcome, children[outcome].node) for outcome, _ in outcomes)
         length = min(child.length for child in children.values())
         needed |= branching.entry | branching.excluded(node[0])
         return Solved(needed, self.builder.branch(branching.fact, branches), length)
 
-    def weak_plan(self, node: Node) -> list[Step] | Failure:
+    def weak_plan(self, node: Node) -> list[Step] | Nogood:
         """A weak plan from a node to the goal or to a solved node, sensing as late as possible; or why there is none."""
         first = self.first.pop(self.space.key(node), [])
         graph = WeakGraph(
             self.space,
-            self.failures,
+            self.nogoods,
             self.counter,
             lambda end: self.known(end) is not None,
             first,
@@ -280,7 +280,7 @@ class _Contingent:
         found = self.search(node, graph)
         self.counter.weak_searches += 1
         if found.path is None:
-            return self.failures.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
+            return self.nogoods.add_nodes(self.space.key(node), node[0], found.visited, graph.blocked)
         steps = steps_of(found.path)
         delayed = delay_sensing(self.space, node, steps)
         return delayed if delayed != steps and self.may_follow(node, delayed) else steps
@@ -308,32 +308,32 @@ class _Contingent:
 
     def also_solves(self, node: Node, after: Node, solved: Solved) -> bool:
         """Whether the continuation of `after` also solves `node`, so that the step between them is not needed."""
-        different = self.explanation.extended(node[0]) ^ self.explanation.extended(after[0])
+        different = self.regression.extended(node[0]) ^ self.regression.extended(after[0])
         return not different & solved.needed
 
     def may_follow(self, node: Node, steps: list[Step]) -> bool:
         """Whether no step of a reordered weak plan is known to fail."""
         for step in steps:
-            if self.failures.of_choice(self.space.key(node), choice_of(step)) is not None:
+            if self.nogoods.of_choice(self.space.key(node), choice_of(step)) is not None:
                 return False
             node = self.space.after(node, step)
-            if self.failures.of_node(self.space.key(node), node[0]) is not None:
+            if self.nogoods.of_node(self.space.key(node), node[0]) is not None:
                 return False
         return True
 
     def known(self, node: Node) -> Solved | None:
         """A continuation that is known to solve a node: it fulfils the goal, or an earlier continuation covers it."""
         if self.space.is_goal(node):
-            return Solved(self.explanation.goal(node), self.builder.goal, 0)
+            return Solved(self.regression.goal(node), self.builder.goal, 0)
         if self.memo.is_empty or self.space.task.open_branching(node[0]) is not None:
             return None  # open sensing results are branched on first
-        return self.memo.find(self.explanation.extended(node[0]), self.space.geometry_key(node))
+        return self.memo.find(self.regression.extended(node[0]), self.space.geometry_key(node))
 
     def remember(self, node: Node, solved: Solved) -> None:
         """Stores a continuation, for every node that has the facts it needs."""
         self.counter.solved += 1
         if self.space.task.open_branching(node[0]) is None:
-            self.memo.add(self.explanation.extended(node[0]), self.space.geometry_key(node), solved)
+            self.memo.add(self.regression.extended(node[0]), self.space.geometry_key(node), solved)
 
 
 def _run(solving: Solving) -> Outcome:

@@ -30,7 +30,7 @@ class _Derived:
         return answer
 
 
-class Explanation:
+class Regression:
     """Regression of needed bits through the steps of a plan for one task."""
 
     def __init__(self, space: SearchSpace) -> None:

@@ -7,7 +7,7 @@ from typing import Literal
 from kabo.knowledge import GroundAction
 from kabo.planner.search.algorithms.graph import HeuristicValue
 from kabo.planner.search.nodes import Act, Assume, Node, SearchSpace, Step
-from kabo.planner.search.nogoods import Choice, Failures
+from kabo.planner.search.nogoods import Choice, Nogoods
 from kabo.planner.search.skeleton import SearchLimits, SearchStatistics, Trace
 
 DEADLINE_EVERY = 64  # expansions between two looks at the deadline
@@ -81,7 +81,7 @@ class WeakGraph:
     def __init__(
         self,
         space: SearchSpace,
-        failures: Failures,
+        nogoods: Nogoods,
         counter: Counter,
         is_end: Callable[[Node], bool],
         first: Sequence[int] = (),
@@ -96,7 +96,7 @@ class WeakGraph:
         self.key, self.known, self.confirmed_key = space.key, space.known, space.confirmed_key
         self._is_end = is_end
         self._only_goals_end = only_goals_end
-        self._space, self._failures, self._counter = space, failures, counter
+        self._space, self._nogoods, self._counter = space, nogoods, counter
 
     def successors(
         self, node: Node, *, among: frozenset[int] | None = None, without: frozenset[int] | None = None
@@ -119,7 +119,7 @@ class WeakGraph:
                     continue
                 self._counter.generated += 1
                 leaf_key = self.key(leaf)
-                failure = self._failures.of_node(leaf_key, leaf[0])
+                failure = self._nogoods.of_node(leaf_key, leaf[0])
                 if failure is None:
                     yield leaf_key, (tried, decided), leaf
                 else:
@@ -131,7 +131,7 @@ class WeakGraph:
 
     def _is_banned(self, key: Hashable, choice: Choice) -> bool:
         """Whether a choice has failed at a node; the ancestors that it depended on are then added to `blocked`."""
-        failure = self._failures.of_choice(key, choice)
+        failure = self._nogoods.of_choice(key, choice)
         if failure is not None:
             self.blocked |= failure.blocked
         return failure is not None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from kabo import load_problem, solve
-from kabo.geometry.collision.certificate import Course
+from kabo.geometry.collision.separation_proofs import Course
 from kabo.geometry_server import GeometryServer
 from kabo.plan import Certificate, Plan, plan_from_json, plan_to_json
 from kabo.planner.certify.certifying import certified, certify

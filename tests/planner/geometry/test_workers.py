@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from kabo.geometry_server import Answer, Failure, Situation, Statistics
+from kabo.geometry_server import Answer, GeometryStatistics, Refusal, Situation
 from kabo.language.formulas import GroundCall
 from kabo.planner.geometry.evaluation import Evaluation, Evaluator
 from kabo.planner.geometry.workers import ProcedureWorkers, SituatedCall
@@ -24,7 +24,7 @@ PLANNER = os.getpid()
 class ExternalProcedures:
     """Answers with a number made of call and attempt; some calls fail, die or sleep in a worker, or raise."""
 
-    statistics: Statistics = field(default_factory=Statistics)
+    statistics: GeometryStatistics = field(default_factory=GeometryStatistics)
     elsewhere: Elsewhere | None = None
     here: list[str] = field(default_factory=list)
     scene: SimpleNamespace = field(
@@ -48,13 +48,13 @@ class ExternalProcedures:
         if call.procedure == "sleeps" and os.getpid() != PLANNER:
             time.sleep(60.0)
         if call.procedure == "where":
-            return Failure("collision", str(os.getpid()))
+            return Refusal("collision", str(os.getpid()))
         if call.procedure == "raises":
             raise ValueError("on purpose")
-        self.statistics.drawn(len(call.procedure))
+        self.statistics.count_samples(len(call.procedure))
         number = sum(map(ord, str(call))) + attempt
         answer = (
-            Failure("collision", f"{number}")
+            Refusal("collision", f"{number}")
             if call.procedure == "fails"
             else moved(r=(float(number),), a=at(number))
         )
