@@ -141,9 +141,9 @@ class _Certifying:
                     least[i] = min(least.get(i, (np.inf, None)), (margin, between), key=lambda entry: entry[0])
             for i in sorted(least):
                 margin, between = least[i]
-                told = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
+                clearance = float(np.floor(margin * 10**DECIMALS)) / 10**DECIMALS if margin < self.near else None
                 permitted = node.motion[i].allowed_contacts
-                segments.append(Clearance(name, i, told, None if told is None else between, permitted))
+                segments.append(Clearance(name, i, clearance, None if clearance is None else between, permitted))
         if self.gaps:
             return self.gaps
         bodies = {
